@@ -1,0 +1,204 @@
+//! Motion as arrays: a scene's nodes over time as plain numbers, for NumPy, data frames and training code.
+//!
+//! [`arrays`] is the one function; [`npz`] and [`csv`] write what it returns, and the `arrow` feature makes tables of it.
+//!
+//! | array | shape | values |
+//! |---|---|---|
+//! | [`Arrays::positions`] | frames x joints x 3 | x, y, z in the unit and the axes of the output |
+//! | [`Arrays::rotations`] | frames x joints x [`Rotation::width`] | see [`Rotation`] |
+//! | [`Arrays::velocities`] | frames x joints x 3 | of the positions, in units a second |
+//! | [`Arrays::contacts`] | frames x joints | whether a foot stands on the ground |
+//!
+//! Each is one `Vec`, the last index counting fastest. A frame's time is its number / [`Arrays::frame_rate`] seconds.
+//! Values that the file has as NaN or infinity hold the last finite one, and a root's OFFSET is treated as
+//! [`Importer::root_offset`](crate::Importer::root_offset) says; both happen when the file is read, and the scene's
+//! warnings and the provenance tell of them.
+
+mod contacts;
+pub mod csv;
+mod frame;
+mod joints;
+pub mod npz;
+mod options;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+mod rotation;
+#[cfg(feature = "arrow")]
+pub mod table;
+mod timeline;
+mod velocities;
+
+use serde::Serialize;
+
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::gltf::Provenance;
+use crate::limits::Limits;
+use crate::pose::{Binding, Pose};
+use crate::scene::{Scene, UpAxis};
+
+pub use self::joints::Joint;
+pub use self::options::{Contacts, Moment, Options, Space};
+pub use self::rotation::{Rotation, RotationSpace};
+
+/// A motion as arrays, and all that it takes to read them.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Arrays {
+    /// What the numbers mean, and where they come from.
+    pub header: Header,
+    /// How many frames there are; none where the file has no motion.
+    pub frames: usize,
+    /// Frames x joints x 3.
+    pub positions: Vec<f32>,
+    /// Frames x joints x [`Rotation::width`].
+    pub rotations: Vec<f32>,
+    /// Frames x joints x 3, if asked for.
+    pub velocities: Option<Vec<f32>>,
+    /// Frames x joints, if asked for. A joint that is no foot never touches the ground.
+    pub contacts: Option<Vec<bool>>,
+}
+
+impl Arrays {
+    /// The joints, in the order of the second axis.
+    pub fn joints(&self) -> &[Joint] {
+        &self.header.joints
+    }
+
+    /// Frames in a second; 0 where there is no motion.
+    pub fn frame_rate(&self) -> f64 {
+        self.header.frame_rate
+    }
+
+    /// Frames x joints: the rows of a table with one row for each.
+    pub fn rows(&self) -> usize {
+        self.frames * self.header.joints.len()
+    }
+}
+
+/// What the numbers of [`Arrays`] mean. Every written file carries it, as JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Header {
+    /// Frames in a second; 0 where there is no motion.
+    pub frame_rate: f64,
+    /// Metres in one unit of length of the output; absent where the file does not say and nobody asked.
+    pub metres_per_unit: Option<f64>,
+    /// The axis of the output that points up; absent where the file does not say and nobody asked.
+    pub up: Option<UpAxis>,
+    /// What positions are relative to.
+    pub space: Space,
+    /// What the numbers of a rotation are.
+    pub rotation: Rotation,
+    /// What rotations are relative to.
+    pub rotation_space: RotationSpace,
+    /// What counts as standing on the ground, where contacts were asked for.
+    pub contacts: Option<Contacts>,
+    /// The joints, in the order of the second axis.
+    pub joints: Vec<Joint>,
+    /// The file, and what was decided and changed on the way.
+    pub provenance: Provenance,
+}
+
+impl Header {
+    /// The header as JSON on one line.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("a header has string keys only, and numbers that JSON has")
+    }
+}
+
+/// The first animation of `scene` as arrays.
+///
+/// ```
+/// use mocap::arrays::{Options, arrays};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let motion = arrays(&scene, &Options::default())?;
+/// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
+/// assert_eq!(motion.joints()[1].name, "Elbow");
+/// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and turned by 5 degrees.
+/// let elbow = &motion.positions[3..6];
+/// assert!((f64::from(elbow[0]) - (0.1 + 2.0 * 5f64.to_radians().cos())).abs() < 1e-6);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::UnknownOption`] where an option has no meaning, such as a pattern that no joint's name matches;
+/// [`Code::LimitExceeded`] where the arrays would have more values than a file may have by default.
+pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
+    let mut provenance = Provenance::of(scene);
+    let frame = frame::Frame::new(scene, options, &mut provenance.assumptions)?;
+    let joints = joints::Selection::new(scene, options, frame.scale)?;
+    let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
+    let width = 6 + options.rotation.width();
+    check_size(timeline.frames, joints.nodes.len() * width)?;
+    provenance.frames = timeline.frames as u64;
+    provenance.frame_time = timeline.frame_time();
+
+    let mut positions = Vec::with_capacity(timeline.frames * joints.nodes.len() * 3);
+    let mut rotations = Vec::with_capacity(timeline.frames * joints.nodes.len() * options.rotation.width());
+    let mut feet = contacts::Feet::new(&joints, options)?;
+    if let Some(animation) = scene.animations.first() {
+        let binding = Binding::new(scene, animation);
+        let mut pose = Pose::rest(scene);
+        for tick in timeline.ticks() {
+            pose.sample(&binding, animation, tick);
+            for index in 0..joints.nodes.len() {
+                let position = match options.space {
+                    Space::World => joints.to_world(&pose, &frame, index),
+                    Space::Root => joints.relative_to_root(&pose, &frame, index),
+                    Space::Local => joints.to_parent(&pose, &frame, index),
+                };
+                positions.extend_from_slice(&(position.w_axis.truncate() * frame.scale).to_array());
+                let rotation = match options.rotation_space {
+                    RotationSpace::World => joints.to_world(&pose, &frame, index),
+                    RotationSpace::Local => joints.to_parent(&pose, &frame, index),
+                };
+                let order = joints.joints[index].rotation_order;
+                options.rotation.push(&rotation, order, &mut rotations);
+            }
+            feet.push(|index| joints.to_world(&pose, &frame, index).w_axis.truncate() * frame.scale);
+        }
+    }
+    let frame_rate = timeline.frame_rate;
+    let velocities = options
+        .velocities
+        .then(|| velocities::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
+    Ok(Arrays {
+        frames: timeline.frames,
+        positions,
+        rotations,
+        velocities,
+        contacts: feet.contacts(&frame, frame_rate),
+        header: Header {
+            frame_rate,
+            metres_per_unit: frame.metres_per_unit,
+            up: frame.up,
+            space: options.space,
+            rotation: options.rotation,
+            rotation_space: options.rotation_space,
+            contacts: options.contacts.clone(),
+            joints: joints.joints,
+            provenance,
+        },
+    })
+}
+
+/// A frame rate is a claim on memory like any count in a file.
+fn check_size(frames: usize, values_per_frame: usize) -> Result<()> {
+    let limit = Limits::default().max_values;
+    let values = frames as u64 * values_per_frame as u64;
+    if values > limit {
+        let diagnostic = Diagnostic::new(Code::LimitExceeded, "the arrays would be larger than the limits allow")
+            .expected_found(format!("at most {limit} values"), format!("{values} values"))
+            .help("take a part of the motion, or fewer frames a second");
+        return Err(diagnostic.into());
+    }
+    Ok(())
+}
+
+/// An option that has no meaning.
+fn unknown_option(message: impl Into<String>, expected: &str, found: impl Into<String>) -> Error {
+    Diagnostic::new(Code::UnknownOption, message)
+        .expected_found(expected, found)
+        .into()
+}

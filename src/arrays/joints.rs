@@ -1,0 +1,128 @@
+//! Which nodes go into the arrays, and how each stands to the others.
+
+use glam::{Mat4, Vec3};
+use regex_lite::Regex;
+use serde::Serialize;
+
+use crate::arrays::frame::Frame;
+use crate::arrays::{Options, unknown_option};
+use crate::error::Result;
+use crate::pose::Pose;
+use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
+
+/// A joint or an end site of the output.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Joint {
+    /// The name as in the file. Names may repeat.
+    pub name: String,
+    /// The nearest node above that the output has too, as an index into its joints.
+    pub parent: Option<usize>,
+    /// From the parent, in its axes at rest, in the unit of the output; from the origin, in the file's axes, where
+    /// there is no parent.
+    pub offset: Vec3,
+    /// Whether it is a tip that the file does not animate.
+    pub end_site: bool,
+    /// The order in which the file turns the joint about its axes, where it has one.
+    pub rotation_order: Option<RotationOrder>,
+}
+
+/// The nodes of the output.
+pub(super) struct Selection<'a> {
+    scene: &'a Scene,
+    pub(super) nodes: Vec<NodeId>,
+    pub(super) joints: Vec<Joint>,
+    /// For each, the joint that its chain begins with; it need not be in the output.
+    roots: Vec<NodeId>,
+}
+
+/// A regular expression of the caller.
+pub(super) fn pattern(pattern: &str) -> Result<Regex> {
+    Regex::new(pattern).map_err(|error| {
+        let message = "the pattern for names is no regular expression";
+        unknown_option(message, "a regular expression", format!("{pattern:?}: {error}"))
+    })
+}
+
+impl<'a> Selection<'a> {
+    pub(super) fn new(scene: &'a Scene, options: &Options, scale: f32) -> Result<Self> {
+        let wanted = options.joints.as_deref().map(pattern).transpose()?;
+        let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.is_match(name));
+        let rest = Pose::rest(scene);
+        let mut selection = Self {
+            scene,
+            nodes: Vec::new(),
+            joints: Vec::new(),
+            roots: Vec::new(),
+        };
+        // Parents stand before their children, so what a node inherits is there when its turn comes.
+        let mut listed_above: Vec<Option<usize>> = Vec::with_capacity(scene.nodes.len());
+        let mut roots: Vec<Option<NodeId>> = Vec::with_capacity(scene.nodes.len());
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let id = NodeId::new(index);
+            let above = node.parent.map(NodeId::index);
+            let parent = above.and_then(|above| listed_above.get(above).copied().flatten());
+            let root = above.and_then(|above| roots.get(above).copied().flatten());
+            if node.kind == NodeKind::Group || !is_wanted(&node.name) {
+                listed_above.push(parent);
+            } else {
+                listed_above.push(Some(selection.nodes.len()));
+                selection.nodes.push(id);
+                selection.roots.push(root.unwrap_or(id));
+                let ancestor = parent.map(|parent| selection.nodes[parent]);
+                let offset = to_ancestor(scene, &rest, id, ancestor).w_axis.truncate() * scale;
+                selection.joints.push(Joint {
+                    name: node.name.clone(),
+                    parent,
+                    offset,
+                    end_site: node.kind == NodeKind::EndSite,
+                    rotation_order: node.rotation_order,
+                });
+            }
+            roots.push(root.or((node.kind != NodeKind::Group).then_some(id)));
+        }
+        match (&options.joints, selection.nodes.is_empty()) {
+            (Some(pattern), true) => Err(unknown_option(
+                "no joint has a name that matches",
+                "a pattern that some name matches",
+                format!("{pattern:?}"),
+            )),
+            _ => Ok(selection),
+        }
+    }
+
+    /// The node of joint `index` to the world of the output, in the unit of the scene.
+    pub(super) fn to_world(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
+        frame.turned(pose.node_to_world[self.nodes[index].index()])
+    }
+
+    /// The same, seen from the place of its root.
+    pub(super) fn relative_to_root(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
+        let mut matrix = self.to_world(pose, frame, index);
+        let root = frame.turned(pose.node_to_world[self.roots[index].index()]);
+        matrix.w_axis -= root.w_axis.truncate().extend(0.0);
+        matrix
+    }
+
+    /// The node of joint `index` to the parent that the output lists; to the world where there is none.
+    pub(super) fn to_parent(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
+        match self.joints[index].parent {
+            Some(parent) => to_ancestor(self.scene, pose, self.nodes[index], Some(self.nodes[parent])),
+            None => self.to_world(pose, frame, index),
+        }
+    }
+}
+
+/// `node` to `ancestor`, through the nodes between them; to the world without one.
+fn to_ancestor(scene: &Scene, pose: &Pose, node: NodeId, ancestor: Option<NodeId>) -> Mat4 {
+    if ancestor.is_none() {
+        return pose.node_to_world[node.index()];
+    }
+    let mut matrix = pose.node_to_parent[node.index()];
+    let mut above = scene.nodes[node.index()].parent;
+    while let Some(between) = above.filter(|_| above != ancestor) {
+        matrix = pose.node_to_parent[between.index()] * matrix;
+        above = scene.nodes[between.index()].parent;
+    }
+    matrix
+}

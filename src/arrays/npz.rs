@@ -1,0 +1,138 @@
+//! NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array.
+//!
+//! | name | dtype and shape | |
+//! |---|---|---|
+//! | `positions` | float32, frames x joints x 3 | |
+//! | `rotations` | float32, frames x joints x 4, 6, 3 or 3 x 3 | by [`Rotation`] |
+//! | `velocities` | float32, frames x joints x 3 | where asked for |
+//! | `contacts` | bool, frames x joints | where asked for |
+//! | `names` | str, joints | |
+//! | `parents` | int32, joints | -1 where there is none |
+//! | `offsets` | float32, joints x 3 | |
+//! | `rotation_orders` | str, joints | as `ZXY`; empty where there is none |
+//! | `end_sites` | bool, joints | |
+//! | `frame_rate` | float64, no axis | |
+//! | `header` | str, no axis | the [`Header`](crate::arrays::Header) as JSON |
+//!
+//! The format of `.npy` is that of NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
+//! a Python literal padded with blanks to a multiple of 64 bytes, then the values. All numbers are little-endian.
+
+use std::io::{Cursor, Write};
+
+use zip::write::{SimpleFileOptions, ZipWriter};
+use zip::{CompressionMethod, result::ZipResult};
+
+use crate::arrays::{Arrays, Rotation};
+use crate::scene::RotationOrder;
+
+/// The bytes of the file. The same arrays give the same bytes.
+///
+/// ```
+/// use mocap::arrays::{Options, arrays, npz};
+///
+/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &Options::default())?;
+/// assert!(npz::write(&motion).starts_with(b"PK"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn write(arrays: &Arrays) -> Vec<u8> {
+    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+    archive
+        .add_all(arrays)
+        .and_then(|()| archive.0.finish())
+        .map(Cursor::into_inner)
+        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+}
+
+struct Archive(ZipWriter<Cursor<Vec<u8>>>);
+
+impl Archive {
+    fn add_all(&mut self, arrays: &Arrays) -> ZipResult<()> {
+        let joints = arrays.joints();
+        let (frames, count) = (arrays.frames, joints.len());
+        self.floats("positions", &[frames, count, 3], &arrays.positions)?;
+        match arrays.header.rotation {
+            Rotation::Matrix => self.floats("rotations", &[frames, count, 3, 3], &arrays.rotations)?,
+            other => self.floats("rotations", &[frames, count, other.width()], &arrays.rotations)?,
+        }
+        if let Some(velocities) = &arrays.velocities {
+            self.floats("velocities", &[frames, count, 3], velocities)?;
+        }
+        if let Some(contacts) = &arrays.contacts {
+            self.bools("contacts", &[frames, count], contacts.iter().copied())?;
+        }
+        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        self.strings("names", &[count], &names)?;
+        let parents = joints.iter().flat_map(|joint| {
+            let parent = joint.parent.and_then(|parent| i32::try_from(parent).ok());
+            parent.unwrap_or(-1).to_le_bytes()
+        });
+        self.array("parents", "<i4", &[count], &parents.collect::<Vec<u8>>())?;
+        let offsets: Vec<f32> = joints.iter().flat_map(|joint| joint.offset.to_array()).collect();
+        self.floats("offsets", &[count, 3], &offsets)?;
+        let orders: Vec<String> = joints.iter().map(|joint| letters(joint.rotation_order)).collect();
+        let orders: Vec<&str> = orders.iter().map(String::as_str).collect();
+        self.strings("rotation_orders", &[count], &orders)?;
+        self.bools("end_sites", &[count], joints.iter().map(|joint| joint.end_site))?;
+        self.array("frame_rate", "<f8", &[], &arrays.frame_rate().to_le_bytes())?;
+        self.strings("header", &[], &[&arrays.header.to_json()])
+    }
+
+    fn floats(&mut self, name: &str, shape: &[usize], values: &[f32]) -> ZipResult<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.array(name, "<f4", shape, &bytes)
+    }
+
+    fn bools(&mut self, name: &str, shape: &[usize], values: impl Iterator<Item = bool>) -> ZipResult<()> {
+        self.array(name, "|b1", shape, &values.map(u8::from).collect::<Vec<u8>>())
+    }
+
+    /// NumPy's strings: 4 bytes a character, all as long as the longest, filled up with zeros.
+    fn strings(&mut self, name: &str, shape: &[usize], values: &[&str]) -> ZipResult<()> {
+        let length = values
+            .iter()
+            .map(|value| value.chars().count())
+            .max()
+            .unwrap_or(0)
+            .max(1);
+        let mut bytes = Vec::with_capacity(4 * length * values.len());
+        for value in values {
+            let characters = value.chars().map(u32::from);
+            let filled = characters.chain(std::iter::repeat(0)).take(length);
+            bytes.extend(filled.flat_map(u32::to_le_bytes));
+        }
+        self.array(name, &format!("<U{length}"), shape, &bytes)
+    }
+
+    fn array(&mut self, name: &str, dtype: &str, shape: &[usize], values: &[u8]) -> ZipResult<()> {
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .large_file(values.len() > (1 << 31));
+        self.0.start_file(format!("{name}.npy"), options)?;
+        self.0.write_all(&npy_header(dtype, shape))?;
+        self.0.write_all(values)?;
+        Ok(())
+    }
+}
+
+fn npy_header(dtype: &str, shape: &[usize]) -> Vec<u8> {
+    // A Python tuple: a comma after every element, which one of a single element needs.
+    let shape: String = shape.iter().map(|length| format!("{length},")).collect();
+    let mut header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({shape}), }}");
+    let before = b"\x93NUMPY\x01\x00".len() + 2;
+    let padding = 64 - (before + header.len() + 1) % 64;
+    header += &" ".repeat(padding % 64);
+    header += "\n";
+    let length = u16::try_from(header.len()).expect("a dtype and a few axes fit 64 KiB");
+    [
+        b"\x93NUMPY\x01\x00".as_slice(),
+        &length.to_le_bytes(),
+        header.as_bytes(),
+    ]
+    .concat()
+}
+
+fn letters(order: Option<RotationOrder>) -> String {
+    order.map_or_else(String::new, |order| {
+        order.axes().into_iter().map(|axis| ["X", "Y", "Z"][axis]).collect()
+    })
+}

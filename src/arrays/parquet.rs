@@ -1,0 +1,44 @@
+//! Parquet files of Arrow tables, compressed with Snappy.
+
+use arrow_array::RecordBatch;
+use parquet::arrow::ArrowWriter;
+use parquet::basic::Compression;
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+
+use crate::arrays::{Arrays, table};
+use crate::error::{Code, Diagnostic, Result};
+
+/// The file with the [long table](table::long) of `motion`, and its header in the metadata of the file.
+///
+/// # Errors
+/// [`Code::Unrepresentable`] where Parquet has no place for the table.
+pub fn write(motion: &Arrays, clip: &str) -> Result<Vec<u8>> {
+    write_tables(&[table::with_header(table::long(motion, clip), &motion.header)])
+}
+
+/// The file with the rows of `tables`, which have the schema of the first.
+///
+/// # Errors
+/// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet has no place for them.
+pub fn write_tables(tables: &[RecordBatch]) -> Result<Vec<u8>> {
+    let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
+    let first = tables
+        .first()
+        .ok_or_else(|| refused("there is no table to write".to_owned()))?;
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::SNAPPY)
+        .set_created_by(format!("mocap {}", env!("CARGO_PKG_VERSION")))
+        .build();
+    let mut bytes = Vec::new();
+    let write = || -> Result<(), ParquetError> {
+        let mut writer = ArrowWriter::try_new(&mut bytes, first.schema(), Some(properties))?;
+        for table in tables {
+            writer.write(table)?;
+        }
+        writer.close()?;
+        Ok(())
+    };
+    write().map_err(|error| refused(error.to_string()))?;
+    Ok(bytes)
+}

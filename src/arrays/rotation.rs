@@ -1,0 +1,77 @@
+//! Ways to write a rotation down.
+
+use glam::{Mat3, Mat4};
+use serde::{Deserialize, Serialize};
+
+use crate::pose::Trs;
+use crate::rotation::euler_rot;
+use crate::scene::RotationOrder;
+
+/// What the numbers of a rotation are. The names are those that files and options use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Rotation {
+    /// x, y, z, w of a unit quaternion. Of the two that are the same rotation, either may stand.
+    #[default]
+    #[serde(rename = "quat")]
+    Quaternion,
+    /// The first column of the rotation matrix, then the second: x, y, z, x, y, z. A continuous form of rotations, and
+    /// the one that networks learn best: Zhou et al., On the Continuity of Rotation Representations in Neural Networks,
+    /// CVPR 2019.
+    #[serde(rename = "6d")]
+    SixD,
+    /// The rotation matrix that maps column vectors, row by row.
+    #[serde(rename = "matrix")]
+    Matrix,
+    /// Degrees about x, y and z, each in -180 to 180, in the order in which the joint's
+    /// [`rotation_order`](crate::arrays::Joint::rotation_order) turns; X Y Z where it has none. To the parent these are
+    /// the file's own angles up to whole turns, and up to the two ways to write one rotation.
+    #[serde(rename = "euler")]
+    Euler,
+}
+
+/// What rotations are relative to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RotationSpace {
+    /// The parent that the output lists; the world for a joint without one.
+    #[default]
+    Local,
+    /// The world.
+    World,
+}
+
+impl Rotation {
+    /// How many numbers a rotation has.
+    pub const fn width(self) -> usize {
+        self.columns().len()
+    }
+
+    /// The names of the numbers, as tables have them.
+    pub const fn columns(self) -> &'static [&'static str] {
+        match self {
+            Self::Quaternion => &["qx", "qy", "qz", "qw"],
+            Self::SixD => &["r00", "r10", "r20", "r01", "r11", "r21"],
+            Self::Matrix => &["r00", "r01", "r02", "r10", "r11", "r12", "r20", "r21", "r22"],
+            Self::Euler => &["ex", "ey", "ez"],
+        }
+    }
+
+    /// Appends the rotation of `matrix`, without its scale.
+    pub(super) fn push(self, matrix: &Mat4, order: Option<RotationOrder>, values: &mut Vec<f32>) {
+        let rotation = Trs::from_matrix(*matrix).rotation;
+        match self {
+            Self::Quaternion => values.extend_from_slice(&rotation.to_array()),
+            Self::SixD => values.extend_from_slice(&Mat3::from_quat(rotation).to_cols_array()[..6]),
+            Self::Matrix => values.extend_from_slice(&Mat3::from_quat(rotation).transpose().to_cols_array()),
+            Self::Euler => {
+                let order = order.unwrap_or(RotationOrder::Xyz);
+                let (first, second, third) = rotation.as_dquat().normalize().to_euler(euler_rot(order));
+                let mut angles = [0.0; 3];
+                for (axis, angle) in order.axes().into_iter().zip([first, second, third]) {
+                    angles[axis] = angle.to_degrees() as f32;
+                }
+                values.extend_from_slice(&angles);
+            }
+        }
+    }
+}

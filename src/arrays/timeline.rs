@@ -1,0 +1,92 @@
+//! The ticks of the output's frames.
+
+use crate::arrays::{Moment, Options, unknown_option};
+use crate::error::Result;
+use crate::scene::{AppliedStep, Scene};
+use crate::survey;
+
+/// How near, in ticks, a new frame may be to an old one to be the same.
+const SAME_TICK: f64 = 1e-6;
+
+/// Evenly spaced moments of an animation.
+pub(super) struct Timeline {
+    pub(super) frames: usize,
+    /// Frames in a second; 0 without motion.
+    pub(super) frame_rate: f64,
+    first: f64,
+    step: f64,
+    /// The frames after which the motion jumps. Only looked for where moments may fall between two frames.
+    cuts: Vec<usize>,
+}
+
+impl Timeline {
+    /// Adds what changes the time of things to `steps`.
+    pub(super) fn new(scene: &Scene, options: &Options, steps: &mut Vec<AppliedStep>) -> Result<Self> {
+        if let Some(rate) = options.frames_per_second
+            && !(rate.is_finite() && rate > 0.0)
+        {
+            let message = "the frame rate asked for is no frame rate";
+            return Err(unknown_option(message, "frames per second, above 0", rate.to_string()));
+        }
+        let Some(animation) = scene.animations.first() else {
+            return Ok(Self {
+                frames: 0,
+                frame_rate: 0.0,
+                first: 0.0,
+                step: 1.0,
+                cuts: Vec::new(),
+            });
+        };
+        let old_rate = animation.ticks_per_second;
+        let tick = |moment: Moment| match moment {
+            Moment::Seconds(seconds) => (seconds * old_rate).round(),
+            Moment::Frame(frame) => frame as f64,
+        };
+        let first = options.first.map_or(0.0, tick).min(animation.duration).max(0.0);
+        let last = options
+            .last
+            .map_or(animation.duration, tick)
+            .min(animation.duration)
+            .max(first);
+        if options.first.is_some() || options.last.is_some() {
+            steps.push(AppliedStep::Trim { first, last });
+        }
+        let (frame_rate, step, cuts) = match options.frames_per_second {
+            Some(frames_per_second) => {
+                steps.push(AppliedStep::Resample { frames_per_second });
+                let cuts = survey::cuts(scene, 0);
+                (frames_per_second, old_rate / frames_per_second, cuts)
+            }
+            None => (old_rate, 1.0, Vec::new()),
+        };
+        Ok(Self {
+            frames: ((last - first) / step + SAME_TICK).floor() as usize + 1,
+            frame_rate,
+            first,
+            step,
+            cuts,
+        })
+    }
+
+    /// Seconds between two frames; 0 without motion.
+    pub(super) fn frame_time(&self) -> f64 {
+        if self.frame_rate > 0.0 {
+            self.frame_rate.recip()
+        } else {
+            0.0
+        }
+    }
+
+    /// The tick of each frame.
+    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
+        (0..self.frames).map(|frame| {
+            let tick = self.first + frame as f64 * self.step;
+            // What lies inside of a cut belongs to neither side.
+            if self.cuts.binary_search(&(tick as usize)).is_ok() {
+                tick.round()
+            } else {
+                tick
+            }
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! What goes into arrays, as the commands that write them share it.
+
+use clap::ValueEnum;
+use mocap::arrays::{Contacts, Moment, Options, Rotation, RotationSpace, Space};
+use mocap::scene::UpAxis;
+
+use super::{TrimArg, UnitArg, UpArg};
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Arrays")]
+pub(crate) struct ArraysArgs {
+    /// What positions are relative to
+    #[arg(long, value_name = "SPACE", default_value = "world")]
+    space: SpaceArg,
+    /// How to write rotations
+    #[arg(long, value_name = "FORM", default_value = "quat")]
+    rot: RotationArg,
+    /// What rotations are relative to
+    #[arg(long, value_name = "SPACE", default_value = "local")]
+    rot_space: RotationSpaceArg,
+    /// Joints and end sites to keep: a regular expression that matches anywhere in the name [default: all]
+    #[arg(long, value_name = "REGEX")]
+    joints: Option<String>,
+    /// Frames per second to write [default: the file's own]
+    #[arg(long, value_name = "RATE")]
+    pub(crate) fps: Option<f64>,
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    trim: Option<TrimArg>,
+    /// Unit of length to write: m, cm, mm, inch, cmu, or metres in one unit [default: the file's own]
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<UnitArg>,
+    /// Unit of length of the file: auto, or as for --unit
+    #[arg(long, value_name = "UNIT", default_value = "auto")]
+    file_unit: UnitArg,
+    /// Axis to point up in the output [default: the file's own]
+    #[arg(long, value_name = "AXIS")]
+    up: Option<UpArg>,
+    /// Axis that points up in the file
+    #[arg(long, value_name = "AXIS", default_value = "auto")]
+    file_up: UpArg,
+    /// Add velocities: central differences, one-sided at both ends, in units a second
+    #[arg(long)]
+    velocities: bool,
+    /// Add foot contacts: a foot that is low and slow stands on the ground
+    #[arg(long)]
+    contacts: bool,
+    /// Names of the feet: a regular expression [default: (?i)foot|toe|ankle]
+    #[arg(long, value_name = "REGEX", requires = "contacts")]
+    feet: Option<String>,
+    /// Metres above the ground, at most, to stand on the ground [default: 0.05]
+    #[arg(long, value_name = "METRES", requires = "contacts")]
+    contact_height: Option<f64>,
+    /// Metres a second, at most, to stand on the ground [default: 0.4]
+    #[arg(long, value_name = "SPEED", requires = "contacts")]
+    contact_speed: Option<f64>,
+}
+
+impl ArraysArgs {
+    /// The library's options.
+    pub(crate) fn options(&self) -> Options {
+        let moment = |end: fn(&TrimArg) -> Option<super::Moment>| self.trim.as_ref().and_then(end).map(Moment::from);
+        let standard = Contacts::default();
+        Options {
+            space: self.space.into(),
+            rotation: self.rot.into(),
+            rotation_space: self.rot_space.into(),
+            joints: self.joints.clone(),
+            frames_per_second: self.fps,
+            first: moment(|trim| trim.first),
+            last: moment(|trim| trim.last),
+            metres_per_unit: self.unit.and_then(metres),
+            file_metres_per_unit: metres(self.file_unit),
+            up: self.up.and_then(axis),
+            file_up: axis(self.file_up),
+            velocities: self.velocities,
+            contacts: self.contacts.then(|| Contacts {
+                feet: self.feet.clone().unwrap_or(standard.feet),
+                height: self.contact_height.unwrap_or(standard.height),
+                speed: self.contact_speed.unwrap_or(standard.speed),
+            }),
+        }
+    }
+}
+
+fn metres(unit: UnitArg) -> Option<f64> {
+    match unit {
+        UnitArg::Auto => None,
+        UnitArg::Metres(metres) => Some(metres),
+    }
+}
+
+fn axis(up: UpArg) -> Option<UpAxis> {
+    match up {
+        UpArg::Auto => None,
+        UpArg::Y => Some(UpAxis::Y),
+        UpArg::Z => Some(UpAxis::Z),
+    }
+}
+
+impl From<super::Moment> for Moment {
+    fn from(moment: super::Moment) -> Self {
+        match moment {
+            super::Moment::Seconds(seconds) => Self::Seconds(seconds),
+            super::Moment::Frame(frame) => Self::Frame(frame),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum SpaceArg {
+    /// The space in which the root stands
+    World,
+    /// The place of the root in the same frame, along the world's axes
+    Root,
+    /// The parent, in its axes
+    Local,
+}
+
+impl From<SpaceArg> for Space {
+    fn from(arg: SpaceArg) -> Self {
+        match arg {
+            SpaceArg::World => Self::World,
+            SpaceArg::Root => Self::Root,
+            SpaceArg::Local => Self::Local,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RotationArg {
+    /// Quaternion: x, y, z, w
+    Quat,
+    /// The first two columns of the matrix
+    #[value(name = "6d")]
+    SixD,
+    /// The matrix, row by row
+    Matrix,
+    /// Degrees about x, y and z, in the joint's order in the file
+    Euler,
+}
+
+impl From<RotationArg> for Rotation {
+    fn from(arg: RotationArg) -> Self {
+        match arg {
+            RotationArg::Quat => Self::Quaternion,
+            RotationArg::SixD => Self::SixD,
+            RotationArg::Matrix => Self::Matrix,
+            RotationArg::Euler => Self::Euler,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RotationSpaceArg {
+    /// The parent
+    Local,
+    /// The world
+    World,
+}
+
+impl From<RotationSpaceArg> for RotationSpace {
+    fn from(arg: RotationSpaceArg) -> Self {
+        match arg {
+            RotationSpaceArg::Local => Self::Local,
+            RotationSpaceArg::World => Self::World,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Options of commands that take many files.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use clap::{Args as _, CommandFactory, FromArgMatches, ValueEnum};
+
+use super::Args;
+use crate::batch::progress::ProgressArg;
+use crate::batch::shard::Shard;
+
+/// Many files. No output depends on anything here but for its name.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Many files")]
+pub(crate) struct BatchArgs {
+    /// Folder for the outputs, which keep their paths below the folders that were named, and for a manifest
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out_dir: Option<PathBuf>,
+    /// Format of the outputs where the name of none says it
+    #[arg(long, value_name = "FORMAT", default_value = "glb")]
+    pub(crate) to: FormatArg,
+    /// Skip files that the manifest says were converted with the same options, and have not changed since
+    #[arg(long, requires = "out_dir")]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+}
+
+/// How to spread work on files.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Many files")]
+pub(crate) struct SpreadArgs {
+    /// Threads to work with [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Take part i of n only; which files that are depends on their relative paths alone
+    #[arg(long, value_name = "i/n")]
+    pub(crate) shard: Option<Shard>,
+    /// How to tell how far the work is, on standard error
+    #[arg(long, value_name = "KIND", default_value = "auto")]
+    progress: ProgressArg,
+    /// Neither progress nor summary
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl SpreadArgs {
+    pub(crate) fn progress(&self) -> ProgressArg {
+        if self.quiet { ProgressArg::None } else { self.progress }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatArg {
+    Glb,
+    Gltf,
+    Bvh,
+}
+
+impl FormatArg {
+    pub(crate) fn extension(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
+            Self::Bvh => "bvh",
+        }
+    }
+
+    /// The format that the extension of `path` names.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        let formats = Self::value_variants().iter().copied();
+        formats
+            .into_iter()
+            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct MergeManifestArgs {
+    /// The folder of the outputs
+    pub(crate) folder: PathBuf,
+}
+
+impl Args {
+    /// The arguments, and as text those options of the command that its outputs depend on, the defaults too.
+    pub(crate) fn parse_with_options() -> (Self, String) {
+        let command = Self::command();
+        let matches = command.clone().get_matches();
+        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let mut options = Vec::new();
+        if let Some((name, matches)) = matches.subcommand()
+            && let Some(subcommand) = command.find_subcommand(name)
+        {
+            let batch = BatchArgs::augment_args(clap::Command::default());
+            let is_of_batch = |arg: &clap::Arg| batch.get_arguments().any(|other| other.get_id() == arg.get_id());
+            for arg in subcommand.get_arguments() {
+                let id = arg.get_id().as_str();
+                if !arg.is_positional()
+                    && !is_of_batch(arg)
+                    && let Ok(Some(values)) = matches.try_get_raw(id)
+                {
+                    let values: Vec<_> = values.map(|value| value.to_string_lossy()).collect();
+                    options.push(format!("{id}={}", values.join(",")));
+                }
+            }
+        }
+        (args, options.join(" "))
+    }
+}

@@ -1,0 +1,140 @@
+//! The options of `mocap convert` that change a motion, and how their values are spelt.
+
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use mocap::survey::Unit;
+
+/// What to change on the way.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Changing")]
+pub(crate) struct ChangeArgs {
+    /// Unit of length of the input: auto, m, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
+    #[arg(long, value_name = "UNIT", default_value = "auto")]
+    pub(crate) unit: UnitArg,
+    /// Axis of the input that points up; the output's is +Y
+    #[arg(long, value_name = "AXIS", default_value = "auto")]
+    pub(crate) up: UpArg,
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    pub(crate) trim: Option<TrimArg>,
+    /// Frames per second to write; for an input that states no valid rate, its rate
+    #[arg(long, value_name = "RATE")]
+    pub(crate) fps: Option<f64>,
+    /// Whether to leave out the first frame; auto: where it is a rest pose that the motion jumps away from
+    #[arg(long, value_name = "WHEN", default_value = "no")]
+    pub(crate) drop_first_frame: DropArg,
+    /// Rest pose: zero, as the file has it, or frame:N
+    #[arg(long, value_name = "POSE", default_value = "zero")]
+    pub(crate) rest: RestArg,
+    /// Keep the figure above its starting place
+    #[arg(long, conflicts_with = "root_motion")]
+    pub(crate) in_place: bool,
+    /// Move the way over the ground and the heading to a joint `Root` of their own
+    #[arg(long)]
+    pub(crate) root_motion: bool,
+}
+
+/// `--unit`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum UnitArg {
+    Auto,
+    Metres(f64),
+}
+
+impl FromStr for UnitArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let named = Unit::ALL
+            .into_iter()
+            .find(|unit| unit.as_str() == text)
+            .map(Unit::metres);
+        let metres = named
+            .or_else(|| text.parse().ok())
+            .filter(|metres: &f64| metres.is_finite() && *metres > 0.0);
+        metres
+            .map(Self::Metres)
+            .ok_or_else(|| "neither auto, m, cm, mm, inch, cmu nor a number above 0".to_owned())
+    }
+}
+
+/// `--up`.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum UpArg {
+    /// From the feet to the head
+    Auto,
+    Y,
+    Z,
+}
+
+/// `--trim`: the first and the last moment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TrimArg {
+    pub(crate) first: Option<Moment>,
+    pub(crate) last: Option<Moment>,
+}
+
+/// A time in the motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Moment {
+    Seconds(f64),
+    Frame(u64),
+}
+
+impl FromStr for TrimArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "not A..B, as in 1.5..4 (seconds) or 120f..480f (frames)".to_owned();
+        let moment = |text: &str| -> Result<Option<Moment>, String> {
+            if text.is_empty() {
+                return Ok(None);
+            }
+            let moment = match text.strip_suffix('f') {
+                Some(frame) => frame.parse().ok().map(Moment::Frame),
+                None => text
+                    .parse()
+                    .ok()
+                    .filter(|time: &f64| time.is_finite() && *time >= 0.0)
+                    .map(Moment::Seconds),
+            };
+            moment.map(Some).ok_or_else(wrong)
+        };
+        let (first, last) = text.split_once("..").ok_or_else(wrong)?;
+        Ok(Self {
+            first: moment(first)?,
+            last: moment(last)?,
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum DropArg {
+    Auto,
+    Yes,
+    No,
+}
+
+/// `--rest`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum RestArg {
+    Zero,
+    Frame(u64),
+}
+
+impl FromStr for RestArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let frame = text.strip_prefix("frame:").and_then(|frame| frame.parse().ok());
+        match (text, frame) {
+            ("zero", _) => Ok(Self::Zero),
+            (_, Some(frame)) => Ok(Self::Frame(frame)),
+            _ => Err("neither zero nor frame:N".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Many files: which they are, who works on them, and what is known afterwards.
+//!
+//! Nothing here knows what is done with a file. A command finds its [`inputs`], gives each to [`for_each`], and hears of
+//! the results on its own thread, where it writes them to a [`manifest`] or to standard output and moves the
+//! [`progress`] on.
+
+pub(crate) mod inputs;
+pub(crate) mod manifest;
+pub(crate) mod progress;
+pub(crate) mod shard;
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use self::inputs::Input;
+
+/// Works on every input with `threads` threads, and hands each result to `sink` with the input's place in the list, in
+/// the order in which they are ready.
+///
+/// Inputs are begun in their order. An error of `sink` ends the work after the files that are under way.
+pub(crate) fn for_each<T: Send, E>(
+    inputs: &[Input],
+    threads: usize,
+    work: impl Fn(&Input) -> T + Sync,
+    mut sink: impl FnMut(usize, T) -> Result<(), E>,
+) -> Result<(), E> {
+    let next = AtomicUsize::new(0);
+    let stopped = AtomicBool::new(false);
+    // Bounded, so that fast workers do not pile up results that a slow sink has yet to write.
+    let (sender, receiver) = mpsc::sync_channel(4 * threads);
+    thread::scope(|scope| {
+        for _ in 0..threads.min(inputs.len()) {
+            let (sender, next, stopped, work) = (sender.clone(), &next, &stopped, &work);
+            scope.spawn(move || {
+                while !stopped.load(Ordering::Relaxed) {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(input) = inputs.get(index) else { break };
+                    if sender.send((index, work(input))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        for (index, result) in &receiver {
+            if let Err(error) = sink(index, result) {
+                stopped.store(true, Ordering::Relaxed);
+                // A worker that waits for room in the channel must not wait for ever.
+                drop(receiver);
+                return Err(error);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Brings results back into the order of their inputs.
+pub(crate) struct InOrder<T> {
+    next: usize,
+    early: BTreeMap<usize, T>,
+}
+
+impl<T> InOrder<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            next: 0,
+            early: BTreeMap::new(),
+        }
+    }
+
+    pub(crate) fn push(&mut self, index: usize, result: T) {
+        self.early.insert(index, result);
+    }
+
+    /// The next result, if it is there already.
+    pub(crate) fn pop(&mut self) -> Option<T> {
+        let result = self.early.remove(&self.next)?;
+        self.next += 1;
+        Some(result)
+    }
+}
+
+/// The threads asked for, else one a core.
+pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
+    asked
+        .or_else(|| thread::available_parallelism().ok())
+        .map_or(1, NonZeroUsize::get)
+}

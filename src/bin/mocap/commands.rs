@@ -1,0 +1,67 @@
+//! A command a file; each reads its arguments, calls the library, and prints.
+
+mod change;
+pub(crate) mod check;
+pub(crate) mod convert;
+mod convert_many;
+pub(crate) mod dump;
+pub(crate) mod fk;
+pub(crate) mod formats;
+pub(crate) mod gif;
+pub(crate) mod info;
+pub(crate) mod merge_manifest;
+#[cfg(feature = "parquet")]
+pub(crate) mod pack;
+pub(crate) mod plot;
+pub(crate) mod pose;
+pub(crate) mod sheet;
+pub(crate) mod verify;
+pub(crate) mod view;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+
+/// Prints a value as indented JSON.
+fn print_json(value: &impl Serialize) -> io::Result<()> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    serde_json::to_writer_pretty(&mut out, value)?;
+    writeln!(out)?;
+    out.flush()
+}
+
+/// Writes a picture in the format that the name asks for.
+fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), crate::Failure> {
+    let bytes = match extension(path).as_str() {
+        "svg" => drawing.to_svg().into_bytes(),
+        "png" => drawing.to_png()?,
+        _ => return Err(unknown_extension(path, ".png or .svg")),
+    };
+    mocap::export::write_file(path, &bytes)?;
+    crate::report::say(&format!(
+        "{}: {} x {} pixels",
+        path.display(),
+        drawing.width,
+        drawing.height
+    ));
+    Ok(())
+}
+
+/// In lower case, without the dot; empty where there is none.
+fn extension(path: &Path) -> String {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    extension.unwrap_or_default().to_ascii_lowercase()
+}
+
+fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
+    crate::Failure::Usage(format!("{}: the name of the output ends in {known}", path.display()))
+}
+
+/// What to call a file in a picture.
+fn short_name(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}

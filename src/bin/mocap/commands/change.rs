@@ -1,0 +1,97 @@
+//! What `mocap convert` changes between reading and writing, each decision said and kept in the scene's metadata.
+
+use mocap::process;
+use mocap::scene::{Assumption, Scene, UpAxis};
+use mocap::survey;
+
+use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
+
+/// Does what `args` ask for, in the order that [`process`] recommends. Returns what was decided, in words.
+///
+/// glTF is in metres with +Y up, so that a unit and an axis have to be found for it; where `keeps_units`, the file's own
+/// stay unless others are named.
+pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> Vec<String> {
+    let mut words = Vec::new();
+    let survey = survey::survey(scene);
+    let guesses = survey.assumptions();
+    let guess = |topic: &str| guesses.iter().find(|guess| guess.topic == topic);
+    let mut take = |scene: &mut Scene, topic: &str| {
+        if let Some(assumption) = guess(topic) {
+            words.push(in_words(assumption));
+            scene.metadata.assumptions.push(assumption.clone());
+        }
+    };
+
+    // Before anything moves: the frame is named by its number in the file.
+    let rest_frame = match args.rest {
+        RestArg::Zero => None,
+        RestArg::Frame(frame) => Some(frame as f64),
+    };
+    if let Some(frame) = rest_frame {
+        process::rest_pose(scene, frame);
+    }
+
+    let drops = match args.drop_first_frame {
+        DropArg::Auto => survey.first_frame_is_rest_pose,
+        DropArg::Yes => true,
+        DropArg::No => false,
+    };
+    if survey.first_frame_is_rest_pose {
+        take(scene, "first-frame");
+    }
+    let (mut first, mut last) = (if drops { 1.0 } else { 0.0 }, f64::INFINITY);
+    if let Some(trim) = args.trim {
+        let rate = scene
+            .animations
+            .first()
+            .map_or(1.0, |animation| animation.ticks_per_second);
+        let tick = |moment| match moment {
+            Moment::Seconds(seconds) => f64::round(seconds * rate),
+            Moment::Frame(frame) => frame as f64,
+        };
+        first = f64::max(first, trim.first.map_or(0.0, tick));
+        last = trim.last.map_or(last, tick);
+    }
+    if first > 0.0 || last.is_finite() {
+        process::trim(scene, first, last);
+    }
+    if let Some(rate) = args.fps {
+        process::resample(scene, rate);
+    }
+
+    let metres_per_unit = match (args.unit, scene.metadata.metres_per_unit) {
+        (UnitArg::Metres(metres), _) => metres,
+        (UnitArg::Auto, _) if keeps_units => 1.0,
+        (UnitArg::Auto, Some(metres)) => metres,
+        (UnitArg::Auto, None) => {
+            take(scene, "unit");
+            survey.unit.value.metres()
+        }
+    };
+    let up = match args.up {
+        UpArg::Auto if keeps_units => UpAxis::Y,
+        UpArg::Y => UpAxis::Y,
+        UpArg::Z => UpAxis::Z,
+        UpArg::Auto => {
+            take(scene, "up");
+            survey.up.value
+        }
+    };
+    if metres_per_unit != 1.0 || up != UpAxis::Y || !keeps_units {
+        process::convert_units(scene, metres_per_unit, up);
+    }
+    if args.in_place {
+        process::in_place(scene);
+    }
+    if args.root_motion {
+        process::root_motion(scene);
+    }
+    if survey.first_frame_is_rest_pose && !drops {
+        words.push("the first frame is kept; `--drop-first-frame auto` leaves it out".to_owned());
+    }
+    words
+}
+
+fn in_words(Assumption { topic, choice, reason }: &Assumption) -> String {
+    format!("{topic}: {choice}, because {reason}")
+}

@@ -1,0 +1,167 @@
+//! `mocap check`: everything that is wrong with files.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use mocap::scene::{Assumption, RootOffsetUsed, Scene};
+use mocap::survey::survey;
+use mocap::{Diagnostic, RootOffset, SkeletonMesh};
+use serde::Serialize;
+
+use crate::Failure;
+use crate::args::CheckArgs;
+use crate::batch::progress::{Outcome, Progress};
+use crate::batch::{self, InOrder, inputs, thread_count};
+use crate::report::{self, Severity};
+
+/// What is known about one file: a line of JSON.
+#[derive(Serialize)]
+struct Checked {
+    file: String,
+    status: Status,
+    diagnostics: Vec<Finding>,
+    assumptions: Vec<Assumption>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Status {
+    Ok,
+    Warning,
+    Error,
+}
+
+#[derive(Serialize)]
+struct Finding {
+    severity: Severity,
+    line: Option<usize>,
+    column: Option<usize>,
+    #[serde(flatten)]
+    diagnostic: Diagnostic,
+}
+
+pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
+    let mut inputs = inputs::find(&args.paths)?;
+    inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
+    let mut progress = Progress::new(args.spread.progress(), &inputs);
+    let mut in_order = InOrder::new();
+    let print = |index: usize, checked: Checked| -> io::Result<()> {
+        let outcome = match checked.status {
+            Status::Error => Outcome::Failed,
+            Status::Ok | Status::Warning => Outcome::Done,
+        };
+        progress.add(&inputs[index], outcome);
+        in_order.push(index, checked);
+        while let Some(checked) = in_order.pop() {
+            print(&checked, args.json)?;
+        }
+        Ok(())
+    };
+    let threads = thread_count(args.spread.threads);
+    batch::for_each(&inputs, threads, |input| check(args, &input.path), print)?;
+    let counts = progress.finish();
+    match counts.failed {
+        0 => Ok(()),
+        failed if failed == counts.files => Err(Failure::Told),
+        _ => Err(Failure::Some),
+    }
+}
+
+fn print(checked: &Checked, json: bool) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    if json {
+        return writeln!(out, "{}", serde_json::to_string(checked)?);
+    }
+    for finding in &checked.diagnostics {
+        let file = Some(Path::new(&checked.file));
+        writeln!(out, "{}", report::render(finding.severity, file, &finding.diagnostic))?;
+    }
+    writeln!(out, "{}", summary(checked))
+}
+
+fn check(args: &CheckArgs, file: &Path) -> Checked {
+    // A warning must not hide the next, so `--strict` is applied here and not by the importer.
+    let importer = args
+        .read
+        .importer()
+        .strict(false)
+        .threads(1)
+        .hash(false)
+        .skeleton_mesh(SkeletonMesh::None);
+    let (warnings, error, assumptions) = match importer.import(file) {
+        Ok(scene) => {
+            let assumptions = assumptions(&scene);
+            (scene.warnings, None, assumptions)
+        }
+        Err(error) => (
+            error.warnings().to_vec(),
+            Some(error.diagnostic().clone()),
+            Default::default(),
+        ),
+    };
+    let of_warnings = if args.read.read.strict {
+        Severity::Error
+    } else {
+        Severity::Warning
+    };
+    let finding = |severity, diagnostic: Diagnostic| Finding {
+        severity,
+        line: diagnostic.location.as_ref().map(|location| location.line),
+        column: diagnostic.location.as_ref().map(|location| location.column),
+        diagnostic,
+    };
+    let warnings = warnings.into_iter().map(|warning| finding(of_warnings, warning));
+    let diagnostics: Vec<_> = warnings
+        .chain(error.map(|error| finding(Severity::Error, error)))
+        .collect();
+    let status = |finding: &Finding| match finding.severity {
+        Severity::Error => Status::Error,
+        Severity::Warning => Status::Warning,
+    };
+    Checked {
+        file: file.display().to_string(),
+        status: diagnostics.iter().map(status).max().unwrap_or(Status::Ok),
+        diagnostics,
+        assumptions,
+    }
+}
+
+/// What was decided when the file was read, and what can be guessed beyond that.
+fn assumptions(scene: &Scene) -> Vec<Assumption> {
+    let mut assumptions = scene.metadata.assumptions.clone();
+    if let Some(RootOffsetUsed { policy, reason }) = &scene.metadata.root_offset {
+        let choice = match policy {
+            RootOffset::Add => "add",
+            RootOffset::Auto | RootOffset::Replace => "replace",
+        };
+        let (topic, choice, reason) = ("root-offset".to_owned(), choice.to_owned(), reason.clone());
+        assumptions.push(Assumption { topic, choice, reason });
+    }
+    assumptions.extend(survey(scene).assumptions());
+    assumptions
+}
+
+/// `walk.bvh: 1 error, 2 warnings`.
+fn summary(checked: &Checked) -> String {
+    let count = |severity| {
+        checked
+            .diagnostics
+            .iter()
+            .filter(|finding| finding.severity == severity)
+            .count()
+    };
+    let counted = |number: usize, what: &str| match number {
+        0 => None,
+        1 => Some(format!("1 {what}")),
+        _ => Some(format!("{number} {what}s")),
+    };
+    let counts = [
+        counted(count(Severity::Error), "error"),
+        counted(count(Severity::Warning), "warning"),
+    ];
+    let counts: Vec<_> = counts.into_iter().flatten().collect();
+    match counts.is_empty() {
+        true => format!("{}: ok", checked.file),
+        false => format!("{}: {}", checked.file, counts.join(", ")),
+    }
+}

@@ -1,0 +1,154 @@
+//! `mocap convert`: a motion file to animated glTF or to BVH.
+
+use std::path::Path;
+
+use mocap::bvh;
+use mocap::gltf::{self, BufferPlace, Renamed};
+use mocap::scene::{Animation, Scene, Warning};
+use mocap::verify::{Verification, verify_files};
+use mocap::{Code, Importer};
+
+use super::{change, convert_many, verify};
+use crate::args::{ConvertArgs, FormatArg};
+use crate::batch::thread_count;
+use crate::{Failure, report};
+
+/// `options` says everything beside the inputs that outputs depend on.
+pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
+    if let Some(rate) = args.change.fps.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
+        return Err(Failure::Usage(format!("--fps {rate} is no frame rate")));
+    }
+    if let Some(folder) = &args.batch.out_dir {
+        return convert_many::run(args, folder, options);
+    }
+    let (input, output) = match args.paths.as_slice() {
+        [input] => (input, input.with_extension(args.batch.to.extension())),
+        [input, output] => (input, output.clone()),
+        _ => return Err(Failure::Usage("name a folder for many files, with -o".to_owned())),
+    };
+    if input.is_dir() {
+        let message = format!("{} is a folder; name one for the outputs, with -o", input.display());
+        return Err(Failure::Usage(message));
+    }
+    let Some(format) = FormatArg::of(&output) else {
+        let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
+        return Err(Failure::Usage(message));
+    };
+    if args.verify && matches!(format, FormatArg::Bvh) {
+        return Err(Failure::Usage("--verify compares glTF files, not BVH".to_owned()));
+    }
+    let converted = convert(args, input, &output)?;
+    report::warnings(Some(input), &converted.warnings);
+    if !args.batch.spread.quiet {
+        tell(input, &output, &converted);
+    }
+    match &converted.verification {
+        Some(verification) => verify::require(verification, args.tolerance.max_error),
+        None => Ok(()),
+    }
+}
+
+/// What is worth saying about a file that was written.
+pub(crate) struct Converted {
+    pub(crate) warnings: Vec<Warning>,
+    pub(crate) verification: Option<Verification>,
+    decisions: Vec<String>,
+    renamed: Vec<Renamed>,
+    dropped_keys: usize,
+    bytes: usize,
+    nodes: usize,
+    frames: usize,
+}
+
+/// Converts one file, and says nothing.
+pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap::Result<Converted> {
+    let mut scene = import(args, input)?;
+    let is_bvh = matches!(FormatArg::of(output), Some(FormatArg::Bvh));
+    let decisions = change::apply(&mut scene, &args.change, is_bvh);
+    let (renamed, dropped_keys, bytes) = if is_bvh {
+        (Vec::new(), 0, bvh::export(&scene, output, &args.bvh.options())?.bytes)
+    } else {
+        let options = gltf::Options {
+            keep_constant: args.keep_constant,
+            buffer: if args.embed {
+                BufferPlace::Embedded
+            } else {
+                BufferPlace::Beside
+            },
+        };
+        let written = gltf::export(&scene, output, &options)?;
+        (written.renamed, written.dropped_keys, written.bytes)
+    };
+    let nodes = scene.nodes.len();
+    let frames = scene.animations.first().map_or(0, Animation::frame_count);
+    let warnings = std::mem::take(&mut scene.warnings);
+    // The keys of a long take are better gone before the file is read back.
+    drop(scene);
+    Ok(Converted {
+        warnings,
+        verification: args.verify.then(|| verify_files(input, output)).transpose()?,
+        decisions,
+        renamed,
+        dropped_keys,
+        bytes,
+        nodes,
+        frames,
+    })
+}
+
+fn tell(input: &Path, output: &Path, converted: &Converted) {
+    let Converted {
+        nodes, frames, bytes, ..
+    } = converted;
+    for decision in &converted.decisions {
+        report::say(decision);
+    }
+    for renamed in &converted.renamed {
+        report::say(&format!(
+            "node \"{}\" is called \"{}\" in the file",
+            renamed.from, renamed.to
+        ));
+    }
+    if converted.dropped_keys > 0 {
+        report::say(&format!(
+            "{} keys were dropped: 32-bit times cannot tell them apart",
+            converted.dropped_keys
+        ));
+    }
+    report::say(&format!(
+        "{} -> {}: {nodes} nodes, {frames} frames, {bytes} bytes",
+        input.display(),
+        output.display(),
+    ));
+    if let Some(verification) = &converted.verification {
+        report::say(&verify::summary(verification));
+    }
+}
+
+/// Imports a file at its own frame rate, `--fps` being the rate to write. Where the file states none, `--fps` is its
+/// rate too.
+fn import(args: &ConvertArgs, input: &Path) -> mocap::Result<Scene> {
+    // Many files keep all threads busy, a thread a file.
+    let threads = match args.batch.out_dir {
+        Some(_) => 1,
+        None => thread_count(args.batch.spread.threads),
+    };
+    let importer = || -> Importer {
+        let importer = args.read.importer().skeleton_mesh(args.mesh.into());
+        importer.threads(threads)
+    };
+    let at_given_rate = |rate| importer().frame_rate(rate).import(input);
+    match (importer().import(input), args.change.fps) {
+        (Err(error), Some(rate)) if error.code() == Code::FrameTime => at_given_rate(rate),
+        (Ok(scene), Some(rate)) if assumes_rate(&scene) => at_given_rate(rate),
+        (result, _) => result,
+    }
+}
+
+fn assumes_rate(scene: &Scene) -> bool {
+    scene
+        .metadata
+        .assumptions
+        .iter()
+        .any(|assumption| assumption.topic == "frame-rate")
+}

@@ -1,0 +1,211 @@
+//! `mocap convert -o`: many motion files into a folder.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs::{self, File};
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use mocap::export::unfinished_target;
+use walkdir::WalkDir;
+
+use super::{convert, verify};
+use crate::args::{ConvertArgs, FormatArg};
+use crate::batch::inputs::{self, Input};
+use crate::batch::manifest::{Manifest, Record};
+use crate::batch::progress::{Counts, Outcome, Progress};
+use crate::batch::{self, thread_count};
+use crate::{Failure, report};
+
+/// Where the outputs go, and what they depend on.
+struct Run<'a> {
+    args: &'a ConvertArgs,
+    folder: &'a Path,
+    /// The options as text, for the manifest.
+    options: &'a str,
+    /// The output of every input, below the folder.
+    outputs: HashMap<String, String>,
+    /// What former runs say of their inputs.
+    former: BTreeMap<String, Record>,
+}
+
+/// How a file ended, and what is new to say of it.
+struct Ended {
+    outcome: Outcome,
+    record: Option<Record>,
+}
+
+/// Converts what the arguments name into `folder`. `options` says everything beside the inputs that outputs depend on.
+pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<(), Failure> {
+    let spread = &args.batch.spread;
+    let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
+    // Outputs are named before the shard is taken, so that every shard names them alike.
+    let mut inputs = inputs::find(&args.paths)?;
+    // The outputs of a former run may stand in the very folder that is converted.
+    let is_output = |path: &Path| matches!(FormatArg::of(path), Some(FormatArg::Glb | FormatArg::Gltf));
+    inputs.retain(|input| !is_output(&input.path));
+    let outputs = name_outputs(&inputs, args.batch.to.extension())?;
+    inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
+    fs::create_dir_all(folder).map_err(in_folder)?;
+    let own = inputs.iter().map(|input| folder.join(&outputs[&input.relative]));
+    let own = own.chain([Manifest::path(folder, spread.shard)]);
+    remove_unfinished(folder, own).map_err(in_folder)?;
+    let mut manifest = Manifest::open(folder, spread.shard, args.batch.resume).map_err(in_folder)?;
+    let run = Run {
+        args,
+        folder,
+        options,
+        outputs,
+        former: manifest.records().clone(),
+    };
+    let mut progress = Progress::new(spread.progress(), &inputs);
+    let mut failures = Vec::new();
+    let end = |index: usize, ended: Ended| {
+        progress.add(&inputs[index], ended.outcome);
+        let Some(record) = ended.record else { return Ok(()) };
+        if let Some(error) = &record.error {
+            failures.push((record.input.clone(), error.clone()));
+        }
+        manifest.add(record)
+    };
+    batch::for_each(&inputs, thread_count(spread.threads), |input| run.convert(input), end).map_err(in_folder)?;
+    let counts = progress.finish();
+    manifest
+        .finish(|input| run.outputs.contains_key(input))
+        .map_err(in_folder)?;
+    if !spread.quiet {
+        report::say(&summary(&counts));
+        tell_failures(failures);
+    }
+    counts.verdict()
+}
+
+impl Run<'_> {
+    fn convert(&self, input: &Input) -> Ended {
+        let start = Instant::now();
+        let mut record = Record::new(input, self.options);
+        // A defect that one file brings to light must not cost the others.
+        let ended = catch_unwind(AssertUnwindSafe(|| self.fill(input, &mut record)));
+        let outcome = ended.unwrap_or_else(|_| Err("the program has a defect".to_owned()));
+        let outcome = outcome.unwrap_or_else(|error| {
+            record.error = Some(error);
+            Outcome::Failed
+        });
+        record.seconds = start.elapsed().as_secs_f64();
+        Ended {
+            outcome,
+            record: (outcome != Outcome::Skipped).then_some(record),
+        }
+    }
+
+    /// Converts a file, and notes in `record` what comes to light.
+    fn fill(&self, input: &Input, record: &mut Record) -> Result<Outcome, String> {
+        let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
+        record.blake3 = Some(hash(&input.path).map_err(|error| in_file(&input.path, error))?);
+        let output = &self.outputs[&input.relative];
+        let path = self.folder.join(output);
+        if self.is_done(record, output) && path.exists() {
+            return Ok(Outcome::Skipped);
+        }
+        let folder = path.parent().unwrap_or(self.folder);
+        fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
+        let converted = convert::convert(self.args, &input.path, &path).map_err(|error| error.to_string())?;
+        record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
+        record.output = Some(output.clone());
+        let allowed = self.args.tolerance.max_error;
+        if let Some(verification) = converted
+            .verification
+            .filter(|found| !verify::is_within(found, allowed))
+        {
+            return Err(verify::too_far(&verification, allowed));
+        }
+        Ok(Outcome::Done)
+    }
+
+    /// Whether a former run has made `output` of the same bytes in the same way.
+    fn is_done(&self, record: &Record, output: &str) -> bool {
+        self.former.get(&record.input).is_some_and(|former| {
+            former.error.is_none()
+                && former.blake3 == record.blake3
+                && former.options == record.options
+                && former.version == record.version
+                && former.output.as_deref() == Some(output)
+        })
+    }
+}
+
+fn hash(path: &Path) -> io::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(File::open(path)?)?;
+    Ok(hasher.finalize().to_string())
+}
+
+/// The output of every input, both as relative paths: with the new extension in place of the old, or behind it where
+/// two inputs would get the same output.
+fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
+    let replaced = |input: &Input| Path::new(&input.relative).with_extension(extension);
+    let mut claims = HashMap::<PathBuf, usize>::new();
+    for input in inputs {
+        *claims.entry(replaced(input)).or_default() += 1;
+    }
+    let mut outputs = HashMap::new();
+    for input in inputs {
+        let output = match replaced(input) {
+            output if claims[&output] == 1 => output.to_string_lossy().into_owned(),
+            _ => format!("{}.{extension}", input.relative),
+        };
+        if outputs.insert(input.relative.clone(), output).is_some() {
+            let message = "two inputs are called this below the folders that were named; name a folder above both";
+            return Err(Failure::Usage(format!("{}: {message}", input.relative)));
+        }
+    }
+    Ok(outputs)
+}
+
+/// Removes what a killed run has left of these files under temporary names. Those of other shards, which may be at
+/// work in the same folder, stay.
+fn remove_unfinished(folder: &Path, files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
+    let own: HashSet<PathBuf> = files.flat_map(|file| [file.with_extension("bin"), file]).collect();
+    for entry in WalkDir::new(folder) {
+        let path = entry?.into_path();
+        if unfinished_target(&path).is_some_and(|target| own.contains(&target)) {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// `9,998 of 10,000 files in 4.2 s`, with what is worth knowing beside.
+fn summary(counts: &Counts) -> String {
+    let Counts {
+        files,
+        skipped,
+        failed,
+        seconds,
+        megabytes_per_second,
+        ..
+    } = counts;
+    let converted = files - skipped - failed;
+    format!(
+        "{converted} of {files} files converted, {skipped} done before, {failed} failed: \
+         {seconds:.1} s, {megabytes_per_second:.1} MB/s"
+    )
+}
+
+/// A table of the files that failed and why, or of the first of them.
+fn tell_failures(mut failures: Vec<(String, String)>) {
+    const MOST: usize = 20;
+    failures.sort();
+    let shown = &failures[..failures.len().min(MOST)];
+    let width = shown.iter().map(|(input, _)| input.chars().count()).max().unwrap_or(0);
+    for (input, error) in shown {
+        report::say(&format!("  {input:width$}  {error}"));
+    }
+    if failures.len() > MOST {
+        report::say(&format!(
+            "  and {} more, which the manifest names",
+            failures.len() - MOST
+        ));
+    }
+}

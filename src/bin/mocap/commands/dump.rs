@@ -1,0 +1,43 @@
+//! `mocap dump`: the whole scene, as the graphics course prints it or as JSON.
+
+use std::io::{self, BufWriter, Write};
+
+use mocap::SkeletonMesh;
+use mocap::dump::{self, Layout, SceneView, Section};
+use mocap::process;
+
+use crate::args::DumpArgs;
+use crate::{Failure, report};
+
+pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
+    let importer = args
+        .read
+        .importer()
+        .skeleton_mesh(SkeletonMesh::Skinned)
+        .collapse_keys(!args.raw);
+    let mut scene = importer.import(&args.file)?;
+    report::warnings(Some(&args.file), &scene.warnings);
+    if !args.raw {
+        process::find_degenerates(&mut scene);
+        process::remove_sizeless_meshes(&mut scene);
+        process::join_identical_vertices(&mut scene);
+        process::debone(&mut scene);
+    }
+    if args.json {
+        let mut out = BufWriter::new(io::stdout().lock());
+        // In one line: indented, every number of every key would have its own.
+        serde_json::to_writer(&mut out, &SceneView::new(&scene)).map_err(io::Error::from)?;
+        writeln!(out)?;
+        out.flush()?;
+        return Ok(());
+    }
+    let layout = Layout::from(args.layout);
+    let chosen: Vec<Section> = args.sections.iter().map(|&section| section.into()).collect();
+    if let Some(absent) = chosen.iter().find(|section| !layout.sections().contains(section)) {
+        return Err(Failure::Usage(format!("the layout {layout} has no section {absent}")));
+    }
+    let sections = if chosen.is_empty() { layout.sections() } else { &chosen };
+    let mut out = io::stdout().lock();
+    out.write_all(dump::text(&scene, layout, sections).as_bytes())?;
+    Ok(())
+}

@@ -1,0 +1,40 @@
+//! `mocap gif`: a film of a clip.
+
+use mocap::SkeletonMesh;
+use mocap::render::{Clip, Movie, MovieOptions};
+
+use super::{extension, short_name, unknown_extension};
+use crate::args::GifArgs;
+use crate::{Failure, report};
+
+pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
+    let scene = args
+        .read
+        .importer()
+        .skeleton_mesh(SkeletonMesh::None)
+        .import(&args.file)?;
+    report::warnings(Some(&args.file), &scene.warnings);
+    let name = short_name(&args.file);
+    let options = MovieOptions {
+        width: args.width,
+        height: args.height,
+        frames_per_second: args.rate,
+        speed: args.speed,
+        follow: !args.still,
+    };
+    let mut movie = Movie::new(
+        Clip {
+            name: &name,
+            scene: &scene,
+        },
+        &options,
+    )?;
+    let bytes = match extension(&args.output).as_str() {
+        "gif" => movie.to_gif()?,
+        "apng" | "png" => movie.to_apng()?,
+        _ => return Err(unknown_extension(&args.output, ".gif, .apng or .png")),
+    };
+    mocap::export::write_file(&args.output, &bytes)?;
+    report::say(&format!("{}: {movie}, {} bytes", args.output.display(), bytes.len()));
+    Ok(())
+}

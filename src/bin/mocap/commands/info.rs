@@ -1,0 +1,90 @@
+//! `mocap info`: what a person wants to know about a file.
+
+use std::io::{self, IsTerminal, Write};
+
+use mocap::render::{Clip, ScreenOptions, screen};
+use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed, Warning};
+use mocap::{Scene, SkeletonMesh};
+use serde::Serialize;
+use terminal_size::{Height, Width};
+
+use super::print_json;
+use crate::Failure;
+use crate::args::InfoArgs;
+
+#[derive(Serialize)]
+struct InfoView<'a> {
+    file: String,
+    format: &'a str,
+    nodes: usize,
+    joints: usize,
+    end_sites: usize,
+    meshes: usize,
+    vertices: usize,
+    channels: usize,
+    frames: usize,
+    ticks_per_second: Option<f64>,
+    duration_ticks: f64,
+    duration_seconds: f64,
+    root_offset: Option<&'a RootOffsetUsed>,
+    assumptions: &'a [Assumption],
+    warnings: &'a [Warning],
+}
+
+impl<'a> InfoView<'a> {
+    fn new(file: String, scene: &'a Scene) -> Self {
+        let animation = scene.animations.first();
+        let count = |kind| scene.nodes.iter().filter(|node| node.kind == kind).count();
+        Self {
+            file,
+            format: &scene.metadata.format,
+            nodes: scene.nodes.len(),
+            joints: count(NodeKind::Joint),
+            end_sites: count(NodeKind::EndSite),
+            meshes: scene.meshes.len(),
+            vertices: scene.meshes.iter().map(|mesh| mesh.vertices.len()).sum(),
+            channels: animation.map_or(0, |animation| animation.channels.len()),
+            frames: animation.map_or(0, Animation::frame_count),
+            ticks_per_second: animation.map(|animation| animation.ticks_per_second),
+            duration_ticks: animation.map_or(0.0, |animation| animation.duration),
+            duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
+            root_offset: scene.metadata.root_offset.as_ref(),
+            assumptions: &scene.metadata.assumptions,
+            warnings: &scene.warnings,
+        }
+    }
+}
+
+pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let scene = args
+        .read
+        .importer()
+        .skeleton_mesh(SkeletonMesh::Segmented)
+        .import(&args.file)?;
+    let view = InfoView::new(args.file.display().to_string(), &scene);
+    if args.json {
+        print_json(&view)?;
+    } else {
+        print_screen(&view.file, &scene)?;
+    }
+    Ok(())
+}
+
+/// One screen of the terminal; where the output is none, a page of a usual width and as long as it takes.
+fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let is_terminal = out.is_terminal();
+    let size = terminal_size::terminal_size().filter(|_| is_terminal);
+    let options = match size {
+        Some((Width(width), Height(height))) => ScreenOptions {
+            width: width.into(),
+            height: height.into(),
+            colour: std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+        },
+        None => ScreenOptions {
+            height: usize::MAX,
+            ..ScreenOptions::default()
+        },
+    };
+    out.write_all(screen(&Clip { name, scene }, &options).as_bytes())
+}

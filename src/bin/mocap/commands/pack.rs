@@ -1,0 +1,256 @@
+//! `mocap pack`: many motion files into Parquet files.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::Instant;
+
+use mocap::arrays::table::arrow_array::RecordBatch;
+use mocap::arrays::{Options, arrays, parquet, table};
+use mocap::export::{unfinished_target, write_file};
+use mocap::{Importer, Scene, SkeletonMesh};
+
+use crate::args::{PackArgs, TableArg};
+use crate::batch::inputs::{self, Input};
+use crate::batch::manifest::{Manifest, Record};
+use crate::batch::progress::{Outcome, Progress};
+use crate::batch::{self, InOrder, thread_count};
+use crate::{Failure, report};
+
+/// What one file gives.
+struct Packed {
+    record: Record,
+    rows: Option<RecordBatch>,
+}
+
+/// How files become rows.
+struct Packer<'a> {
+    importer: Importer,
+    options: Options,
+    table: TableArg,
+    /// The options as text, for the manifest.
+    options_text: &'a str,
+}
+
+/// The Parquet files of a run. Rows come in the order of their inputs, so that the files do not depend on how many
+/// threads made them; a file is written when its rows are many enough, and only then are its inputs noted as done.
+struct Parts<'a> {
+    folder: &'a Path,
+    prefix: String,
+    next: usize,
+    most_bytes: usize,
+    bytes: usize,
+    rows: Vec<RecordBatch>,
+    records: Vec<Record>,
+    manifest: Manifest,
+}
+
+pub(crate) fn run(args: &PackArgs, options_text: &str) -> Result<(), Failure> {
+    let folder = args.out_dir.as_path();
+    let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
+    let mut inputs = inputs::find(&args.paths)?;
+    inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
+    fs::create_dir_all(folder).map_err(in_folder)?;
+    let manifest = Manifest::open(folder, args.spread.shard, args.resume).map_err(in_folder)?;
+    let prefix = match args.spread.shard {
+        Some(shard) => format!("part-{}-", shard.name()),
+        None => "part-".to_owned(),
+    };
+    let former = manifest.records().clone();
+    let kept = kept_parts(&former, &inputs, folder, options_text);
+    remove_parts(folder, &prefix, &kept).map_err(in_folder)?;
+    let mut parts = Parts {
+        folder,
+        next: former
+            .values()
+            .filter_map(|record| number(&prefix, record.output.as_deref()?))
+            .max()
+            .map_or(0, |last| last + 1),
+        prefix,
+        most_bytes: args.part_size as usize * 1_000_000,
+        bytes: 0,
+        rows: Vec::new(),
+        records: Vec::new(),
+        manifest,
+    };
+    let is_kept = |input: &Input| {
+        let output = former.get(&input.relative).and_then(|record| record.output.as_deref());
+        output.is_some_and(|output| kept.contains(output))
+    };
+    let (done, left): (Vec<Input>, Vec<Input>) = inputs.iter().cloned().partition(is_kept);
+    let mut progress = Progress::new(args.spread.progress(), &inputs);
+    for input in &done {
+        progress.add(input, Outcome::Skipped);
+    }
+    let packer = Packer {
+        importer: args.read.importer().skeleton_mesh(SkeletonMesh::None),
+        options: args.arrays.options(),
+        table: args.table(),
+        options_text,
+    };
+    let mut failures = Vec::new();
+    let mut in_order = InOrder::new();
+    let take_in = |index: usize, packed: Packed| -> io::Result<()> {
+        if let Some(error) = &packed.record.error {
+            failures.push(format!("  {}  {error}", packed.record.input));
+        }
+        let outcome = if packed.record.error.is_some() {
+            Outcome::Failed
+        } else {
+            Outcome::Done
+        };
+        progress.add(&left[index], outcome);
+        in_order.push(index, packed);
+        while let Some(packed) = in_order.pop() {
+            parts.push(packed)?;
+        }
+        Ok(())
+    };
+    let threads = thread_count(args.spread.threads);
+    batch::for_each(&left, threads, |input| packer.pack(input), take_in).map_err(in_folder)?;
+    parts.write().map_err(in_folder)?;
+    let names: BTreeSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
+    parts
+        .manifest
+        .finish(|input| names.contains(input))
+        .map_err(in_folder)?;
+    let counts = progress.finish();
+    if !args.spread.quiet {
+        let packed = left.len() - counts.failed;
+        report::say(&format!(
+            "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",
+            counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
+        ));
+        failures.sort();
+        // The manifest names them all.
+        for failure in failures.iter().take(20) {
+            report::say(failure);
+        }
+    }
+    counts.verdict()
+}
+
+impl Packer<'_> {
+    fn pack(&self, input: &Input) -> Packed {
+        let start = Instant::now();
+        let mut record = Record::new(input, self.options_text);
+        // A defect that one file brings to light must not cost the others.
+        let rows = catch_unwind(AssertUnwindSafe(|| self.rows(input, &mut record)));
+        let rows = rows.unwrap_or_else(|_| {
+            record.error = Some("the program has a defect".to_owned());
+            None
+        });
+        record.seconds = start.elapsed().as_secs_f64();
+        Packed { record, rows }
+    }
+
+    /// The rows of a file; one that cannot be read has a row with the error where a row is a file.
+    fn rows(&self, input: &Input, record: &mut Record) -> Option<RecordBatch> {
+        let clip = input.relative.as_str();
+        record.blake3 = fs::read(&input.path).ok().map(|bytes| blake3::hash(&bytes).to_string());
+        let scene = self.importer.import(&input.path);
+        if let Ok(scene) = &scene {
+            record.warnings = scene.warnings.iter().map(ToString::to_string).collect();
+        }
+        if let TableArg::Inventory = self.table {
+            record.error = scene.as_ref().err().map(ToString::to_string);
+            return Some(table::inventory(&[(clip, &scene)]));
+        }
+        let motion = scene.and_then(|scene: Scene| arrays(&scene, &self.options));
+        let motion = motion.map_err(|error| error.to_string());
+        record.error = motion.as_ref().err().cloned();
+        match (self.table, &motion) {
+            (TableArg::Long, Ok(motion)) => Some(table::long(motion, clip)),
+            (TableArg::Long, Err(_)) => None,
+            _ => Some(table::clips(
+                &[(clip, motion.as_ref().map_err(String::as_str))],
+                &self.options,
+            )),
+        }
+    }
+}
+
+impl Parts<'_> {
+    fn push(&mut self, packed: Packed) -> io::Result<()> {
+        if let Some(rows) = packed.rows {
+            self.bytes += rows.get_array_memory_size();
+            self.rows.push(rows);
+        }
+        self.records.push(packed.record);
+        if self.bytes >= self.most_bytes {
+            self.write()
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Writes what has come together as one file, and then notes its inputs.
+    fn write(&mut self) -> io::Result<()> {
+        let rows = std::mem::take(&mut self.rows);
+        let mut output = None;
+        if !rows.is_empty() {
+            let name = format!("{}{:05}.parquet", self.prefix, self.next);
+            let bytes = parquet::write_tables(&rows).map_err(io::Error::other)?;
+            write_file(&self.folder.join(&name), &bytes).map_err(io::Error::other)?;
+            self.next += 1;
+            output = Some(name);
+        }
+        self.bytes = 0;
+        for mut record in self.records.drain(..) {
+            record.output.clone_from(&output);
+            self.manifest.add(record)?;
+        }
+        Ok(())
+    }
+}
+
+/// The files of former runs whose rows all still stand: every input is there, has not changed, and was packed in the
+/// same way. A row cannot be taken out of a file, so a file with one that does not stand is made anew.
+fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path, options: &str) -> BTreeSet<String> {
+    let paths: BTreeMap<&str, &Path> = inputs
+        .iter()
+        .map(|input| (input.relative.as_str(), input.path.as_path()))
+        .collect();
+    let stands = |record: &Record| {
+        let path = paths.get(record.input.as_str());
+        let bytes = path.and_then(|path| fs::read(path).ok());
+        record.options == options
+            && record.version == env!("CARGO_PKG_VERSION")
+            && bytes.is_some_and(|bytes| record.blake3.as_deref() == Some(blake3::hash(&bytes).to_hex().as_str()))
+    };
+    let mut kept = BTreeMap::<&str, bool>::new();
+    for record in former.values() {
+        if let Some(output) = &record.output {
+            *kept.entry(output).or_insert(true) &= stands(record);
+        }
+    }
+    let is_there = |output: &str| folder.join(output).exists();
+    let kept = kept.into_iter().filter(|(output, stands)| *stands && is_there(output));
+    kept.map(|(output, _)| output.to_owned()).collect()
+}
+
+/// Removes the files of former runs that are not kept, and what a killed run has left under temporary names.
+fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let target = unfinished_target(&path);
+        let name = target
+            .as_ref()
+            .unwrap_or(&path)
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let is_own = name.starts_with(prefix) && name.ends_with(".parquet");
+        if is_own && (target.is_some() || !kept.contains(name.as_ref())) {
+            fs::remove_file(path)?;
+        }
+    }
+    Ok(())
+}
+
+/// The number in the name of a file.
+fn number(prefix: &str, output: &str) -> Option<usize> {
+    output.strip_prefix(prefix)?.strip_suffix(".parquet")?.parse().ok()
+}

@@ -1,0 +1,127 @@
+//! `mocap pose`: node matrices at a tick.
+
+use std::io::{self, BufWriter, Write};
+
+use mocap::glam::Mat4;
+use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
+use serde::Serialize;
+
+use super::print_json;
+use crate::args::PoseArgs;
+use crate::{Failure, report};
+
+#[derive(Serialize)]
+struct PoseView<'a> {
+    file: String,
+    tick: f64,
+    nodes: Vec<NodeView<'a>>,
+}
+
+#[derive(Serialize)]
+struct NodeView<'a> {
+    name: &'a str,
+    parent: Option<&'a str>,
+    translation: [f32; 3],
+    /// x, y, z, w.
+    rotation: [f32; 4],
+    /// Row by row, as the course prints matrices.
+    matrix: [f32; 16],
+}
+
+pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
+    let scene = args
+        .read
+        .importer()
+        .skeleton_mesh(mocap::SkeletonMesh::None)
+        .import(&args.file)?;
+    report::warnings(Some(&args.file), &scene.warnings);
+    if !args.tick.is_finite() {
+        return Err(Failure::Usage(format!("--tick {} is no tick", args.tick)));
+    }
+    let view = PoseView {
+        file: args.file.display().to_string(),
+        tick: args.tick,
+        nodes: view_nodes(&scene, args),
+    };
+    if args.json {
+        print_json(&view)?;
+    } else if args.csv {
+        print_csv(&view)?;
+    } else {
+        print_text(&view)?;
+    }
+    Ok(())
+}
+
+fn view_nodes<'a>(scene: &'a Scene, args: &PoseArgs) -> Vec<NodeView<'a>> {
+    let mut pose = Pose::rest(scene);
+    if let Some(animation) = scene.animations.first() {
+        let policy = if args.repeat {
+            OutOfRange::Loop
+        } else {
+            OutOfRange::Clamp
+        };
+        pose.sample(
+            &Binding::new(scene, animation).out_of_range(policy),
+            animation,
+            args.tick,
+        );
+    }
+    let matrices = if args.world {
+        &pose.node_to_world
+    } else {
+        &pose.node_to_parent
+    };
+    let view = |(node, matrix): (&'a mocap::scene::Node, &Mat4)| {
+        let trs = Trs::from_matrix(*matrix);
+        NodeView {
+            name: &node.name,
+            parent: node.parent.map(|parent| scene.nodes[parent.index()].name.as_str()),
+            translation: trs.translation.into(),
+            rotation: trs.rotation.into(),
+            matrix: matrix.transpose().to_cols_array(),
+        }
+    };
+    scene.nodes.iter().zip(matrices).map(view).collect()
+}
+
+fn print_text(view: &PoseView<'_>) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    for node in &view.nodes {
+        writeln!(out, "{}  (parent: {})", node.name, node.parent.unwrap_or("none"))?;
+        let (rows, _) = node.matrix.as_chunks::<4>();
+        for [x, y, z, w] in rows {
+            writeln!(out, "  {x:>12.6} {y:>12.6} {z:>12.6} {w:>12.6}")?;
+        }
+    }
+    out.flush()
+}
+
+fn print_csv(view: &PoseView<'_>) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let header = "name,parent,tx,ty,tz,qx,qy,qz,qw,\
+                  m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33";
+    writeln!(out, "{header}")?;
+    for node in &view.nodes {
+        write!(
+            out,
+            "{},{}",
+            csv_field(node.name),
+            csv_field(node.parent.unwrap_or_default())
+        )?;
+        for number in node.translation.iter().chain(&node.rotation).chain(&node.matrix) {
+            write!(out, ",{number}")?;
+        }
+        writeln!(out)?;
+    }
+    out.flush()
+}
+
+/// RFC 4180: a field with a comma, a quote or a line end is quoted, and its quotes doubled.
+fn csv_field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

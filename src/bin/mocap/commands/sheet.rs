@@ -1,0 +1,24 @@
+//! `mocap sheet`: poses over time, one row a file.
+
+use mocap::render::{Clip, SheetOptions, sheet};
+use mocap::{Scene, SkeletonMesh};
+
+use super::{short_name, write_drawing};
+use crate::args::SheetArgs;
+use crate::{Failure, report};
+
+pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let mut named_scenes: Vec<(String, Scene)> = Vec::new();
+    for file in &args.files {
+        let scene = importer.import(file)?;
+        report::warnings(Some(file), &scene.warnings);
+        named_scenes.push((short_name(file), scene));
+    }
+    let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
+    let options = SheetOptions {
+        poses: args.poses,
+        width: args.width,
+    };
+    write_drawing(&sheet(&clips, &options), &args.output)
+}

@@ -1,0 +1,139 @@
+//! `mocap view`: a page with a player, or a list of the clips in a folder.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use mocap::render::{Clip, Entry, PageClip, listing, page};
+use mocap::{Scene, SkeletonMesh, gltf, process, survey};
+
+use super::short_name;
+use crate::args::ViewArgs;
+use crate::batch::inputs::{self, Input};
+use crate::{Failure, batch, report};
+
+pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
+    let output = match &args.output {
+        Some(output) => output.clone(),
+        None => temporary_folder()?.join(format!("{}.html", short_name(&args.files[0]))),
+    };
+    let viewed = match args.files.as_slice() {
+        [folder] if folder.is_dir() => view_folder(args, folder, &output),
+        files => view_files(args, files, &output),
+    };
+    let is_written = matches!(viewed, Ok(()) | Err(Failure::Some));
+    if is_written && args.output.is_none() && open::that(&output).is_err() {
+        report::say(&format!("no browser was found; open {} yourself", output.display()));
+    }
+    viewed
+}
+
+/// A folder that stays, because the browser reads from it after this program has ended.
+fn temporary_folder() -> Result<PathBuf, Failure> {
+    let folder = tempfile::Builder::new().prefix("mocap-").tempdir();
+    Ok(folder
+        .map_err(|error| Failure::Usage(format!("no temporary folder: {error}; name a page with -o")))?
+        .keep())
+}
+
+fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), Failure> {
+    let mut clips = Vec::new();
+    for file in files {
+        let read = read(args, file)?;
+        report::warnings(Some(file), &read.scene.warnings);
+        clips.push(read);
+    }
+    let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
+    let html = page(&pages);
+    mocap::export::write_file(output, html.as_bytes())?;
+    report::say(&format!("{}: {} bytes", output.display(), html.len()));
+    Ok(())
+}
+
+/// The list goes to `output`, the players into a folder beside it.
+fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Failure> {
+    let inputs = inputs::find(&[folder.to_owned()])?;
+    if inputs.is_empty() {
+        let message = format!("{}: no motion file is in this folder", folder.display());
+        return Err(Failure::Usage(message));
+    }
+    let players = format!("{}_files", short_name(output));
+    let link = |input: &Input| format!("{players}/{}.html", input.relative);
+    for input in &inputs {
+        create_folder_of(&output.with_file_name(link(input)))?;
+    }
+    let write_player = |input: &Input| -> Result<Entry, mocap::Error> {
+        let read = read(args, &input.path)?;
+        let player = output.with_file_name(link(input));
+        mocap::export::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
+        let clip = Clip {
+            name: &input.relative,
+            scene: &read.scene,
+        };
+        Ok(Entry::new(&clip, &link(input)))
+    };
+    // By their place in the folder, whichever is ready first.
+    let mut entries = BTreeMap::new();
+    let mut failed = 0;
+    batch::for_each(&inputs, batch::thread_count(None), write_player, |index, written| {
+        let entry = written.unwrap_or_else(|error| {
+            failed += 1;
+            report::error(&error);
+            Entry::failed(&inputs[index].relative, &error.diagnostic().to_string())
+        });
+        entries.insert(index, entry);
+        Ok::<(), Failure>(())
+    })?;
+    let entries: Vec<Entry> = entries.into_values().collect();
+    mocap::export::write_file(output, listing(&title_of(folder), &entries).as_bytes())?;
+    report::say(&format!("{}: {} files", output.display(), entries.len()));
+    match failed {
+        0 => Ok(()),
+        failed if failed == inputs.len() => Err(Failure::Told),
+        _ => Err(Failure::Some),
+    }
+}
+
+/// The name of a folder, also where the path to it has none, as `.` and `..` have.
+fn title_of(folder: &Path) -> String {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    short_name(&whole)
+}
+
+fn create_folder_of(file: &Path) -> Result<(), Failure> {
+    let folder = file.parent().unwrap_or(Path::new("."));
+    fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
+}
+
+/// A file, ready for a page. The GLB is in metres with +Y up, as `mocap convert` writes it.
+struct Read {
+    name: String,
+    scene: Scene,
+    glb: Vec<u8>,
+}
+
+impl Read {
+    fn page_clip(&self) -> PageClip<'_> {
+        PageClip {
+            clip: Clip {
+                name: &self.name,
+                scene: &self.scene,
+            },
+            glb: &self.glb,
+        }
+    }
+}
+
+fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
+    let scene = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned).import(file)?;
+    let mut in_metres = scene.clone();
+    let guesses = survey::survey(&scene);
+    let metres_per_unit = scene.metadata.metres_per_unit.unwrap_or(guesses.unit.value.metres());
+    process::convert_units(&mut in_metres, metres_per_unit, guesses.up.value);
+    let glb = gltf::write_glb(&in_metres, &gltf::Options::default())?;
+    Ok(Read {
+        name: short_name(file),
+        scene,
+        glb,
+    })
+}

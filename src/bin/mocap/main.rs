@@ -1,0 +1,89 @@
+//! The command line of `mocap`: words around the library's public interface.
+//!
+//! Data goes to standard output, words to standard error. Exit code 0 is done, 1 failed, 2 wrong usage, 3 some of many
+//! files failed.
+
+#![warn(clippy::unwrap_used)]
+
+mod args;
+mod batch;
+mod commands;
+mod report;
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use crate::args::{Args, Command};
+
+/// Why a command stopped.
+enum Failure {
+    /// A file could not be read or written.
+    File(mocap::Error),
+    /// Standard output could not be written.
+    Output(io::Error),
+    /// The arguments do not go together.
+    Usage(String),
+    /// A folder of outputs or its manifest could not be written.
+    Folder(PathBuf, io::Error),
+    /// Everything has been said already.
+    Told,
+    /// Some of many files failed, and that has been said already.
+    Some,
+}
+
+impl From<mocap::Error> for Failure {
+    fn from(error: mocap::Error) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+fn main() -> ExitCode {
+    let (args, options) = Args::parse_with_options();
+    let result = match &args.command {
+        Command::Convert(args) => commands::convert::run(args, &options),
+        Command::Info(args) => commands::info::run(args),
+        Command::Fk(args) => commands::fk::run(args),
+        #[cfg(feature = "parquet")]
+        Command::Pack(args) => commands::pack::run(args, &options),
+        Command::Pose(args) => commands::pose::run(args),
+        Command::Check(args) => commands::check::run(args),
+        Command::Dump(args) => commands::dump::run(args),
+        Command::Verify(args) => commands::verify::run(args),
+        Command::Formats => commands::formats::run(),
+        Command::MergeManifest(args) => commands::merge_manifest::run(args),
+        Command::View(args) => commands::view::run(args),
+        Command::Sheet(args) => commands::sheet::run(args),
+        Command::Gif(args) => commands::gif::run(args),
+        Command::Plot(args) => commands::plot::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever read our output has seen enough.
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Output(error)) => {
+            report::complain(&format!("standard output: {error}"));
+            ExitCode::from(1)
+        }
+        Err(Failure::File(error)) => {
+            report::error(&error);
+            ExitCode::from(1)
+        }
+        Err(Failure::Usage(message)) => {
+            report::complain(&message);
+            ExitCode::from(2)
+        }
+        Err(Failure::Folder(folder, error)) => {
+            report::complain(&format!("{}: {error}", folder.display()));
+            ExitCode::from(1)
+        }
+        Err(Failure::Told) => ExitCode::from(1),
+        Err(Failure::Some) => ExitCode::from(3),
+    }
+}

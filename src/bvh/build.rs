@@ -1,0 +1,336 @@
+//! The text: hierarchy, then a row a frame.
+
+use std::fmt::Write;
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::angles::Angles;
+use super::number::{push, push_single, shortest};
+use super::{Channels, Options, Report};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::pose::{Binding, Trs};
+use crate::scene::{Animation, Channel, NodeId, NodeKind, RotationOrder, Scene};
+
+/// What joints without an order of their own get, which most programs write.
+const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
+
+/// Frames a second of a file that holds a rest pose alone.
+const POSE_FRAME_RATE: f64 = 30.0;
+
+pub(super) fn text(scene: &Scene, options: &Options) -> Result<(String, Report)> {
+    let motion = Motion::new(scene);
+    let joints = joints(&motion, options)?;
+    let frames = motion.animation.map_or(1, frame_count);
+    let mut text = String::from("HIERARCHY\n");
+    push_hierarchy(&mut text, &joints, options);
+    let _ = writeln!(text, "MOTION\nFrames: {frames}");
+    text.push_str("Frame Time: ");
+    let frame_rate = motion
+        .animation
+        .map_or(POSE_FRAME_RATE, |animation| animation.ticks_per_second);
+    let frame_time = frame_rate.recip();
+    let shortest = shortest([frame_time], |[seconds]| seconds.recip() == frame_rate);
+    push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
+    text.push('\n');
+    push_rows(&mut text, &motion, &joints, frames, options)?;
+    let report = Report {
+        frames,
+        channels: joints.iter().map(Joint::channel_count).sum(),
+        bytes: text.len(),
+    };
+    Ok((text, report))
+}
+
+/// The first animation of a scene, tied to its nodes.
+struct Motion<'a> {
+    scene: &'a Scene,
+    animation: Option<&'a Animation>,
+    binding: Option<Binding>,
+    /// The channel of each node.
+    channels: Vec<Option<&'a Channel>>,
+}
+
+impl<'a> Motion<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let animation = scene.animations.first();
+        let binding = animation.map(|animation| Binding::new(scene, animation));
+        let mut channels = vec![None; scene.nodes.len()];
+        if let (Some(animation), Some(binding)) = (animation, &binding) {
+            for (node, channel) in binding.driven() {
+                channels[node.index()] = animation.channels.get(channel);
+            }
+        }
+        Self {
+            scene,
+            animation,
+            binding,
+            channels,
+        }
+    }
+
+    fn rest(&self) -> Vec<Trs> {
+        self.scene
+            .nodes
+            .iter()
+            .map(|node| Trs::from_matrix(node.transform))
+            .collect()
+    }
+
+    /// Moves the nodes that are driven to where they are in a frame.
+    fn sample(&self, frame: usize, transforms: &mut [Trs]) {
+        if let (Some(animation), Some(binding)) = (self.animation, &self.binding) {
+            binding.sample(animation, frame as f64, |node, trs| transforms[node.index()] = trs);
+        }
+    }
+}
+
+/// What is written of one node.
+struct Joint<'a> {
+    name: &'a str,
+    /// Index of the node.
+    node: usize,
+    is_end_site: bool,
+    /// Nodes from the first one written to this one.
+    depth: usize,
+    offset: Vec3,
+    /// What lengths below the scaled nodes above are multiplied by.
+    scale: Vec3,
+    /// Whether it has position channels.
+    moves: bool,
+    /// Whether it has rotation channels.
+    turns: bool,
+    order: RotationOrder,
+}
+
+impl Joint<'_> {
+    fn channel_count(&self) -> usize {
+        3 * (usize::from(self.moves) + usize::from(self.turns))
+    }
+}
+
+/// The nodes in their order, with what each has in the hierarchy.
+fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> {
+    let first = first_written(motion);
+    let rest = motion.rest();
+    let mut start = rest.clone();
+    motion.sample(0, &mut start);
+    let mut joints: Vec<Joint<'_>> = Vec::with_capacity(rest.len());
+    for (index, node) in motion.scene.nodes.iter().enumerate().skip(first) {
+        let parent = node.parent.and_then(|parent| parent.index().checked_sub(first));
+        let above = parent.map(|parent| &joints[parent]);
+        let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
+        let offset = scale * rest[index].translation;
+        let is_end_site = node.kind == NodeKind::EndSite;
+        let channel = motion.channels[index];
+        let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
+        let leaves_offset = || {
+            let positions = channel.map(|channel| channel.position_keys.values.as_slice());
+            positions
+                .unwrap_or_default()
+                .iter()
+                .any(|&position| scale * position != offset)
+        };
+        let moves = !is_end_site
+            && match options.channels {
+                Channels::Auto => parent.is_none() || leaves_offset(),
+                Channels::Three => parent.is_none(),
+                Channels::Six => parent.is_none() || is_animated,
+            };
+        let joint = Joint {
+            name: &node.name,
+            node: index,
+            is_end_site,
+            depth: above.map_or(0, |above| above.depth + 1),
+            offset: written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+            scale,
+            moves,
+            turns: !is_end_site && is_animated,
+            order: options.order.or(node.rotation_order).unwrap_or(USUAL_ORDER),
+        };
+        if !joint.offset.is_finite() {
+            return Err(unrepresentable(&joint, "the place at rest is not finite".to_owned()));
+        }
+        joints.push(joint);
+    }
+    if joints.is_empty() {
+        return Err(Diagnostic::new(Code::Unrepresentable, "a scene without a node has no skeleton").into());
+    }
+    Ok(joints)
+}
+
+/// A node that only holds one other is left out, so that the skeleton begins with its own root.
+fn first_written(motion: &Motion<'_>) -> usize {
+    let nodes = &motion.scene.nodes;
+    let holds_one = |index: usize| {
+        let children = nodes.iter().filter(|node| node.parent == Some(NodeId::new(index)));
+        children.count() == 1
+    };
+    let is_plain = |index: usize| {
+        let node = &nodes[index];
+        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && motion.channels[index].is_none()
+    };
+    // Depth first, so that an only child comes right behind its parent.
+    (0..nodes.len())
+        .take_while(|&index| is_plain(index) && holds_one(index))
+        .count()
+}
+
+/// A joint without position channels stands where its first frame has it.
+///
+/// A root that begins near zero while its OFFSET does not is read by some as moving relative to the OFFSET; without an
+/// OFFSET there is one reading.
+fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root: bool) -> Vec3 {
+    /// Of the OFFSET's length; wider than the limit of this crate's reader.
+    const NEAR_ZERO: f32 = 0.05;
+    if !moves {
+        start
+    } else if is_root && start.abs().max_element() <= NEAR_ZERO * offset.length() {
+        Vec3::ZERO
+    } else {
+        offset
+    }
+}
+
+/// One frame a whole tick, from 0 to the last within the duration.
+fn frame_count(animation: &Animation) -> usize {
+    /// Of a tick: durations that were computed from seconds fall a little short.
+    const TOLERANCE: f64 = 1e-6;
+    (animation.duration + TOLERANCE).floor() as usize + 1
+}
+
+fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &Options) {
+    let mut open = 0;
+    for joint in joints {
+        while open > joint.depth {
+            open -= 1;
+            push_line(text, open, "}");
+        }
+        let keyword = match (joint.is_end_site, joint.depth) {
+            (true, _) => "End Site",
+            (false, 0) => "ROOT",
+            (false, _) => "JOINT",
+        };
+        push_line(text, open, &head(keyword, joint.name));
+        push_line(text, open, "{");
+        open += 1;
+        text.extend(std::iter::repeat_n('\t', open));
+        text.push_str("OFFSET");
+        for component in joint.offset.to_array() {
+            text.push(' ');
+            push_single(text, component, options.digits);
+        }
+        text.push('\n');
+        if !joint.is_end_site {
+            push_line(text, open, &channels_line(joint));
+        }
+    }
+    while open > 0 {
+        open -= 1;
+        push_line(text, open, "}");
+    }
+}
+
+fn push_line(text: &mut String, indentation: usize, line: &str) {
+    text.extend(std::iter::repeat_n('\t', indentation));
+    text.push_str(line);
+    text.push('\n');
+}
+
+/// `JOINT name`. An end site that is named after its parent, as unnamed ones are, has no name in the file.
+fn head(keyword: &str, name: &str) -> String {
+    if keyword == "End Site" && name.starts_with("EndSite_") {
+        return keyword.to_owned();
+    }
+    // A name ends at a brace or at the end of its line.
+    let harmless = |c: char| {
+        if c.is_control() || matches!(c, '{' | '}') {
+            '_'
+        } else {
+            c
+        }
+    };
+    let name: String = name.trim().chars().map(harmless).collect();
+    if name.is_empty() {
+        format!("{keyword} _")
+    } else {
+        format!("{keyword} {name}")
+    }
+}
+
+fn channels_line(joint: &Joint<'_>) -> String {
+    let mut names = Vec::new();
+    if joint.moves {
+        names.extend(["X", "Y", "Z"].map(|axis| format!("{axis}position")));
+    }
+    if joint.turns {
+        names.extend(
+            joint
+                .order
+                .axes()
+                .map(|axis| format!("{}rotation", ["X", "Y", "Z"][axis])),
+        );
+    }
+    let mut line = format!("CHANNELS {}", names.len());
+    for name in names {
+        line.push(' ');
+        line.push_str(&name);
+    }
+    line
+}
+
+fn push_rows(
+    text: &mut String,
+    motion: &Motion<'_>,
+    joints: &[Joint<'_>],
+    frames: usize,
+    options: &Options,
+) -> Result<()> {
+    let is_shortest = options.digits.is_none();
+    let mut angles: Vec<Angles> = joints
+        .iter()
+        .map(|joint| Angles::new(joint.order, is_shortest))
+        .collect();
+    let mut transforms = motion.rest();
+    for frame in 0..frames {
+        motion.sample(frame, &mut transforms);
+        let start = text.len();
+        for (joint, angles) in std::iter::zip(joints, &mut angles) {
+            let Trs {
+                translation, rotation, ..
+            } = transforms[joint.node];
+            if joint.moves {
+                let position = joint.scale * translation;
+                if !position.is_finite() {
+                    return Err(unrepresentable(
+                        joint,
+                        format!("the position in frame {frame} is not finite"),
+                    ));
+                }
+                for component in position.to_array() {
+                    push_single(text, component, options.digits);
+                    text.push(' ');
+                }
+            }
+            if joint.turns {
+                let Some(angles) = angles.next(rotation) else {
+                    return Err(unrepresentable(joint, format!("the rotation in frame {frame} is none")));
+                };
+                for angle in angles {
+                    push(text, angle, options.digits);
+                    text.push(' ');
+                }
+            }
+        }
+        if text.len() > start {
+            text.pop();
+        }
+        text.push('\n');
+    }
+    Ok(())
+}
+
+fn unrepresentable(joint: &Joint<'_>, message: String) -> Error {
+    Diagnostic::new(Code::Unrepresentable, message)
+        .in_joint(joint.name)
+        .into()
+}

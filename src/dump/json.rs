@@ -1,0 +1,197 @@
+//! The scene as JSON: one shape, stated by these structs and by `scene.schema.json` beside this file.
+
+use glam::{Mat4, Quat, Vec3};
+use serde::Serialize;
+
+use crate::scene::{
+    Animation, Bone, Channel, Keys, Material, Mesh, Metadata, Node, NodeId, NodeKind, Primitive, RotationOrder, Scene,
+    VertexWeight, Warning,
+};
+
+/// A scene in the shape of its JSON. Serialise it with `serde_json`, in one line or pretty.
+///
+/// Matrices are 16 numbers row by row, as the course prints them; lengths are in the file's unit, times in ticks.
+///
+/// ```
+/// use mocap::dump::SceneView;
+/// use mocap::scene::{Node, Scene};
+///
+/// let scene = Scene { nodes: vec![Node::default()], ..Scene::default() };
+/// let json = serde_json::to_value(SceneView::new(&scene)).unwrap();
+/// assert_eq!(json["nodes"][0]["matrix"][15], 1.0);
+/// ```
+#[derive(Debug, Serialize)]
+pub struct SceneView<'a> {
+    /// Where the scene comes from and what was assumed.
+    pub metadata: &'a Metadata,
+    /// What the reader read around.
+    pub warnings: &'a [Warning],
+    /// The nodes, depth-first.
+    pub nodes: Vec<NodeView<'a>>,
+    /// The meshes that nodes name by index.
+    pub meshes: Vec<MeshView<'a>>,
+    /// The materials that meshes name by index.
+    pub materials: &'a [Material],
+    /// The animations.
+    pub animations: Vec<AnimationView<'a>>,
+}
+
+/// A node.
+#[derive(Debug, Serialize)]
+pub struct NodeView<'a> {
+    /// Its name; names may repeat.
+    pub name: &'a str,
+    /// `joint`, `end_site` or `group`.
+    pub kind: NodeKind,
+    /// Index of the node above; null on the root.
+    pub parent: Option<usize>,
+    /// Node to parent, row by row.
+    pub matrix: [f32; 16],
+    /// Indices of meshes.
+    pub meshes: &'a [usize],
+    /// The order in which the file turns the node about its axes, as `ZXY`; null where it has none.
+    pub rotation_order: Option<RotationOrder>,
+}
+
+/// A mesh, in the space of the node that holds it.
+#[derive(Debug, Serialize)]
+pub struct MeshView<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Index of the material.
+    pub material_index: usize,
+    /// `triangles` or `points`.
+    pub primitive: Primitive,
+    /// Positions: x, y, z.
+    pub vertices: Vec<[f32; 3]>,
+    /// Unit normals, one a vertex: x, y, z.
+    pub normals: Vec<[f32; 3]>,
+    /// Vertex indices, three a triangle, one a point.
+    pub faces: Vec<&'a [u32]>,
+    /// What ties vertices to nodes.
+    pub bones: Vec<BoneView<'a>>,
+}
+
+/// A bone.
+#[derive(Debug, Serialize)]
+pub struct BoneView<'a> {
+    /// Name of the node.
+    pub name: &'a str,
+    /// Index of the node.
+    pub node: usize,
+    /// Mesh space to the node's space in the rest pose, row by row.
+    pub offset_matrix: [f32; 16],
+    /// Vertex index and weight.
+    pub weights: Vec<(u32, f32)>,
+}
+
+/// An animation.
+#[derive(Debug, Serialize)]
+pub struct AnimationView<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Ticks in a second.
+    pub ticks_per_second: f64,
+    /// Length in ticks.
+    pub duration: f64,
+    /// One a joint.
+    pub channels: Vec<ChannelView<'a>>,
+}
+
+/// The keys of one node.
+#[derive(Debug, Serialize)]
+pub struct ChannelView<'a> {
+    /// Name of the node.
+    pub node_name: &'a str,
+    /// Tick, then x, y, z.
+    pub position_keys: Vec<(f64, [f32; 3])>,
+    /// Tick, then x, y, z, w of a unit quaternion.
+    pub rotation_keys_xyzw: Vec<(f64, [f32; 4])>,
+    /// Tick, then x, y, z.
+    pub scaling_keys: Vec<(f64, [f32; 3])>,
+}
+
+impl<'a> SceneView<'a> {
+    /// The view of a scene.
+    pub fn new(scene: &'a Scene) -> Self {
+        Self {
+            metadata: &scene.metadata,
+            warnings: &scene.warnings,
+            nodes: scene.nodes.iter().map(NodeView::new).collect(),
+            meshes: scene.meshes.iter().map(MeshView::new).collect(),
+            materials: &scene.materials,
+            animations: scene.animations.iter().map(AnimationView::new).collect(),
+        }
+    }
+}
+
+impl<'a> NodeView<'a> {
+    fn new(node: &'a Node) -> Self {
+        Self {
+            name: &node.name,
+            kind: node.kind,
+            parent: node.parent.map(NodeId::index),
+            matrix: rows(node.transform),
+            meshes: &node.meshes,
+            rotation_order: node.rotation_order,
+        }
+    }
+}
+
+impl<'a> MeshView<'a> {
+    fn new(mesh: &'a Mesh) -> Self {
+        Self {
+            name: &mesh.name,
+            material_index: mesh.material_index,
+            primitive: mesh.primitive,
+            vertices: mesh.vertices.iter().map(Vec3::to_array).collect(),
+            normals: mesh.normals.iter().map(Vec3::to_array).collect(),
+            faces: mesh.faces().collect(),
+            bones: mesh.bones.iter().map(BoneView::new).collect(),
+        }
+    }
+}
+
+impl<'a> BoneView<'a> {
+    fn new(bone: &'a Bone) -> Self {
+        let pair = |&VertexWeight { vertex_id, weight }: &VertexWeight| (vertex_id, weight);
+        Self {
+            name: &bone.name,
+            node: bone.node.index(),
+            offset_matrix: rows(bone.offset_matrix),
+            weights: bone.weights.iter().map(pair).collect(),
+        }
+    }
+}
+
+impl<'a> AnimationView<'a> {
+    fn new(animation: &'a Animation) -> Self {
+        Self {
+            name: &animation.name,
+            ticks_per_second: animation.ticks_per_second,
+            duration: animation.duration,
+            channels: animation.channels.iter().map(ChannelView::new).collect(),
+        }
+    }
+}
+
+impl<'a> ChannelView<'a> {
+    fn new(channel: &'a Channel) -> Self {
+        Self {
+            node_name: &channel.node_name,
+            position_keys: timed(&channel.position_keys, Vec3::to_array),
+            rotation_keys_xyzw: timed(&channel.rotation_keys, Quat::to_array),
+            scaling_keys: timed(&channel.scaling_keys, Vec3::to_array),
+        }
+    }
+}
+
+/// Each value, turned into an array, behind its tick.
+fn timed<T, const N: usize>(keys: &Keys<T>, array: impl Fn(&T) -> [f32; N]) -> Vec<(f64, [f32; N])> {
+    let pairs = keys.values.iter().enumerate();
+    pairs.map(|(index, value)| (keys.tick(index), array(value))).collect()
+}
+
+fn rows(matrix: Mat4) -> [f32; 16] {
+    matrix.transpose().to_cols_array()
+}

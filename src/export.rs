@@ -1,0 +1,62 @@
+//! Files that are whole or absent: the only place of the library that writes one.
+
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Writes `bytes` to `path` so that at no time a part of them stands there: beside the target first, then renamed.
+///
+/// An existing file is replaced. If anything fails the old file is still there, or none. A process that is killed may
+/// leave a file whose name [`unfinished_target`] knows.
+///
+/// # Errors
+/// [`Code::Io`](crate::Code::Io), with the path.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_file_with(path, |file| file.write_all(bytes))?;
+    Ok(())
+}
+
+/// [`write_file`] for bytes that do not stand together in memory: `write` writes them one after the other. Gives how
+/// many they are.
+///
+/// # Errors
+/// As [`write_file`].
+pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<u64> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut prefix = OsString::from(".");
+    prefix.push(path.file_name().unwrap_or_default());
+    prefix.push(UNFINISHED);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix);
+    // A temporary file is private by default; an output has the permissions of any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let write = || {
+        let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+        write(&mut file)?;
+        let length = file.as_file().metadata()?.len();
+        file.persist(path)?;
+        Ok(length)
+    };
+    write().map_err(|source| Error::io(path, source))
+}
+
+/// What stands between the name of a target and the random end of an unfinished file's name.
+const UNFINISHED: &str = ".unfinished-";
+
+/// The file that `path` was to become, if it is what a killed process has left of [`write_file`].
+///
+/// ```
+/// use std::path::Path;
+/// use mocap::export::unfinished_target;
+///
+/// let left = Path::new("out/.walk.glb.unfinished-x7Qz1a");
+/// assert_eq!(unfinished_target(left).as_deref(), Some(Path::new("out/walk.glb")));
+/// assert_eq!(unfinished_target(Path::new("out/walk.glb")), None);
+/// ```
+pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
+    let (target, _) = path.file_name()?.to_str()?.strip_prefix('.')?.rsplit_once(UNFINISHED)?;
+    Some(path.with_file_name(target))
+}

@@ -1,0 +1,82 @@
+//! The formats that are read here, as rows of one table.
+//!
+//! To add a format: a file in `format/`, a row in [`FORMATS`], fixtures with their origin, a row in the README.
+
+pub mod asf_amc;
+mod bip;
+pub mod bvh;
+pub mod c3d;
+#[cfg(feature = "fbx")]
+pub mod fbx;
+mod gltf;
+pub(crate) mod text;
+pub(crate) mod warnings;
+
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::scene::{RootOffset, Scene};
+
+/// What one format is called, how it is recognised, and how it is read.
+pub struct FormatInfo {
+    /// Short name, as users type it.
+    pub name: &'static str,
+    /// What the letters stand for.
+    pub description: &'static str,
+    /// Extensions in lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Whether the first bytes of a file look like this format.
+    pub sniff: fn(&[u8]) -> bool,
+    /// Reads a whole file.
+    pub read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+}
+
+/// A file as its reader sees it: the bytes, and a way to other files, for formats that spread over several.
+///
+/// A reader opens nothing by itself. It asks here, so that bytes from memory are read by the same code as files, and
+/// so that every file is held against [`Limits::max_bytes`].
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    /// The whole file.
+    pub bytes: &'a [u8],
+    /// What the file is called; its folder is where [`Source::open`] and [`Source::list`] look.
+    pub name: &'a Path,
+    /// Told of bytes that have been read and are not likely to be looked at again, so that those of a large file need
+    /// not stay in memory. Looking again is slow and no more.
+    pub release: &'a (dyn Fn(Range<usize>) + Sync),
+    /// Reads a file that this one refers to. Fails where the bytes come from memory, unless the caller has named that
+    /// very file, with [`Importer::skeleton`](crate::Importer::skeleton) for example.
+    pub open: &'a dyn Fn(&Path) -> Result<Vec<u8>>,
+    /// The files with this extension that may belong to this one, sorted: the one that the caller has named, else all
+    /// those in its folder.
+    pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
+}
+
+/// The formats, in the order in which contents are tried.
+pub const FORMATS: &[FormatInfo] = &[
+    bvh::FORMAT,
+    gltf::FORMAT,
+    asf_amc::FORMAT,
+    c3d::FORMAT,
+    #[cfg(feature = "fbx")]
+    fbx::FORMAT,
+    bip::FORMAT,
+];
+
+/// What a caller can ask of a format's reader.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// What to do with the root's OFFSET when the root has position channels too.
+    pub root_offset: RootOffset,
+    /// Frames per second to take in place of the file's own.
+    pub frame_rate: Option<f64>,
+    /// Read every row of the motion, also those beyond the declared count.
+    pub all_rows: bool,
+    /// Upper bounds.
+    pub limits: Limits,
+    /// Threads that may read one file; none stands for one a core.
+    pub threads: Option<NonZeroUsize>,
+}

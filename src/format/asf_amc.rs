@@ -1,0 +1,161 @@
+//! Acclaim's pair of files: `.asf`, the skeleton of a person, and `.amc`, a motion of that person.
+//!
+//! ```text
+//! asf       := section*
+//! section   := ":units" (("mass" | "length") x | "angle" ("deg" | "rad"))*
+//!            | ":root" ("order" channel* | "axis" order | "position" x y z | "orientation" x y z)*
+//!            | ":bonedata" bone*
+//!            | ":hierarchy" "begin" (parent child*)* "end"
+//!            | ":version" ... | ":name" ... | ":documentation" ... | any other, which is passed over
+//! bone      := "begin" ("name" name | "direction" x y z | "length" x | "axis" x y z order | "dof" channel* | ...)* "end"
+//! amc       := (":FULLY-SPECIFIED" | ":DEGREES" | ":RADIANS")* frame*
+//! frame     := number (name value*)*
+//! ```
+//!
+//! Each construction stands on a line of its own, and `#` begins a comment.
+//!
+//! A bone is a link with a direction in the world, and turns about axes of its own, which `axis` places in the world:
+//! with `C` the rotation of those axes and `M` the rotation that the motion states, the bone's node turns by
+//! `C M C^-1`, as matrices on column vectors, and at rest by nothing. Both `C` and `M` turn about the axis named first
+//! first: `XYZ` is `Rz Ry Rx`. A bone's node stands at its near end, which is the far end of its parent; a bone that
+//! nothing hangs on has an end site at its far end.
+//!
+//! Lengths are in the file's unit. `skeleton` reads the one file, `motion` the other, `scene` joins them.
+
+mod line;
+mod motion;
+mod scene;
+mod skeleton;
+
+use std::path::{Path, PathBuf};
+
+use self::line::Lines;
+use self::skeleton::Skeleton;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::text::decode;
+use crate::format::warnings::Warnings;
+use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::scene::Scene;
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    name: "asf-amc",
+    description: "Acclaim skeleton and motion",
+    extensions: &["amc", "asf"],
+    sniff,
+    read,
+};
+
+/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
+type Failure = Box<Diagnostic>;
+
+fn sniff(bytes: &[u8]) -> bool {
+    const ENOUGH: usize = 64 << 10;
+    decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| begins_skeleton(&text) || begins_motion(&text))
+}
+
+fn begins_skeleton(text: &[u8]) -> bool {
+    let first = Lines::new(text).next_line();
+    let sections = [":version", ":name", ":units", ":documentation", ":root", ":bonedata"];
+    first.is_some_and(|words| sections.iter().any(|section| words[0].is(section)))
+}
+
+fn begins_motion(text: &[u8]) -> bool {
+    let first = Lines::new(text).next_line();
+    first.is_some_and(|words| motion::HEADER.iter().any(|keyword| words[0].is(keyword)))
+}
+
+fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let text = decode(source.bytes)?;
+    let has_motion_name = has_extension(source.name, "amc");
+    if begins_motion(&text) || (has_motion_name && !begins_skeleton(&text)) {
+        read_pair(source, &text, options)
+    } else {
+        let mut warnings = Warnings::default();
+        let result = skeleton::read(&text, &options.limits).map(|skeleton| {
+            warnings.push(Code::NoMotion, || {
+                Diagnostic::new(
+                    Code::NoMotion,
+                    "an .asf file holds no motion: the scene has a skeleton and no animation",
+                )
+                .help("import the .amc file, which finds its .asf beside it")
+            });
+            scene::build(&skeleton, None, options)
+        });
+        finish(result, warnings)
+    }
+}
+
+fn read_pair(source: &Source<'_>, text: &[u8], options: &ReadOptions) -> Result<Scene> {
+    let path = find_skeleton(source)?;
+    let skeleton = read_skeleton(source, &path, options).map_err(|error| error.with_path(&path))?;
+    let mut warnings = Warnings::default();
+    let result = motion::read(text, &skeleton, options, &mut warnings)
+        .map(|motion| scene::build(&skeleton, Some(motion), options));
+    finish(result, warnings)
+}
+
+fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Result<Skeleton> {
+    let bytes = (source.open)(path)?;
+    let text = decode(&bytes)?;
+    Ok(skeleton::read(&text, &options.limits)?)
+}
+
+fn finish(result: Result<Scene, Failure>, mut warnings: Warnings) -> Result<Scene> {
+    match result {
+        Ok(mut scene) => {
+            scene.warnings = warnings.take();
+            Ok(scene)
+        }
+        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
+    }
+}
+
+/// The skeleton of a motion: of the candidates the one whose name the motion's begins with (`01.asf` for `01_02.amc`),
+/// else the only one.
+fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
+    let mut candidates = (source.list)("asf");
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
+    let motion = stem(source.name);
+    let begins_motion = |path: &&PathBuf| {
+        let rest = motion.strip_prefix(&stem(path));
+        rest.is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
+    };
+    let same_prefix = candidates.iter().filter(begins_motion);
+    if let Some(skeleton) = same_prefix.max_by_key(|path| stem(path).len()) {
+        return Ok(skeleton.clone());
+    }
+    if candidates.len() == 1 {
+        return Ok(candidates.remove(0));
+    }
+    Err(
+        Diagnostic::new(Code::MissingFile, "a motion needs its skeleton, an .asf file")
+            .expected_found(
+                format!(
+                    "{}.asf or a single .asf file beside it",
+                    source.name.with_extension("").display()
+                ),
+                list(&candidates),
+            )
+            .help("name it: --skeleton FILE, or Importer::skeleton")
+            .into(),
+    )
+}
+
+fn list(files: &[PathBuf]) -> String {
+    const MOST: usize = 8;
+    let names = files.iter().take(MOST).filter_map(|file| file.file_name());
+    let mut names: Vec<_> = names.map(|name| name.to_string_lossy().into_owned()).collect();
+    if files.len() > MOST {
+        names.push(format!("{} more", files.len() - MOST));
+    }
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    }
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}

@@ -1,0 +1,280 @@
+//! The `.amc` file: numbered frames, in each a line of values a bone.
+
+use std::collections::HashMap;
+
+use super::Failure;
+use super::line::Lines;
+use super::skeleton::{ChannelKind, Skeleton};
+use crate::error::{Code, Diagnostic};
+use crate::format::ReadOptions;
+use crate::format::text::{Word, decode_name, number, quote};
+use crate::format::warnings::Warnings;
+use crate::limits::limit_exceeded;
+
+/// The words that may stand before the first frame.
+pub(super) const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"];
+
+/// The whole file.
+#[derive(Debug)]
+pub(super) struct Motion {
+    pub(super) frames: usize,
+    /// One a bone, in the order of the skeleton.
+    pub(super) tracks: Vec<Track>,
+    /// Whether angles are in degrees.
+    pub(super) degrees: bool,
+}
+
+/// What the file says about one bone.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Track {
+    /// The frames that name the bone, from 0.
+    pub(super) ticks: Vec<f64>,
+    /// As many for each tick as the bone has channels.
+    pub(super) values: Vec<f64>,
+}
+
+/// Reads an `.amc` text.
+pub(super) fn read(
+    text: &[u8],
+    skeleton: &Skeleton,
+    options: &ReadOptions,
+    warnings: &mut Warnings,
+) -> Result<Motion, Failure> {
+    let names = skeleton.bones.iter().enumerate();
+    let mut reader = Reader {
+        lines: Lines::new(text),
+        skeleton,
+        max_values: options.limits.max_values,
+        warnings,
+        bone_of: names.map(|(index, bone)| (bone.name.as_str(), index)).collect(),
+        motion: Motion {
+            frames: 0,
+            tracks: vec![Track::default(); skeleton.bones.len()],
+            degrees: skeleton.degrees,
+        },
+        last_number: None,
+        bones_in_frame: 0,
+        bones_in_first_frame: None,
+        values: 0,
+    };
+    reader.read_frames()?;
+    reader.report_the_rest();
+    Ok(reader.motion)
+}
+
+struct Reader<'a, 'c> {
+    lines: Lines<'a>,
+    skeleton: &'c Skeleton,
+    max_values: u64,
+    warnings: &'c mut Warnings,
+    bone_of: HashMap<&'c str, usize>,
+    motion: Motion,
+    /// The number of the frame that is being read.
+    last_number: Option<u64>,
+    bones_in_frame: usize,
+    /// Unknown while the first frame is being read.
+    bones_in_first_frame: Option<usize>,
+    /// Values read so far.
+    values: u64,
+}
+
+impl<'a> Reader<'a, '_> {
+    fn read_frames(&mut self) -> Result<(), Failure> {
+        let mut line = Vec::new();
+        while self.lines.read_line(&mut line) {
+            let first = line[0];
+            if first.bytes.starts_with(b":") {
+                self.read_header(first)?;
+            } else if line.len() == 1 && first.bytes.iter().all(u8::is_ascii_digit) {
+                self.begin_frame(first)?;
+            } else {
+                self.read_bone(&line)?;
+            }
+        }
+        if self
+            .bones_in_first_frame
+            .is_some_and(|first| self.bones_in_frame < first)
+        {
+            self.drop_last_frame();
+        }
+        Ok(())
+    }
+
+    fn read_header(&mut self, word: Word<'_>) -> Result<(), Failure> {
+        if word.is(":DEGREES") {
+            self.motion.degrees = true;
+        } else if word.is(":RADIANS") {
+            self.motion.degrees = false;
+        } else if !word.is(":FULLY-SPECIFIED") {
+            return Err(self.lines.unexpected(word, HEADER.join(", ")));
+        }
+        Ok(())
+    }
+
+    fn begin_frame(&mut self, word: Word<'_>) -> Result<(), Failure> {
+        let number = std::str::from_utf8(word.bytes)
+            .ok()
+            .and_then(|digits| digits.parse::<u64>().ok());
+        let Some(number) = number else {
+            return Err(self.lines.invalid_number(word, "the number of a frame"));
+        };
+        if let Some(last) = self.last_number {
+            self.bones_in_first_frame.get_or_insert(self.bones_in_frame);
+            let next = last.saturating_add(1);
+            if number != next {
+                self.warnings.tally(Code::FrameNumber, || {
+                    let message = "frames are not numbered one by one; they were taken in the order of the file";
+                    self.lines
+                        .at(word, Code::FrameNumber, message)
+                        .expected_found(format!("{next}"), format!("{number}"))
+                });
+            }
+        }
+        self.last_number = Some(number);
+        self.bones_in_frame = 0;
+        self.motion.frames += 1;
+        Ok(())
+    }
+
+    /// The name of a bone, and a value for each of its channels.
+    fn read_bone(&mut self, line: &[Word<'a>]) -> Result<(), Failure> {
+        let name = line[0];
+        if self.last_number.is_none() {
+            return Err(self.lines.unexpected(name, "the number of the first frame"));
+        }
+        let Some(&index) = self.bone_of.get(decode_name(name.bytes).as_str()) else {
+            let message = format!("no bone is called {}", quote(name.bytes));
+            let diagnostic = self.lines.at(name, Code::UnexpectedToken, message).expected_found(
+                "the number of a frame, or the name of a bone of the skeleton",
+                quote(name.bytes),
+            );
+            return Err(Box::new(
+                diagnostic.help("check that the .asf file is of the same person"),
+            ));
+        };
+        let bone = &self.skeleton.bones[index];
+        let tick = (self.motion.frames - 1) as f64;
+        if self.motion.tracks[index].ticks.last() == Some(&tick) {
+            let message = "this frame names the bone already";
+            let diagnostic = self.lines.at(name, Code::UnexpectedToken, message).in_joint(&bone.name);
+            return Err(Box::new(diagnostic.help("put the number of the next frame before it")));
+        }
+        if line.len() - 1 != bone.channels.len() {
+            return self.wrong_length(line, index);
+        }
+        self.values += bone.channels.len() as u64;
+        if self.values > self.max_values {
+            let limit = self.max_values;
+            let diagnostic = limit_exceeded(format!("at most {limit} values"), format!("more than {limit}"));
+            return Err(Box::new(diagnostic.in_joint(&bone.name)));
+        }
+        for &word in &line[1..] {
+            let value = self.read_value(word, index)?;
+            self.motion.tracks[index].values.push(value);
+        }
+        self.motion.tracks[index].ticks.push(tick);
+        self.bones_in_frame += 1;
+        Ok(())
+    }
+
+    /// A line that the end of the file cuts off ends its frame too early; any other is broken.
+    fn wrong_length(&mut self, line: &[Word<'a>], index: usize) -> Result<(), Failure> {
+        let bone = &self.skeleton.bones[index];
+        let is_cut_off = self.lines.peek_word().is_none() && line.len() <= bone.channels.len();
+        if is_cut_off && self.bones_in_first_frame.is_some() {
+            return Ok(());
+        }
+        Err(Box::new(
+            self.lines
+                .at(line[0], Code::RowLength, "the line has a wrong number of values")
+                .in_joint(&bone.name)
+                .expected_found(
+                    format!("{} values, as the skeleton says", bone.channels.len()),
+                    format!("{}", line.len() - 1),
+                )
+                .help("check that the .asf file is of the same person"),
+        ))
+    }
+
+    fn read_value(&mut self, word: Word<'_>, index: usize) -> Result<f64, Failure> {
+        let bone = &self.skeleton.bones[index];
+        let number = number::parse(word.bytes).filter(|number| number.length == word.bytes.len());
+        let Some(number) = number else {
+            let failure = self.lines.invalid_number(word, "a value of the bone");
+            return Err(Box::new(Diagnostic {
+                joint: Some(bone.name.clone()),
+                ..*failure
+            }));
+        };
+        if number.comma {
+            self.warnings.tally(Code::DecimalComma, || {
+                let message = "numbers have decimal commas, read as decimal points";
+                self.lines.at(word, Code::DecimalComma, message)
+            });
+        }
+        if number.value.is_finite() {
+            return Ok(number.value);
+        }
+        self.warnings.tally(Code::NonFiniteValue, || {
+            let message = "a value is not finite; the value before it was held";
+            let diagnostic = self.lines.at(word, Code::NonFiniteValue, message).in_joint(&bone.name);
+            diagnostic.expected_found("a finite number", quote(word.bytes))
+        });
+        let values = &self.motion.tracks[index].values;
+        let before = values.len().checked_sub(bone.channels.len());
+        Ok(before.map_or(0.0, |before| values[before]))
+    }
+
+    fn drop_last_frame(&mut self) {
+        self.motion.frames -= 1;
+        let tick = self.motion.frames as f64;
+        for (track, bone) in std::iter::zip(&mut self.motion.tracks, &self.skeleton.bones) {
+            if track.ticks.last() == Some(&tick) {
+                track.ticks.pop();
+                track.values.truncate(track.values.len() - bone.channels.len());
+            }
+        }
+        self.warnings.push(Code::RowLength, || {
+            let message = "the file ends inside its last frame, which was dropped";
+            let expected = self.bones_in_first_frame.unwrap_or_default();
+            Diagnostic::new(Code::RowLength, message)
+                .expected_found(format!("{expected} bones"), format!("{}", self.bones_in_frame))
+        });
+    }
+
+    /// Says what the motion leaves out, and what it says in vain.
+    fn report_the_rest(&mut self) {
+        if self.motion.frames == 0 {
+            self.warnings.push(Code::NoMotion, || {
+                Diagnostic::new(
+                    Code::NoMotion,
+                    "there is no frame: the scene has a skeleton and no animation",
+                )
+            });
+        }
+        for (track, bone) in std::iter::zip(&self.motion.tracks, &self.skeleton.bones) {
+            let missing = self.motion.frames - track.ticks.len();
+            if missing > 0 && !bone.channels.is_empty() {
+                self.warnings.push(Code::Gap, || {
+                    Diagnostic::new(
+                        Code::Gap,
+                        format!("{missing} of {} frames leave out a bone", self.motion.frames),
+                    )
+                    .in_joint(&bone.name)
+                });
+            }
+            let is_root = bone.parent.is_none();
+            let in_vain = |kind: &ChannelKind| match kind {
+                ChannelKind::Rotation(_) => false,
+                ChannelKind::Translation(_) => !is_root,
+                ChannelKind::Length => true,
+            };
+            if bone.channels.iter().any(in_vain) {
+                self.warnings.push(Code::IgnoredChannel, || {
+                    let message = "a bone that moves or stretches keeps its place and length; it only turns";
+                    Diagnostic::new(Code::IgnoredChannel, message).in_joint(&bone.name)
+                });
+            }
+        }
+    }
+}

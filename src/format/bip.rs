@@ -1,0 +1,23 @@
+//! BIP, the motion of a Biped in 3ds Max. No specification of it is public, so it is told apart and refused.
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::scene::Scene;
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    name: "bip",
+    description: "3ds Max Biped, which is refused with advice",
+    extensions: &["bip"],
+    // What its contents look like is not public either: the extension has to tell.
+    sniff: |_| false,
+    read,
+};
+
+fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {
+    Err(Diagnostic::new(
+        Code::UnreadableFormat,
+        "BIP is a format of 3ds Max alone, and is not read here",
+    )
+    .help("open it in 3ds Max, and export the motion as BVH or FBX")
+    .into())
+}

@@ -1,0 +1,111 @@
+//! What a column of the motion means.
+
+use crate::rotation::Axis;
+
+/// What one column of the motion drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ChannelKind {
+    Position(Axis),
+    Rotation(Axis),
+    Scale(Axis),
+}
+
+/// Every name that CHANNELS may list, as Biovision spells it.
+const NAMES: [(&str, ChannelKind); 9] = [
+    ("Xposition", ChannelKind::Position(Axis::X)),
+    ("Yposition", ChannelKind::Position(Axis::Y)),
+    ("Zposition", ChannelKind::Position(Axis::Z)),
+    ("Xrotation", ChannelKind::Rotation(Axis::X)),
+    ("Yrotation", ChannelKind::Rotation(Axis::Y)),
+    ("Zrotation", ChannelKind::Rotation(Axis::Z)),
+    ("Xscale", ChannelKind::Scale(Axis::X)),
+    ("Yscale", ChannelKind::Scale(Axis::Y)),
+    ("Zscale", ChannelKind::Scale(Axis::Z)),
+];
+
+impl ChannelKind {
+    /// How many there are.
+    pub(super) const COUNT: usize = NAMES.len();
+
+    /// Its place among them.
+    pub(super) fn index(self) -> usize {
+        match self {
+            Self::Position(axis) => axis as usize,
+            Self::Rotation(axis) => 3 + axis as usize,
+            Self::Scale(axis) => 6 + axis as usize,
+        }
+    }
+
+    /// The channel of this name, in any case.
+    pub(super) fn from_name(name: &[u8]) -> Option<Self> {
+        NAMES
+            .iter()
+            .find(|(spelling, _)| spelling.as_bytes().eq_ignore_ascii_case(name))
+            .map(|&(_, kind)| kind)
+    }
+
+    /// Its name as Biovision spells it.
+    pub(super) fn name(self) -> &'static str {
+        NAMES[self.index()].0
+    }
+
+    /// The real name that is closest to a misspelled one, if one is close.
+    pub(super) fn nearest_name(misspelled: &str) -> Option<&'static str> {
+        const CLOSE: usize = 3;
+        let misspelled = misspelled.to_ascii_lowercase();
+        NAMES
+            .iter()
+            .map(|&(name, _)| (edit_distance(&name.to_ascii_lowercase(), &misspelled), name))
+            .filter(|&(distance, _)| distance <= CLOSE)
+            .min()
+            .map(|(_, name)| name)
+    }
+}
+
+/// Levenshtein's distance: insertions, deletions and substitutions from `a` to `b`.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, byte_a) in a.bytes().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, byte_b) in b.bytes().enumerate() {
+            let substituted = diagonal + usize::from(byte_a != byte_b);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_in_any_case() {
+        assert_eq!(
+            ChannelKind::from_name(b"ZROTATION"),
+            Some(ChannelKind::Rotation(Axis::Z))
+        );
+        assert_eq!(
+            ChannelKind::from_name(b"xposition"),
+            Some(ChannelKind::Position(Axis::X))
+        );
+        assert_eq!(ChannelKind::from_name(b"Wrotation"), None);
+    }
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_index() {
+        for (index, (_, kind)) in NAMES.into_iter().enumerate() {
+            assert_eq!(kind.index(), index);
+        }
+    }
+
+    #[test]
+    fn a_misspelled_name_finds_its_neighbour() {
+        assert_eq!(ChannelKind::nearest_name("Xpositon"), Some("Xposition"));
+        assert_eq!(ChannelKind::nearest_name("yrot"), None);
+        assert_eq!(ChannelKind::nearest_name("YRotatoin"), Some("Yrotation"));
+        assert_eq!(edit_distance("kitten", "sitting"), 3);
+    }
+}

@@ -1,0 +1,466 @@
+//! The rows of the MOTION section, as blocks of columns.
+//!
+//! Rows are lines in nearly every file, and then [`Block::read_plain_row`] reads them as fast as numbers can be parsed,
+//! and [`segments`] by several threads where there are many. The first line that is anything else sends the reader to [`layout`], which looks at the rest of the text once and
+//! finds the rule by which rows are written; from there on the careful path reads what the fast one declines.
+
+mod layout;
+mod segments;
+
+use std::ops::Range;
+
+use self::layout::Layout;
+use super::Failure;
+use super::channel::ChannelKind;
+use super::decimals::accept_comma;
+use super::hierarchy::{Hierarchy, Joint};
+use super::motion::Header;
+use crate::error::{Code, Diagnostic};
+use crate::format::ReadOptions;
+use crate::format::text::{Cursor, Word, is_line_end, is_space, number, quote};
+use crate::format::warnings::Warnings;
+
+/// Takes the rows of a file, block by block.
+pub(super) trait Sink: Sized {
+    /// Takes the frames that follow those it has.
+    fn append(&mut self, block: &Block);
+
+    /// A sink for later frames of the same file, that has none yet. Asked for after the first frame.
+    fn part(&self) -> Self;
+
+    /// Takes the frames of a part, which follow those it has.
+    fn extend(&mut self, part: Self);
+}
+
+/// Some frames of every column.
+#[derive(Debug)]
+pub(super) struct Block {
+    values: Vec<f64>,
+    frames: usize,
+    capacity: usize,
+    /// Values from one column to the next.
+    stride: usize,
+}
+
+impl Block {
+    /// Frames that keep a block of a usual skeleton in the processor's second cache.
+    const FRAMES: usize = 128;
+    /// Values beyond which a block of an unusual skeleton gets fewer frames.
+    const VALUES: usize = 1 << 16;
+    /// Values between columns. Columns a power of two apart would all be kept in the same few places of the first
+    /// cache, and drive each other out.
+    const GAP: usize = 8;
+
+    fn new(channel_count: usize) -> Self {
+        let capacity = (Self::VALUES / channel_count).clamp(1, Self::FRAMES);
+        let stride = capacity + Self::GAP;
+        Self {
+            values: vec![0.0; stride * channel_count],
+            frames: 0,
+            capacity,
+            stride,
+        }
+    }
+
+    /// How many frames it holds.
+    pub(super) fn frames(&self) -> usize {
+        self.frames
+    }
+
+    /// The values of one column, one a frame.
+    pub(super) fn column(&self, column: usize) -> &[f64] {
+        &self.values[column * self.stride..][..self.frames]
+    }
+
+    fn is_full(&self) -> bool {
+        self.frames == self.capacity
+    }
+
+    /// The values of the last frame, if there is one.
+    fn last_row(&self) -> Option<Vec<f64>> {
+        let last = self.frames.checked_sub(1)?;
+        Some(
+            self.values
+                .chunks_exact(self.stride)
+                .map(|column| column[last])
+                .collect(),
+        )
+    }
+
+    /// Reads a line of exactly as many finite numbers as there are columns into the next frame, and gives its length;
+    /// of any other line nothing is kept.
+    fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
+        let frame = self.frames;
+        let mut rest = skip_blanks(text);
+        let mut is_plain = true;
+        for column in self.values.chunks_exact_mut(self.stride) {
+            let (value, length) = fast_float2::parse_partial::<f64, _>(rest).ok()?;
+            rest = &rest[length..];
+            match rest {
+                [b' ' | b'\t', after @ ..] => rest = skip_blanks(after),
+                [byte, ..] if !is_line_end(*byte) => return None,
+                _ => {}
+            }
+            // NaN is not below anything.
+            is_plain &= value.abs() <= f64::from(f32::MAX);
+            column[frame] = value;
+        }
+        let ends = rest.first().is_none_or(|&byte| is_line_end(byte));
+        if !(ends && is_plain) {
+            return None;
+        }
+        self.frames += 1;
+        Some(text.len() - rest.len())
+    }
+}
+
+fn skip_blanks(mut text: &[u8]) -> &[u8] {
+    while let [b' ' | b'\t', after @ ..] = text {
+        text = after;
+    }
+    text
+}
+
+/// Reads what is declared and gives it to `sink` block by block.
+pub(super) fn read(
+    cursor: &mut Cursor<'_>,
+    hierarchy: &Hierarchy,
+    header: &Header,
+    options: &ReadOptions,
+    warnings: &mut Warnings,
+    release: &Release<'_>,
+    sink: &mut (impl Sink + Send + Sync),
+) -> Result<(), Failure> {
+    if hierarchy.channel_count == 0 {
+        warnings.push(Code::NoMotion, || {
+            Diagnostic::new(Code::NoMotion, "no joint has CHANNELS, so nothing can move")
+        });
+        return Ok(());
+    }
+    let mut rows = Rows {
+        text: cursor.text(),
+        cursor,
+        hierarchy,
+        header,
+        all_rows: options.all_rows,
+        warnings,
+        sink,
+        block: Block::new(hierarchy.channel_count),
+        last_row: hierarchy.joints.iter().flat_map(rest_values).collect(),
+        rows: 0,
+        layout: None,
+        release,
+        released: 0,
+        threads: segments::thread_count(options.threads),
+    };
+    rows.read_all()?;
+    rows.flush();
+    rows.report_the_rest();
+    Ok(())
+}
+
+/// What a joint's channels are at rest.
+fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
+    joint.channels.iter().map(|&kind| match kind {
+        ChannelKind::Position(axis) => f64::from(joint.offset[axis as usize]),
+        ChannelKind::Rotation(_) => 0.0,
+        ChannelKind::Scale(_) => 1.0,
+    })
+}
+
+/// Tells whoever holds the text that the bytes of a range have been read.
+pub(super) type Release<'a> = dyn Fn(Range<usize>) + Sync + 'a;
+
+struct Rows<'a, 'c, S> {
+    text: &'a [u8],
+    cursor: &'c mut Cursor<'a>,
+    hierarchy: &'c Hierarchy,
+    header: &'c Header,
+    all_rows: bool,
+    warnings: &'c mut Warnings,
+    sink: &'c mut S,
+    block: Block,
+    /// The row before the block: what a column holds where it is not finite.
+    last_row: Vec<f64>,
+    /// Rows met so far, dropped ones too.
+    rows: u64,
+    /// How rows are written; unknown while every one was a plain line.
+    layout: Option<Layout>,
+    release: &'c Release<'c>,
+    /// Where the text begins that was not released yet.
+    released: usize,
+    /// Threads to read segments with.
+    threads: usize,
+}
+
+impl<'a, S: Sink + Send + Sync> Rows<'a, '_, S> {
+    fn read_all(&mut self) -> Result<(), Failure> {
+        while self.all_rows || self.rows < self.header.frames {
+            self.cursor.skip_spaces();
+            if self.cursor.peek().is_none() {
+                break;
+            }
+            if self.layout != Some(Layout::Stream) && self.read_plain_row() {
+                if self.rows == 1 {
+                    self.read_segments();
+                }
+                continue;
+            }
+            if self.rows >= self.header.frames && !self.is_number_ahead() {
+                break;
+            }
+            let layout = match self.layout {
+                Some(layout) => layout,
+                None => self.find_layout()?,
+            };
+            self.layout = Some(layout);
+            self.read_careful_row(layout)?;
+        }
+        Ok(())
+    }
+
+    fn find_layout(&mut self) -> Result<Layout, Failure> {
+        let no_rule = match layout::find(self.cursor, self.hierarchy.channel_count, self.header.frames, self.rows) {
+            Ok(layout) => return Ok(layout),
+            Err(no_rule) => no_rule,
+        };
+        // A word that is no number explains more than a wrong count of values.
+        self.read_values(Layout::Lines)?;
+        Err(no_rule)
+    }
+
+    /// Reads a plain row; the cursor stays where it is before any other.
+    fn read_plain_row(&mut self) -> bool {
+        let start = self.cursor.offset();
+        let length = self.block.read_plain_row(&self.text[start..]);
+        if let Some(length) = length {
+            self.cursor.set_offset(start + length);
+            self.finish_row();
+        }
+        length.is_some()
+    }
+
+    /// Reads what follows the first row by several threads, up to the first row that is not plain.
+    fn read_segments(&mut self) {
+        let most = if self.all_rows { u64::MAX } else { self.header.frames };
+        let start = self.cursor.offset();
+        if self.threads < 2 || self.text.len() - start < 2 * segments::LENGTH {
+            return;
+        }
+        self.flush();
+        let read = segments::read(
+            self.text,
+            start,
+            self.threads,
+            most - self.rows,
+            &self.last_row,
+            self.release,
+            self.sink,
+        );
+        self.rows += read.rows;
+        self.last_row = read.last_row;
+        self.cursor.set_offset(read.end);
+        self.released = read.end;
+    }
+
+    /// A row in any spelling that has one meaning. Drops a line with a wrong number of values.
+    fn read_careful_row(&mut self, layout: Layout) -> Result<(), Failure> {
+        let start = self.cursor.offset();
+        let channel_count = self.hierarchy.channel_count;
+        let found = self.read_values(layout)?;
+        if found == channel_count {
+            self.block.frames += 1;
+            self.finish_row();
+        } else {
+            self.rows += 1;
+            self.warnings.tally(Code::RowLength, || {
+                let line = self.text[start..]
+                    .split(|&byte| is_line_end(byte))
+                    .next()
+                    .unwrap_or_default();
+                Diagnostic::new(Code::RowLength, "a row has a wrong number of values and was dropped")
+                    .at(self.cursor.locate(Word {
+                        bytes: line.trim_ascii_end(),
+                        offset: start,
+                    }))
+                    .expected_found(format!("{channel_count} values"), format!("{found}"))
+                    .help("the motion is one frame shorter for each; correct the row or export the file again")
+            });
+        }
+        Ok(())
+    }
+
+    /// Reads the values of one row, and returns how many there are.
+    fn read_values(&mut self, layout: Layout) -> Result<usize, Failure> {
+        let channel_count = self.hierarchy.channel_count;
+        let mut found = 0;
+        let mut rest: Option<Word<'a>> = None;
+        while let Some(word) = rest.take().or_else(|| self.next_word(layout)) {
+            rest = self.read_value(word, found)?;
+            found += 1;
+            if layout == Layout::Stream && found == channel_count {
+                if let Some(rest) = rest {
+                    // The rest of a run of numbers begins the next row.
+                    self.cursor.set_offset(rest.offset);
+                }
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// The next word of the row; none where the row ends.
+    fn next_word(&mut self, layout: Layout) -> Option<Word<'a>> {
+        match layout {
+            Layout::Lines => self.cursor.skip_blanks(),
+            Layout::Stream => self.cursor.skip_spaces(),
+        }
+        let word = self.cursor.take_while(|byte| !is_space(byte));
+        (!word.bytes.is_empty()).then_some(word)
+    }
+
+    fn is_number_ahead(&self) -> bool {
+        self.cursor
+            .peek_word()
+            .is_some_and(|word| number::parse(word.bytes).is_some())
+    }
+
+    /// Reads one value into its column, and returns what is left of the word if it holds another number.
+    fn read_value(&mut self, word: Word<'a>, column: usize) -> Result<Option<Word<'a>>, Failure> {
+        let number = number::parse(word.bytes).filter(|number| {
+            let after = word.bytes.get(number.length);
+            number.length > 0 && after.is_none_or(|byte| matches!(byte, b'-' | b'+'))
+        });
+        let Some(number) = number else {
+            return Err(self.invalid_number(word, column));
+        };
+        let taken = Word {
+            bytes: &word.bytes[..number.length],
+            ..word
+        };
+        if number.comma {
+            accept_comma(self.cursor, self.hierarchy, self.header.start, taken, self.warnings)?;
+        }
+        if column < self.hierarchy.channel_count {
+            let frame = self.block.frames;
+            let index = column * self.block.stride;
+            self.block.values[index + frame] = if number.value.is_finite() {
+                number.value
+            } else {
+                self.warn_of_non_finite(taken, column);
+                if frame == 0 {
+                    self.last_row[column]
+                } else {
+                    self.block.values[index + frame - 1]
+                }
+            };
+        }
+        if number.length == word.bytes.len() {
+            return Ok(None);
+        }
+        self.warnings.tally(Code::SplitNumber, || {
+            Diagnostic::new(
+                Code::SplitNumber,
+                "two numbers stand together without a space, and were split",
+            )
+            .at(self.cursor.locate(word))
+            .expected_found("a space before the sign", quote(word.bytes))
+        });
+        Ok(Some(Word {
+            bytes: &word.bytes[number.length..],
+            offset: word.offset + number.length,
+        }))
+    }
+
+    fn warn_of_non_finite(&mut self, word: Word<'_>, column: usize) {
+        self.warnings.tally(Code::NonFiniteValue, || {
+            let (joint, kind) = self.hierarchy.column(column);
+            Diagnostic::new(
+                Code::NonFiniteValue,
+                "a value is not finite; its channel keeps the value before it",
+            )
+            .at(self.cursor.locate(word))
+            .in_joint(&joint.name)
+            .expected_found(format!("a number for {}", kind.name()), quote(word.bytes))
+        });
+    }
+
+    fn invalid_number(&self, word: Word<'_>, column: usize) -> Failure {
+        let diagnostic = Diagnostic::new(Code::InvalidNumber, format!("{} is not a number", quote(word.bytes)))
+            .at(self.cursor.locate(word));
+        let diagnostic = match column < self.hierarchy.channel_count {
+            true => {
+                let (joint, kind) = self.hierarchy.column(column);
+                diagnostic
+                    .in_joint(&joint.name)
+                    .expected_found(format!("the value of {}", kind.name()), quote(word.bytes))
+            }
+            false => diagnostic.expected_found("the end of the row", quote(word.bytes)),
+        };
+        Box::new(
+            if word.bytes.iter().any(|byte| matches!(byte, b'[' | b']' | b'(' | b')')) {
+                diagnostic.help("the writer printed an array: remove the brackets")
+            } else if word.bytes.contains(&b',') {
+                diagnostic.help("separate values by spaces")
+            } else {
+                diagnostic
+            },
+        )
+    }
+
+    fn finish_row(&mut self) {
+        self.rows += 1;
+        if self.block.is_full() {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        if let Some(last_row) = self.block.last_row() {
+            self.last_row = last_row;
+            self.sink.append(&self.block);
+            self.block.frames = 0;
+        }
+        let offset = self.cursor.offset();
+        if offset - self.released >= segments::LENGTH {
+            (self.release)(self.released..offset);
+            self.released = offset;
+        }
+    }
+
+    /// Says what the file has beyond or below its declared frames.
+    fn report_the_rest(&mut self) {
+        self.cursor.skip_spaces();
+        let (more, rest) = layout::count_rows(self.cursor, self.hierarchy.channel_count);
+        let (declared, found) = (self.header.frames, self.rows + more);
+        if declared != found {
+            self.warnings.push(Code::FrameCount, || {
+                let advice = if declared < found && !self.all_rows {
+                    "the rows beyond it were left out; --all-rows, or Importer::all_rows, reads them"
+                } else {
+                    "the rows that are there were read"
+                };
+                Diagnostic::new(Code::FrameCount, "Frames: does not count the rows that follow")
+                    .at(self.cursor.locate(self.header.frames_word(self.text)))
+                    .expected_found(format!("{declared} rows"), format!("{found}"))
+                    .help(advice)
+            });
+        }
+        if let Some(word) = rest {
+            self.warnings.push(Code::TrailingText, || {
+                Diagnostic::new(Code::TrailingText, "text follows the last row, and was ignored")
+                    .at(self.cursor.locate(word))
+                    .expected_found("the end of the file", quote(word.bytes))
+            });
+        }
+        if self.rows == 0 {
+            self.warnings.push(Code::NoMotion, || {
+                Diagnostic::new(
+                    Code::NoMotion,
+                    "no frame was read: the scene has a skeleton and no animation",
+                )
+                .at(self.cursor.locate(self.header.frames_word(self.text)))
+            });
+        }
+    }
+}

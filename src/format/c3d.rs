@@ -1,0 +1,194 @@
+//! C3D: where markers were, frame by frame. Binary, in blocks of 512 bytes.
+//!
+//! | part | begins at | holds |
+//! |---|---|---|
+//! | header | block 1 | how many points and frames, where the rest is |
+//! | parameters | the block that the header names | the processor whose numbers the file holds, then named values in groups |
+//! | data | the block that `POINT:DATA_START` or the header names | a record a frame: x, y, z and residual of each point, then analog samples |
+//!
+//! Numbers are those of an Intel, DEC or SGI processor; coordinates are 32-bit numbers where the scale factor is
+//! negative, else 16-bit integers to be multiplied by it. A negative residual says that the point was not seen.
+//!
+//! A marker becomes a node with position keys below one group. There is no skeleton in the file, and none is made up:
+//! markers sit on the skin, and finding the joints between them takes a model of the person. Analog samples and events
+//! are left out. Positions are in the file's unit, turned so that +Y is up; `POINT:Y_SCREEN` says what was, else +Z is
+//! taken to be.
+//!
+//! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. The crates that read it panic on
+//! some damaged files, which is why this reader is our own: every count is held against the bytes that are there.
+
+mod bytes;
+mod parameters;
+mod points;
+mod scene;
+
+use self::bytes::{Bytes, Processor};
+use self::parameters::Parameters;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::warnings::Warnings;
+use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::limits::limit_exceeded;
+use crate::scene::Scene;
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    name: "c3d",
+    description: "C3D markers",
+    extensions: &["c3d"],
+    sniff,
+    read,
+};
+
+/// Bytes that every place in the file is counted in.
+const BLOCK: usize = 512;
+
+/// The second byte of every C3D file.
+const KEY: u8 = 0x50;
+
+/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
+type Failure = Box<Diagnostic>;
+
+fn sniff(bytes: &[u8]) -> bool {
+    processor(bytes).is_ok()
+}
+
+fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    match read_bytes(source.bytes, options, &mut warnings) {
+        Ok(mut scene) => {
+            scene.warnings = warnings.take();
+            Ok(scene)
+        }
+        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
+    }
+}
+
+fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let (processor, section) = processor(bytes)?;
+    let parameters = parameters::read(section, processor)?;
+    let header = Header::read(bytes, processor, &parameters, options)?;
+    let points = points::read(bytes, processor, &header, warnings)?;
+    Ok(scene::build(&parameters, &header, points, warnings))
+}
+
+/// The processor whose numbers the file holds, and its parameter section.
+fn processor(bytes: &[u8]) -> Result<(Processor, &[u8]), Failure> {
+    let &[first, key, ..] = bytes else {
+        return Err(not_a_c3d("a file of fewer than two bytes".to_owned()));
+    };
+    if key != KEY || first == 0 {
+        return Err(not_a_c3d(format!("the bytes {first:#04x} {key:#04x}")));
+    }
+    let start = (usize::from(first) - 1) * BLOCK;
+    let Some(&[_, _, blocks, code]) = bytes.get(start..start + 4) else {
+        return Err(Box::new(
+            Diagnostic::new(Code::UnexpectedEnd, "the file ends before its parameters")
+                .expected_found(format!("parameters at byte {start}"), format!("{} bytes", bytes.len())),
+        ));
+    };
+    let processor = Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}")))?;
+    // Some writers leave the number of blocks 0; a parameter says itself where it ends.
+    let end = match blocks {
+        0 => bytes.len(),
+        blocks => bytes.len().min(start + usize::from(blocks) * BLOCK),
+    };
+    Ok((processor, &bytes[start + 4..end]))
+}
+
+fn not_a_c3d(found: String) -> Failure {
+    Box::new(
+        Diagnostic::new(Code::BinaryFile, "the file is not C3D")
+            .expected_found(
+                "a block number, the byte 0x50, and processor 84, 85 or 86 in that block",
+                found,
+            )
+            .help("check that the file is what its name says, and that it is not compressed"),
+    )
+}
+
+/// What the header says, or a parameter in its place: writers keep the two alike, and parameters hold larger numbers.
+#[derive(Debug)]
+struct Header {
+    points: usize,
+    /// Analog samples in a record.
+    samples: usize,
+    /// Records that the file claims.
+    frames: u64,
+    /// Byte at which the first record begins.
+    data: usize,
+    /// What integers are multiplied by; `None` where coordinates are 32-bit numbers.
+    scale: Option<f64>,
+    frame_rate: f64,
+}
+
+impl Header {
+    fn read(
+        bytes: &[u8],
+        processor: Processor,
+        parameters: &Parameters,
+        options: &ReadOptions,
+    ) -> Result<Self, Failure> {
+        let mut header = Bytes::new(bytes, processor);
+        header.skip(2);
+        let (points, samples) = (header.word()?, header.word()?);
+        let (first, last) = (header.word()?, header.word()?);
+        header.skip(2);
+        let scale = header.real()?;
+        let data_block = header.word()?;
+        header.skip(2);
+        let rate = header.real()?;
+
+        // Some writers leave parameters zero and fill in the header alone.
+        let number = |name: &str| {
+            parameters
+                .number("POINT", name)
+                .filter(|value| value.is_finite() && *value != 0.0)
+        };
+        let points = number("USED").map_or(usize::from(points), |used| used as usize);
+        let scale = number("SCALE").unwrap_or(scale);
+        let data_block = number("DATA_START").unwrap_or(f64::from(data_block));
+        let limit = options.limits.max_nodes;
+        if points >= limit {
+            return Err(Box::new(limit_exceeded(
+                format!("at most {limit} nodes"),
+                format!("{points} points and their group"),
+            )));
+        }
+        let frames = match parameters.frames() {
+            Some(frames) => frames,
+            None => u64::from(last).saturating_sub(u64::from(first)) + 1,
+        };
+        let limit = options.limits.max_values;
+        if frames.saturating_mul(3 * points as u64) > limit {
+            return Err(Box::new(limit_exceeded(
+                format!("at most {limit} values"),
+                format!("{frames} frames of {points} points"),
+            )));
+        }
+        if data_block.is_nan() || data_block < 1.0 {
+            return Err(Box::new(
+                Diagnostic::new(Code::MissingKeyword, "the file does not say where its data begins")
+                    .expected_found("a block number, 1 or more", format!("{data_block}")),
+            ));
+        }
+        Ok(Self {
+            points,
+            samples: usize::from(samples),
+            frames,
+            data: (data_block as usize - 1).saturating_mul(BLOCK),
+            scale: (scale >= 0.0).then_some(scale),
+            frame_rate: frame_rate(number("RATE").unwrap_or(rate), options)?,
+        })
+    }
+}
+
+fn frame_rate(stated: f64, options: &ReadOptions) -> Result<f64, Failure> {
+    let rate = options.frame_rate.unwrap_or(stated);
+    if rate.is_finite() && rate > 0.0 {
+        return Ok(rate);
+    }
+    Err(Box::new(
+        Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
+            .expected_found("frames per second, above 0", format!("{rate}"))
+            .help("state the frame rate yourself: --fps 100, or Importer::frame_rate"),
+    ))
+}

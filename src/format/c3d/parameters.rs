@@ -1,0 +1,153 @@
+//! The parameter section: values by group and name.
+
+use std::collections::HashMap;
+
+use super::Failure;
+use super::bytes::{Bytes, Processor};
+use crate::format::text::decode_name;
+
+/// The values of one parameter.
+#[derive(Clone, Debug, PartialEq)]
+enum Values {
+    Texts(Vec<String>),
+    Numbers(Vec<f64>),
+}
+
+/// All parameters.
+#[derive(Debug, Default)]
+pub(super) struct Parameters {
+    /// By number of the group, then name, in capitals.
+    values: HashMap<(i8, String), Values>,
+    /// Numbers of the groups by name, in capitals.
+    groups: HashMap<String, i8>,
+}
+
+/// Reads the section behind its first four bytes.
+pub(super) fn read(section: &[u8], processor: Processor) -> Result<Parameters, Failure> {
+    let mut parameters = Parameters::default();
+    let mut bytes = Bytes::new(section, processor);
+    // A name of no letters, or the end of the section, ends the list.
+    while let Ok(length @ 1..) = bytes.byte() {
+        // A negative length says that the parameter is not to be changed, which is nothing to a reader.
+        let length = length.cast_signed().unsigned_abs();
+        let id = bytes.byte()?.cast_signed();
+        let name = text(bytes.take(length.into())?).to_ascii_uppercase();
+        let start = bytes.offset();
+        let to_next = bytes.word()?;
+        if id < 0 {
+            parameters.groups.entry(name).or_insert(id);
+        } else {
+            let values = read_values(&mut bytes, processor)?;
+            // A group is numbered -n, its parameters n.
+            parameters.values.insert((-id, name), values);
+        }
+        if to_next == 0 {
+            break;
+        }
+        bytes.set_offset(start + usize::from(to_next));
+    }
+    Ok(parameters)
+}
+
+/// Type, dimensions, values.
+fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Failure> {
+    let kind = bytes.byte()?.cast_signed();
+    let dimension_count = bytes.byte()?;
+    let dimensions: Vec<usize> = bytes
+        .take(dimension_count.into())?
+        .iter()
+        .map(|&size| size.into())
+        .collect();
+    let count = dimensions
+        .iter()
+        .fold(1, |count: usize, &size| count.saturating_mul(size));
+    Ok(match kind {
+        -1 => {
+            let taken = bytes.take(count)?;
+            // The first dimension is the length of a text; without one there is a single letter.
+            let length = dimensions.first().copied().unwrap_or(1).max(1);
+            Values::Texts(taken.chunks_exact(length).map(text).collect())
+        }
+        2 => {
+            let (words, _) = bytes.take(count.saturating_mul(2))?.as_chunks::<2>();
+            let number = |&word: &[u8; 2]| f64::from(processor.word(word).cast_signed());
+            Values::Numbers(words.iter().map(number).collect())
+        }
+        4 => {
+            let (words, _) = bytes.take(count.saturating_mul(4))?.as_chunks::<4>();
+            Values::Numbers(words.iter().map(|&word| processor.real(word)).collect())
+        }
+        // Type 1 are bytes; no other is known, and none that is used here.
+        _ => Values::Numbers(bytes.take(count)?.iter().map(|&byte| f64::from(byte)).collect()),
+    })
+}
+
+/// Text without the blanks and zeros that fill it up.
+fn text(bytes: &[u8]) -> String {
+    let end = bytes
+        .iter()
+        .rposition(|&byte| !matches!(byte, 0 | b' '))
+        .map_or(0, |last| last + 1);
+    decode_name(&bytes[..end]).trim_start().to_owned()
+}
+
+impl Parameters {
+    fn get(&self, group: &str, name: &str) -> Option<&Values> {
+        let id = *self.groups.get(group)?;
+        self.values.get(&(id, name.to_owned()))
+    }
+
+    fn numbers(&self, group: &str, name: &str) -> Option<&[f64]> {
+        match self.get(group, name)? {
+            Values::Numbers(numbers) => Some(numbers),
+            Values::Texts(_) => None,
+        }
+    }
+
+    fn texts(&self, group: &str, name: &str) -> Option<&[String]> {
+        match self.get(group, name)? {
+            Values::Texts(texts) => Some(texts),
+            Values::Numbers(_) => None,
+        }
+    }
+
+    /// The first number of a parameter.
+    pub(super) fn number(&self, group: &str, name: &str) -> Option<f64> {
+        self.numbers(group, name)?.first().copied()
+    }
+
+    /// The first text of a parameter, if it says anything.
+    pub(super) fn text(&self, group: &str, name: &str) -> Option<&str> {
+        let text = self.texts(group, name)?.first()?;
+        (!text.is_empty()).then_some(text)
+    }
+
+    /// The frames of long recordings, which the header cannot count: first and last as two words each.
+    pub(super) fn frames(&self) -> Option<u64> {
+        let field = |name: &str| match self.numbers("TRIAL", name)? {
+            // Words are unsigned here.
+            &[low, high, ..] => Some(u64::from(low as i16 as u16) + (u64::from(high as i16 as u16) << 16)),
+            _ => None,
+        };
+        let (first, last) = (field("ACTUAL_START_FIELD")?, field("ACTUAL_END_FIELD")?);
+        last.checked_sub(first).map(|frames| frames + 1)
+    }
+
+    /// The names of the points: 255 in `LABELS`, as many in `LABELS2`, and so on.
+    pub(super) fn labels(&self) -> Vec<&str> {
+        let mut labels = Vec::new();
+        let mut name = "LABELS".to_owned();
+        let mut part = 1;
+        while let Some(texts) = self.texts("POINT", &name) {
+            labels.extend(texts.iter().map(String::as_str));
+            part += 1;
+            name = format!("LABELS{part}");
+        }
+        labels
+    }
+
+    /// Whether any event is written down.
+    pub(super) fn has_events(&self) -> bool {
+        self.number("EVENT", "USED").is_some_and(|used| used > 0.0)
+    }
+}

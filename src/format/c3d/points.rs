@@ -1,0 +1,81 @@
+//! The data: a record a frame.
+
+use glam::DVec3;
+
+use super::bytes::Processor;
+use super::{Failure, Header};
+use crate::error::{Code, Diagnostic};
+use crate::format::warnings::Warnings;
+
+/// Where the points were.
+#[derive(Debug)]
+pub(super) struct Points {
+    /// Frames that are there.
+    pub(super) frames: usize,
+    /// One a point.
+    pub(super) tracks: Vec<Track>,
+}
+
+/// Where one point was, in the frames in which it was seen.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Track {
+    pub(super) ticks: Vec<f64>,
+    pub(super) positions: Vec<DVec3>,
+}
+
+pub(super) fn read(
+    bytes: &[u8],
+    processor: Processor,
+    header: &Header,
+    warnings: &mut Warnings,
+) -> Result<Points, Failure> {
+    let number_size = if header.scale.is_some() { 2 } else { 4 };
+    let point_size = 4 * number_size;
+    let record_size = header.points * point_size + header.samples * number_size;
+    let data = bytes.get(header.data..).unwrap_or_default();
+    let mut points = Points {
+        frames: 0,
+        tracks: vec![Track::default(); header.points],
+    };
+    if record_size == 0 {
+        return Ok(points);
+    }
+    // As many as the file claims, or as many as are there.
+    let wanted = usize::try_from(header.frames).unwrap_or(usize::MAX);
+    for record in data.chunks_exact(record_size).take(wanted) {
+        let tick = points.frames as f64;
+        for (track, point) in std::iter::zip(&mut points.tracks, record.chunks_exact(point_size)) {
+            if let Some(position) = read_point(point, processor, header.scale) {
+                track.ticks.push(tick);
+                track.positions.push(position);
+            }
+        }
+        points.frames += 1;
+    }
+    if points.frames < wanted {
+        warnings.push(Code::FrameCount, || {
+            Diagnostic::new(Code::FrameCount, "the file is shorter than it says")
+                .expected_found(format!("{} frames", header.frames), format!("{}", points.frames))
+                .help("the frames that are there were read; export or download the file again")
+        });
+    }
+    Ok(points)
+}
+
+/// `None` where the point was not seen.
+fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<DVec3> {
+    let (numbers, residual) = match scale {
+        Some(scale) => {
+            let (words, _) = bytes.as_chunks::<2>();
+            let number = |index: usize| f64::from(processor.word(words[index]).cast_signed());
+            (DVec3::new(number(0), number(1), number(2)) * scale, number(3))
+        }
+        None => {
+            let (words, _) = bytes.as_chunks::<4>();
+            let number = |index: usize| processor.real(words[index]);
+            (DVec3::new(number(0), number(1), number(2)), number(3))
+        }
+    };
+    // In single precision as in the scene, where a large number may become infinite.
+    (residual >= 0.0 && numbers.as_vec3().is_finite()).then_some(numbers)
+}

@@ -1,0 +1,276 @@
+//! FBX, through the C library ufbx: the skeleton and its animation.
+//!
+//! Every node that is a bone, or holds one, becomes a node; a file without bones gives all its nodes. Pivots,
+//! pre-rotations and rotation orders are resolved into one transform a node. Lengths are in metres and +Y is up,
+//! whatever the file has. An animation stack becomes an animation, sampled at the file's frame rate, so that curves of
+//! every kind end as keys. Meshes, materials, lights and cameras are left out.
+
+use glam::{Mat4, Quat, Vec3};
+use ufbx::{ErrorType, LoadOpts};
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::format::warnings::Warnings;
+use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::limits::limit_exceeded;
+use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    name: "fbx",
+    description: "Autodesk FBX: skeleton and animation",
+    extensions: &["fbx"],
+    sniff,
+    read,
+};
+
+/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
+type Failure = Box<Diagnostic>;
+
+/// How every binary FBX begins.
+const BINARY_HEAD: &[u8] = b"Kaydara FBX Binary";
+
+/// A file in text begins with a comment that names the format.
+fn sniff(bytes: &[u8]) -> bool {
+    bytes.starts_with(BINARY_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
+}
+
+fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let file = load(source.bytes, options)?;
+    let mut warnings = Warnings::default();
+    let nodes = kept_nodes(&file, options)?;
+    let mut scene = Scene {
+        nodes: nodes.iter().map(Kept::node).collect(),
+        ..Scene::default()
+    };
+    scene.metadata.format = FORMAT.name.to_owned();
+    scene.metadata.metres_per_unit = Some(1.0);
+    for stack in &file.anim_stacks {
+        scene
+            .animations
+            .extend(read_stack(stack, &file, &nodes, options, &mut warnings)?);
+    }
+    if scene.animations.is_empty() {
+        warnings.push(Code::NoMotion, || {
+            Diagnostic::new(
+                Code::NoMotion,
+                "no animation stack lasts: the scene has a skeleton and no animation",
+            )
+        });
+    }
+    scene.warnings = warnings.take();
+    Ok(scene)
+}
+
+fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure> {
+    let memory = usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX);
+    let limited = || ufbx::AllocatorOpts {
+        memory_limit: memory,
+        ..ufbx::AllocatorOpts::default()
+    };
+    let load = LoadOpts {
+        temp_allocator: limited(),
+        result_allocator: limited(),
+        file_format: ufbx::FileFormat::Fbx,
+        ignore_geometry: true,
+        ignore_embedded: true,
+        node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
+        // Nodes that inherit scale in ways of their own are brought to the usual way.
+        inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
+        space_conversion: ufbx::SpaceConversion::ModifyGeometry,
+        target_axes: ufbx::axes_right_handed_y_up(),
+        target_unit_meters: 1.0,
+        ..LoadOpts::default()
+    };
+    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error)))
+}
+
+fn refusal(error: &ufbx::Error) -> Diagnostic {
+    let message = format!("the FBX file cannot be read: {}", &*error.description);
+    match error.type_ {
+        ErrorType::EmptyFile => Diagnostic::new(Code::EmptyFile, "the file holds nothing"),
+        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off"),
+        ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit => {
+            Diagnostic::new(Code::LimitExceeded, message)
+        }
+        _ => Diagnostic::new(Code::InvalidFbx, message),
+    }
+}
+
+/// A node of the file that the scene has too.
+struct Kept<'a> {
+    source: &'a ufbx::Node,
+    parent: Option<NodeId>,
+}
+
+impl Kept<'_> {
+    fn node(&self) -> Node {
+        let source = self.source;
+        let (translation, rotation, scale) = components(&source.local_transform);
+        let transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        Node {
+            name: self.name(),
+            kind: if source.bone.is_some() {
+                NodeKind::Joint
+            } else {
+                NodeKind::Group
+            },
+            parent: self.parent,
+            transform: if transform.is_finite() {
+                transform
+            } else {
+                Mat4::IDENTITY
+            },
+            rotation_order: rotation_order(source.rotation_order),
+            ..Node::default()
+        }
+    }
+
+    fn name(&self) -> String {
+        let name = &*self.source.element.name;
+        if self.source.is_root && name.is_empty() {
+            "RootNode".to_owned()
+        } else {
+            name.to_owned()
+        }
+    }
+}
+
+/// The nodes to keep, depth-first.
+fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Kept<'a>>, Failure> {
+    let has_bones = file.nodes.iter().any(|node| node.bone.is_some());
+    let mut holds_bone = vec![false; file.nodes.len()];
+    for node in file.nodes.iter().filter(|node| node.bone.is_some()) {
+        let mut above: Option<&ufbx::Node> = Some(node);
+        // Stops where the way up is marked already, so that all ways together are no longer than the list.
+        while let Some(node) = above.filter(|node| !holds_bone[node.element.typed_id as usize]) {
+            holds_bone[node.element.typed_id as usize] = true;
+            above = node.parent.as_deref();
+        }
+    }
+    let mut kept: Vec<Kept<'a>> = Vec::new();
+    let mut open: Vec<(&'a ufbx::Node, Option<NodeId>)> = vec![(&file.root_node, None)];
+    while let Some((source, parent)) = open.pop() {
+        let limit = options.limits.max_nodes;
+        if kept.len() >= limit {
+            let diagnostic = limit_exceeded(format!("at most {limit} nodes"), format!("more than {limit}"));
+            return Err(Box::new(diagnostic));
+        }
+        let id = NodeId::new(kept.len());
+        kept.push(Kept { source, parent });
+        let is_kept = |child: &&ufbx::Node| !has_bones || holds_bone[child.element.typed_id as usize];
+        let children: Vec<&'a ufbx::Node> = source.children.iter().map(|child| &**child).filter(is_kept).collect();
+        open.extend(children.into_iter().rev().map(|child| (child, Some(id))));
+    }
+    Ok(kept)
+}
+
+/// Samples a stack at the frame rate. `None` where it does not last.
+fn read_stack(
+    stack: &ufbx::AnimStack,
+    file: &ufbx::Scene,
+    nodes: &[Kept<'_>],
+    options: &ReadOptions,
+    warnings: &mut Warnings,
+) -> Result<Option<Animation>, Failure> {
+    let rate = options.frame_rate.unwrap_or(file.settings.frames_per_second);
+    if !(rate.is_finite() && rate > 0.0) {
+        return Err(Box::new(
+            Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
+                .expected_found("frames per second, above 0", format!("{rate}"))
+                .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
+        ));
+    }
+    let seconds = stack.time_end - stack.time_begin;
+    if !(seconds.is_finite() && seconds > 0.0) {
+        return Ok(None);
+    }
+    let frames = frames_in(seconds, rate);
+    // A rotation, a translation and a scale.
+    let values = frames.saturating_mul(10 * nodes.len() as u64);
+    if values > options.limits.max_values {
+        return Err(Box::new(limit_exceeded(
+            format!("at most {} values", options.limits.max_values),
+            format!("{frames} frames of {} nodes", nodes.len()),
+        )));
+    }
+    let channels = nodes.iter().map(|node| {
+        let transforms = (0..frames).map(|frame| {
+            let time = stack.time_begin + frame as f64 / rate;
+            ufbx::evaluate_transform(&stack.anim, node.source, time)
+        });
+        read_channel(node, transforms, warnings)
+    });
+    Ok(Some(Animation {
+        name: stack.element.name.to_string(),
+        ticks_per_second: rate,
+        duration: (frames - 1) as f64,
+        channels: channels.collect(),
+    }))
+}
+
+/// One frame at the start, and one after each whole frame time.
+fn frames_in(seconds: f64, rate: f64) -> u64 {
+    /// Of a frame: times are counted in units of FBX's own, and do not meet the last frame exactly.
+    const TOLERANCE: f64 = 1e-3;
+    (seconds * rate + TOLERANCE).floor() as u64 + 1
+}
+
+fn read_channel(
+    node: &Kept<'_>,
+    transforms: impl Iterator<Item = ufbx::Transform>,
+    warnings: &mut Warnings,
+) -> Channel {
+    let (mut positions, mut rotations, mut scales) = (Vec::new(), Vec::new(), Vec::new());
+    let mut before = (Vec3::ZERO, Quat::IDENTITY, Vec3::ONE);
+    for transform in transforms {
+        let (position, mut rotation, scale) = components(&transform);
+        if !(position.is_finite() && rotation.is_finite() && scale.is_finite()) {
+            warnings.tally(Code::NonFiniteValue, || {
+                let message = "a value is not finite; the value before it was held";
+                Diagnostic::new(Code::NonFiniteValue, message).in_joint(node.name())
+            });
+            positions.push(before.0);
+            rotations.push(before.1);
+            scales.push(before.2);
+            continue;
+        }
+        // Of a rotation's two quaternions the nearer one.
+        if rotation.dot(before.1) < 0.0 {
+            rotation = -rotation;
+        }
+        before = (position, rotation, scale);
+        positions.push(position);
+        rotations.push(rotation);
+        scales.push(scale);
+    }
+    Channel {
+        node_name: node.name(),
+        position_keys: Keys::every_tick(positions),
+        rotation_keys: Keys::every_tick(rotations),
+        scaling_keys: Keys::every_tick(scales),
+    }
+}
+
+/// Translation, unit rotation and scale in single precision. A rotation of no length is none.
+fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
+    let vector = |v: ufbx::Vec3| glam::DVec3::new(v.x, v.y, v.z).as_vec3();
+    let ufbx::Quat { x, y, z, w } = transform.rotation;
+    let rotation = glam::DQuat::from_xyzw(x, y, z, w);
+    let rotation = match rotation.length_squared() > 0.0 {
+        true => rotation.normalize().as_quat(),
+        false => Quat::IDENTITY,
+    };
+    (vector(transform.translation), rotation, vector(transform.scale))
+}
+
+/// FBX names first the axis that turns first, which is the last factor of the product.
+fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
+    match order {
+        ufbx::RotationOrder::Xyz => Some(RotationOrder::Zyx),
+        ufbx::RotationOrder::Xzy => Some(RotationOrder::Yzx),
+        ufbx::RotationOrder::Yzx => Some(RotationOrder::Xzy),
+        ufbx::RotationOrder::Yxz => Some(RotationOrder::Zxy),
+        ufbx::RotationOrder::Zxy => Some(RotationOrder::Yxz),
+        ufbx::RotationOrder::Zyx => Some(RotationOrder::Xyz),
+        ufbx::RotationOrder::Spheric => None,
+    }
+}

@@ -1,0 +1,40 @@
+//! What a reader noticed, bounded: a hostile file cannot make it collect, or count lines, without end.
+
+use crate::error::{Code, Diagnostic};
+
+/// Warnings of one code that are kept each with its own place; of further ones only the number is kept.
+const MOST_OF_A_CODE: usize = 32;
+
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    kept: Vec<Diagnostic>,
+}
+
+impl Warnings {
+    /// Keeps a warning of its own. `warning` is called only if it is kept: finding its place takes a pass over the text.
+    pub(crate) fn push(&mut self, code: Code, warning: impl FnOnce() -> Diagnostic) {
+        self.keep(code, MOST_OF_A_CODE, warning);
+    }
+
+    /// Keeps the first warning of a code, and counts the others.
+    pub(crate) fn tally(&mut self, code: Code, first: impl FnOnce() -> Diagnostic) {
+        self.keep(code, 1, first);
+    }
+
+    fn keep(&mut self, code: Code, most: usize, warning: impl FnOnce() -> Diagnostic) {
+        let mut same = self.kept.iter_mut().filter(|kept| kept.code == code);
+        match same.nth(most - 1) {
+            Some(last) => last.count += 1,
+            None => self.kept.push(warning()),
+        }
+    }
+
+    /// Takes back what turned out to be an error.
+    pub(crate) fn forget(&mut self, code: Code) {
+        self.kept.retain(|kept| kept.code != code);
+    }
+
+    pub(crate) fn take(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.kept)
+    }
+}

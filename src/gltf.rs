@@ -1,0 +1,170 @@
+//! A scene as animated glTF 2.0 that every client loads.
+//!
+//! | scene | glTF |
+//! |---|---|
+//! | [`Scene::nodes`] | the same nodes in the same order, as translation, rotation and scale; never a matrix |
+//! | [`Node::name`](crate::scene::Node::name) | `name`, made [unique and harmless](Renamed); the original in `extras.source_name` where it differs |
+//! | an end site | a node and a joint like any other, with `extras.end_site` |
+//! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
+//! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
+//! | meshes without bones | the mesh of their node; then no skin is written |
+//! | meshes without any area, the joints all being in one place | an octahedron of 1 cm on the first joint, with the skin |
+//! | normals that only say what the flat faces say | left out: a glTF mesh without normals is flat |
+//! | [`Scene::materials`] | `materials`, in [`BASE_COLOR`] |
+//! | a channel's track that moves | a `LINEAR` sampler of 32-bit floats |
+//! | a track that does not move | the node's own translation, rotation or scale |
+//! | ticks | seconds, in one accessor that all tracks with the same ticks share |
+//! | metadata | `asset.extras.mocap`: a [`Provenance`] |
+//!
+//! Values go out as they are: glTF is in metres with +Y up, and
+//! [`process::convert_units`](crate::process::convert_units) brings a scene there.
+//!
+//! Why so, and not smaller or plainer: a file without a skin gives no skeleton in Blender, Babylon and the engines; a
+//! skin without a mesh is refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a
+//! duplicate name, a matrix or a repeated time is each refused or misread by some client.
+
+mod animation;
+mod buffer;
+mod build;
+mod container;
+mod mesh;
+mod names;
+mod provenance;
+pub(crate) mod read;
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::export::write_file;
+use crate::scene::Scene;
+
+pub use self::provenance::Provenance;
+
+/// The colour of every material: an orange that stands out on white, grey and black, as linear red, green, blue and alpha.
+pub const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
+
+/// Where a `.gltf` file has its numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BufferPlace {
+    /// In a `.bin` file beside it.
+    #[default]
+    Beside,
+    /// In the file itself, as a data URI; a third larger.
+    Embedded,
+}
+
+/// What a caller can ask of the writer.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Write a track that does not move as a channel with one key too, for engines that blend clips channel by
+    /// channel. Default: off, its value stands in the node.
+    pub keep_constant: bool,
+    /// Where a `.gltf` file has its numbers. A `.glb` file has them inside.
+    pub buffer: BufferPlace,
+}
+
+/// A node whose name had to change.
+///
+/// Clients find animated nodes by name or by a path of names, so that a duplicate moves the wrong node. three.js
+/// strips `[ ] . : /` and joins words by `_`, so names stay unique after that too.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Renamed {
+    /// Index into [`Scene::nodes`], and into the file's nodes.
+    pub node: usize,
+    /// The name in the scene.
+    pub from: String,
+    /// The name in the file.
+    pub to: String,
+}
+
+/// What was written.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Report {
+    /// The nodes whose name had to change.
+    pub renamed: Vec<Renamed>,
+    /// Joints of the skin, end sites included; 0 where there is no skin.
+    pub joints: usize,
+    /// Vertices of all meshes, after equal ones were joined.
+    pub vertices: usize,
+    /// Tracks that move, each an animation channel.
+    pub animated_tracks: usize,
+    /// Tracks that do not move, now part of a node.
+    pub constant_tracks: usize,
+    /// Keys whose time is the same 32-bit number as the key before, and which no file can hold. Not 0 only in takes
+    /// of more than 16 million frames.
+    pub dropped_keys: usize,
+    /// Bytes of all files together.
+    pub bytes: usize,
+}
+
+/// A scene in glTF's own shape, before it is put into files.
+#[derive(Clone, Debug)]
+pub struct Document {
+    root: ::gltf::json::Root,
+    bin: Vec<u8>,
+    report: Report,
+}
+
+impl Document {
+    /// Brings `scene` into glTF's shape.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
+    /// rotation is none; [`Code::FrameTime`](crate::Code::FrameTime) where ticks have no length.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self> {
+        build::document(scene, options)
+    }
+
+    /// What was written, and what had to change. [`Report::bytes`] is known after [`export`] only.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+}
+
+/// The bytes of a `.glb` file.
+///
+/// # Errors
+/// As [`Document::new`]; and [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB that the container
+/// can hold.
+pub fn write_glb(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
+    Document::new(scene, options)?.to_glb()
+}
+
+/// Writes `scene` to `path`: as `.gltf` where it is called so, else as `.glb`.
+///
+/// Every file is whole or absent. The `.bin` beside a `.gltf` has the same name and is written first.
+///
+/// # Errors
+/// As [`write_glb`], and [`Code::Io`](crate::Code::Io).
+pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &Options) -> Result<Report> {
+    let path = path.as_ref();
+    let document = Document::new(scene, options)?;
+    let is_text = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
+    let bytes = match (is_text, options.buffer) {
+        (false, _) => document.write_glb(path)? as usize,
+        (true, BufferPlace::Embedded) => {
+            let text = document.to_embedded()?;
+            write_file(path, &text)?;
+            text.len()
+        }
+        (true, BufferPlace::Beside) => {
+            let bin_path = path.with_extension("bin");
+            let name = bin_path.file_name().unwrap_or_default().to_string_lossy();
+            let (text, bin) = document.to_text_and_bin(&name)?;
+            if !bin.is_empty() {
+                write_file(&bin_path, bin)?;
+            }
+            write_file(path, &text)?;
+            text.len() + bin.len()
+        }
+    };
+    Ok(Report {
+        bytes,
+        ..document.report
+    })
+}

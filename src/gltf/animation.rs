@@ -1,0 +1,298 @@
+//! Channels as glTF tracks: what moves becomes a sampler, what does not becomes part of its node.
+
+use glam::{Quat, Vec3};
+use gltf::json::accessor::Accessor;
+use gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
+use gltf::json::validation::Checked;
+use gltf::json::{Index, Node, scene::UnitQuaternion};
+
+use super::buffer::{Buffer, Usage};
+use super::{Options, Report};
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::Binding;
+use crate::scene::{self, Keys, Scene};
+
+/// A node's place at rest.
+#[derive(Clone, Copy)]
+pub(super) struct Rest {
+    pub(super) translation: Vec3,
+    pub(super) rotation: Quat,
+    pub(super) scale: Vec3,
+}
+
+impl Rest {
+    /// Writes what is not glTF's default into `node`.
+    pub(super) fn apply(&self, node: &mut Node) {
+        node.translation = Some(self.translation).filter(|t| *t != Vec3::ZERO).map(Into::into);
+        node.rotation = Some(self.rotation)
+            .filter(|r| *r != Quat::IDENTITY)
+            .map(|rotation| UnitQuaternion(rotation.into()));
+        node.scale = Some(self.scale).filter(|scale| *scale != Vec3::ONE).map(Into::into);
+    }
+}
+
+/// Writes the animation of a scene, track by track.
+struct Writer<'a> {
+    scene: &'a Scene,
+    ticks_per_second: f64,
+    options: &'a Options,
+    buffer: &'a mut Buffer,
+    report: &'a mut Report,
+    clocks: Vec<Clock<'a>>,
+    samplers: Vec<Sampler>,
+    channels: Vec<Channel>,
+}
+
+/// One accessor of times, shared by all tracks that have keys at the same ticks.
+struct Clock<'a> {
+    ticks: Option<&'a [f64]>,
+    len: usize,
+    accessor: Index<Accessor>,
+    /// The keys that remain where 32-bit floats cannot tell all times apart.
+    kept: Option<Vec<usize>>,
+}
+
+/// Writes `animation`, and moves what is constant in it to `rest`, the places of the scene's nodes.
+///
+/// Gives nothing where no node of the scene has a key.
+pub(super) fn write(
+    scene: &Scene,
+    animation: &scene::Animation,
+    rest: &mut [Rest],
+    options: &Options,
+    buffer: &mut Buffer,
+    report: &mut Report,
+) -> Result<Option<Animation>> {
+    let ticks_per_second = animation.ticks_per_second;
+    if !(ticks_per_second.is_finite() && ticks_per_second > 0.0) {
+        let message = format!("{ticks_per_second} ticks per second give the keys no time");
+        return Err(Diagnostic::new(Code::FrameTime, message).into());
+    }
+    let (clocks, samplers, channels) = Default::default();
+    let mut writer = Writer {
+        scene,
+        ticks_per_second,
+        options,
+        buffer,
+        report,
+        clocks,
+        samplers,
+        channels,
+    };
+    let mut first_driven = None;
+    for (node, channel) in Binding::new(scene, animation).driven() {
+        let node = node.index();
+        first_driven.get_or_insert(node);
+        let channel = &animation.channels[channel];
+        let place = &mut rest[node];
+        place.translation = writer.track(node, Property::Translation, &channel.position_keys, place.translation)?;
+        place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
+        // A scale that does not move is part of the node even where constant tracks are kept.
+        let moves = !is_constant(&channel.scaling_keys);
+        if moves || !options.keep_constant {
+            place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?;
+        }
+    }
+    if writer.channels.is_empty()
+        && let Some(node) = first_driven
+    {
+        writer.hold(node, rest[node].rotation, animation.duration);
+    }
+    let (samplers, channels) = (writer.samplers, writer.channels);
+    if channels.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Animation {
+        channels,
+        samplers,
+        name: None,
+        extensions: None,
+        extras: None,
+    }))
+}
+
+impl<'a> Writer<'a> {
+    /// Writes one track if it moves, and gives the value that the node has at rest.
+    fn track<T: Value<N>, const N: usize>(
+        &mut self,
+        node: usize,
+        property: Property,
+        keys: &'a Keys<T>,
+        rest: T,
+    ) -> Result<T> {
+        let Some(&first) = keys.values.first() else {
+            return Ok(rest);
+        };
+        let invalid = || {
+            let message = format!("a {} is not a finite value", name_of(property));
+            Diagnostic::new(Code::Unrepresentable, message).in_joint(&self.scene.nodes[node].name)
+        };
+        if is_constant(keys) {
+            let values = T::to_arrays(&mut std::iter::once(first)).ok_or_else(invalid)?;
+            self.report.constant_tracks += 1;
+            if self.options.keep_constant {
+                let clock = self.clock(None, 1);
+                self.channel(node, property, clock, &values);
+            }
+            return Ok(T::from(values[0]));
+        }
+        let clock = self.clock(keys.ticks.as_deref(), keys.len());
+        let values = match &self.clocks[clock].kept {
+            None => T::to_arrays(&mut keys.values.iter().copied()),
+            Some(kept) => T::to_arrays(&mut kept.iter().map(|key| keys.values[*key])),
+        };
+        let values = values.ok_or_else(invalid)?;
+        self.report.animated_tracks += 1;
+        self.report.dropped_keys += keys.len() - values.len();
+        self.channel(node, property, clock, &values);
+        Ok(rest)
+    }
+
+    /// A track that moves nothing, so that a take that stands still keeps its length and a pose stays an animation.
+    fn hold(&mut self, node: usize, rotation: Quat, duration: f64) {
+        let ticks = if duration > 0.0 { vec![0.0, duration] } else { vec![0.0] };
+        let times: Vec<_> = ticks
+            .iter()
+            .map(|tick| [(tick / self.ticks_per_second) as f32])
+            .collect();
+        let input = self.buffer.push_bounded(Usage::Keys, &times);
+        self.sampler(node, Property::Rotation, input, &vec![rotation.to_array(); times.len()]);
+    }
+
+    /// The clock for keys at `ticks`, one for all tracks that have the same.
+    fn clock(&mut self, ticks: Option<&'a [f64]>, len: usize) -> usize {
+        if let Some(known) = self
+            .clocks
+            .iter()
+            .position(|clock| clock.len == len && clock.ticks == ticks)
+        {
+            return known;
+        }
+        let mut times: Vec<[f32; 1]> = Vec::with_capacity(len);
+        let mut kept = Vec::new();
+        for key in 0..len {
+            let tick = ticks.map_or(key as f64, |ticks| ticks[key]);
+            let time = (tick / self.ticks_per_second) as f32;
+            if times.last().is_none_or(|last| time > last[0]) {
+                times.push([time]);
+                kept.push(key);
+            }
+        }
+        let accessor = self.buffer.push_bounded(Usage::Keys, &times);
+        let kept = (kept.len() < len).then_some(kept);
+        self.clocks.push(Clock {
+            ticks,
+            len,
+            accessor,
+            kept,
+        });
+        self.clocks.len() - 1
+    }
+
+    fn channel<const N: usize>(&mut self, node: usize, property: Property, clock: usize, values: &[[f32; N]]) {
+        let input = self.clocks[clock].accessor;
+        self.sampler(node, property, input, values);
+    }
+
+    fn sampler<const N: usize>(
+        &mut self,
+        node: usize,
+        property: Property,
+        input: Index<Accessor>,
+        values: &[[f32; N]],
+    ) {
+        let output = self.buffer.push(Usage::Keys, values);
+        let interpolation = Checked::Valid(Interpolation::Linear);
+        self.samplers.push(Sampler {
+            input,
+            output,
+            interpolation,
+            extensions: None,
+            extras: None,
+        });
+        let (node, path) = (Index::new(node as u32), Checked::Valid(property));
+        self.channels.push(Channel {
+            sampler: Index::new(self.samplers.len() as u32 - 1),
+            target: Target {
+                node,
+                path,
+                extensions: None,
+                extras: None,
+            },
+            extensions: None,
+            extras: None,
+        });
+    }
+}
+
+/// What a track can hold: `N` floats in the file.
+trait Value<const N: usize>: Copy {
+    /// Whether two values put a node in the same place.
+    fn is_same(self, other: Self) -> bool;
+
+    /// The values as they go into the file; nothing if one is not finite.
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
+
+    /// A value as it is in the file.
+    fn from(array: [f32; N]) -> Self;
+}
+
+impl Value<3> for Vec3 {
+    fn is_same(self, other: Self) -> bool {
+        self == other
+    }
+
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
+        // Adding zero turns -0 into 0.
+        values
+            .map(|value| value.is_finite().then(|| (value + Vec3::ZERO).to_array()))
+            .collect()
+    }
+
+    fn from(array: [f32; 3]) -> Self {
+        Self::from_array(array)
+    }
+}
+
+impl Value<4> for Quat {
+    fn is_same(self, other: Self) -> bool {
+        self == other || self == -other
+    }
+
+    /// Unit quaternions, each in the hemisphere of the one before: some clients blend component by component.
+    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 4]>> {
+        let mut previous = None;
+        let continuous = values.map(|value| {
+            let rotation = unit(value)?;
+            let turned = previous.is_some_and(|previous| rotation.dot(previous) < 0.0);
+            let rotation = if turned { -rotation } else { rotation };
+            previous = Some(rotation);
+            Some(rotation.to_array())
+        });
+        continuous.collect()
+    }
+
+    fn from(array: [f32; 4]) -> Self {
+        Self::from_array(array)
+    }
+}
+
+fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
+    keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
+}
+
+fn name_of(property: Property) -> &'static str {
+    match property {
+        Property::Rotation => "rotation",
+        Property::Scale => "scale",
+        Property::Translation | Property::MorphTargetWeights => "translation",
+    }
+}
+
+/// `rotation` normalised in double precision and rounded once, without minus zeros; nothing if it is no rotation.
+pub(super) fn unit(rotation: Quat) -> Option<Quat> {
+    let rotation = rotation.as_dquat();
+    let length = rotation.length();
+    (length.is_finite() && length > 0.0)
+        .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
+}

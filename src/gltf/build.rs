@@ -1,0 +1,299 @@
+//! A scene as the tree of objects that glTF writes as JSON.
+
+use glam::{Affine3A, Mat4, Vec3};
+use gltf::json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf::json::mesh::Primitive;
+use gltf::json::{Asset, Index, Material, Mesh, Node, Root, Skin};
+use serde_json::json;
+use serde_json::value::{RawValue, to_raw_value};
+
+use super::animation::{self, Rest, unit};
+use super::buffer::{Buffer, Usage};
+use super::names::Names;
+use super::{BASE_COLOR, Document, Options, Provenance, Report, mesh};
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::{self, NodeKind, Scene};
+
+/// Everything that grows while a scene is written.
+struct Builder<'a> {
+    scene: &'a Scene,
+    options: &'a Options,
+    root: Root,
+    buffer: Buffer,
+    names: Names,
+    report: Report,
+}
+
+pub(super) fn document(scene: &Scene, options: &Options) -> Result<Document> {
+    let (root, buffer, names, report) = Default::default();
+    let mut builder = Builder {
+        scene,
+        options,
+        root,
+        buffer,
+        names,
+        report,
+    };
+    builder.asset();
+    builder.nodes()?;
+    let skinned = builder.rigid_meshes()?;
+    builder.skins(&skinned)?;
+    builder.materials();
+    let Builder {
+        mut root,
+        buffer,
+        report,
+        ..
+    } = builder;
+    let bin = buffer.finish(&mut root);
+    Ok(Document { root, bin, report })
+}
+
+impl Builder<'_> {
+    fn asset(&mut self) {
+        self.root.asset = Asset {
+            generator: Some(concat!("mocap ", env!("CARGO_PKG_VERSION")).to_owned()),
+            extras: extras(&json!({ "mocap": Provenance::of(self.scene) })),
+            ..Asset::default()
+        };
+    }
+
+    /// The materials, where there is a face to show them.
+    fn materials(&mut self) {
+        if self.root.meshes.is_empty() {
+            return;
+        }
+        self.root.materials = (self.scene.materials.iter())
+            .map(|material| Material {
+                name: Some(material.name.clone()).filter(|name| !name.is_empty()),
+                double_sided: material.two_sided,
+                pbr_metallic_roughness: PbrMetallicRoughness {
+                    base_color_factor: PbrBaseColorFactor(BASE_COLOR),
+                    metallic_factor: StrengthFactor(0.0),
+                    roughness_factor: StrengthFactor(0.8),
+                    ..PbrMetallicRoughness::default()
+                },
+                emissive_factor: EmissiveFactor::default(),
+                ..Material::default()
+            })
+            .collect();
+    }
+
+    /// The node graph with its motion, and the scene that holds its roots.
+    fn nodes(&mut self) -> Result<()> {
+        let scene = self.scene;
+        let mut rest = Vec::with_capacity(scene.nodes.len());
+        for node in &scene.nodes {
+            rest.push(rest_of(node)?);
+        }
+        // glTF takes several animations; the names of clips and their order stay.
+        for take in &scene.animations {
+            let written = animation::write(scene, take, &mut rest, self.options, &mut self.buffer, &mut self.report)?;
+            let source = scene.metadata.origin.as_ref().map(scene::Origin::stem);
+            let name = [take.name.as_str(), source.unwrap_or_default(), "Motion"]
+                .into_iter()
+                .find(|n| !n.is_empty());
+            if let Some(written) = written {
+                self.root.animations.push(gltf::json::Animation {
+                    name: name.map(str::to_owned),
+                    ..written
+                });
+            }
+        }
+
+        let (names, renamed) = self.names.of_nodes(scene);
+        self.report.renamed = renamed;
+        let mut children = vec![Vec::new(); scene.nodes.len()];
+        let mut roots = Vec::new();
+        for (index, node) in scene.nodes.iter().enumerate() {
+            match node.parent {
+                Some(parent) => children[parent.index()].push(Index::new(index as u32)),
+                None => roots.push(Index::new(index as u32)),
+            }
+        }
+        for (((node, name), rest), children) in scene.nodes.iter().zip(names).zip(rest).zip(children) {
+            let mut written = Node {
+                children: Some(children).filter(|children| !children.is_empty()),
+                extras: node_extras(node, &name),
+                name: Some(name),
+                ..Node::default()
+            };
+            rest.apply(&mut written);
+            self.root.nodes.push(written);
+        }
+        if !roots.is_empty() {
+            self.root.scenes.push(gltf::json::Scene {
+                nodes: roots,
+                name: None,
+                extensions: None,
+                extras: None,
+            });
+            self.root.scene = Some(Index::new(0));
+        }
+        Ok(())
+    }
+
+    /// The meshes without bones, on the nodes that hold them. Gives those with bones.
+    fn rigid_meshes(&mut self) -> Result<Vec<usize>> {
+        let mut skinned = Vec::new();
+        for (index, node) in self.scene.nodes.iter().enumerate() {
+            let mut primitives = Vec::new();
+            for &place in &node.meshes {
+                let mesh = &self.scene.meshes[place];
+                if !mesh.bones.is_empty() {
+                    skinned.push(place);
+                } else if let Some((primitive, vertices)) = mesh::write(mesh, None, 0, &mut self.buffer)? {
+                    self.report.vertices += vertices;
+                    primitives.push(primitive);
+                }
+            }
+            self.root.nodes[index].mesh = self.mesh(primitives, None);
+        }
+        Ok(skinned)
+    }
+
+    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with rigid meshes alone needs
+    /// none: a skin that nothing uses is what optimisers drop and validators report. Where the scene's meshes have no
+    /// area, as those of a single joint, a marker stands in for them.
+    fn skins(&mut self, skinned: &[usize]) -> Result<()> {
+        let scene = self.scene;
+        let mut joints = Vec::new();
+        let mut places = vec![None; scene.nodes.len()];
+        for (index, node) in scene.nodes.iter().enumerate() {
+            if node.kind != NodeKind::Group {
+                let place = u16::try_from(joints.len()).map_err(|_| {
+                    Diagnostic::new(Code::LimitExceeded, "a skin has at most 65,536 joints")
+                        .help("write a segmented mesh, which needs no skin")
+                });
+                places[index] = Some(place?);
+                joints.push(index);
+            }
+        }
+        if joints.is_empty() || (skinned.is_empty() && !self.root.meshes.is_empty()) {
+            return Ok(());
+        }
+        for &index in skinned {
+            let mesh = &scene.meshes[index];
+            if let Some(written) = mesh::write(mesh, Some(&places), joints.len(), &mut self.buffer)? {
+                let skin = self.skin(&joints, &mesh.bones);
+                self.skinned_mesh(&mesh.name, written, skin);
+            }
+        }
+        if self.root.skins.is_empty() {
+            let skin = self.skin(&joints, &[]);
+            if let Some(mesh) = scene.meshes.first() {
+                let first_joint = self.rest_pose()[joints[0]].w_axis.truncate();
+                let marker = mesh::marker(first_joint, mesh.material_index);
+                if let Some(written) = mesh::write(&marker, Some(&places), joints.len(), &mut self.buffer)? {
+                    self.skinned_mesh("", written, skin);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A node at the scene's root with a primitive of so many vertices, and a skin.
+    fn skinned_mesh(&mut self, name: &str, (primitive, vertices): (Primitive, usize), skin: Index<Skin>) {
+        self.report.vertices += vertices;
+        let name = self.names.unique(if name.is_empty() { "SkeletonMesh" } else { name });
+        let mesh = self.mesh(vec![primitive], Some(&name));
+        let node = Node {
+            mesh,
+            skin: Some(skin),
+            name: Some(name),
+            ..Node::default()
+        };
+        let node = self.root.push(node);
+        self.root.scenes[0].nodes.push(node);
+    }
+
+    /// Where the nodes stand at rest, in the world.
+    fn rest_pose(&self) -> Vec<Mat4> {
+        let mut node_to_world: Vec<Mat4> = Vec::with_capacity(self.scene.nodes.len());
+        for node in &self.scene.nodes {
+            let parent = node
+                .parent
+                .map_or(Mat4::IDENTITY, |parent| node_to_world[parent.index()]);
+            node_to_world.push(parent * node.transform);
+        }
+        node_to_world
+    }
+
+    /// A skin of all joints. A joint with a bone is bound where the bone says, the others where they stand at rest.
+    fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
+        let node_to_world = self.rest_pose();
+        // As affine maps: the last row of an inverse bind matrix has to be 0 0 0 1 to the last digit.
+        let inverse = |matrix: &Mat4| Mat4::from(Affine3A::from_mat4(*matrix).inverse());
+        let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
+        for bone in bones {
+            inverse_bind[bone.node.index()] = bone.offset_matrix;
+        }
+        // Adding zero turns -0 into 0.
+        let matrices: Vec<_> = joints
+            .iter()
+            .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
+            .collect();
+        self.report.joints = joints.len();
+        let accessor = self.buffer.push(Usage::BindMatrices, &matrices);
+        self.root.push(Skin {
+            inverse_bind_matrices: Some(accessor),
+            joints: joints.iter().map(|&joint| Index::new(joint as u32)).collect(),
+            skeleton: Some(Index::new(0)),
+            name: None,
+            extensions: None,
+            extras: None,
+        })
+    }
+
+    fn mesh(&mut self, primitives: Vec<Primitive>, name: Option<&str>) -> Option<Index<Mesh>> {
+        (!primitives.is_empty()).then(|| {
+            let name = name.map(str::to_owned);
+            self.root.push(Mesh {
+                primitives,
+                name,
+                weights: None,
+                extensions: None,
+                extras: None,
+            })
+        })
+    }
+}
+
+/// Where a node stands without animation, as translation, rotation and scale.
+fn rest_of(node: &scene::Node) -> Result<Rest> {
+    let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
+    let (scale, translation) = (scale + Vec3::ZERO, translation + Vec3::ZERO);
+    match unit(rotation) {
+        Some(rotation) if scale.is_finite() && translation.is_finite() => Ok(Rest {
+            translation,
+            rotation,
+            scale,
+        }),
+        _ => {
+            let message = "its transform is not a translation, a rotation and a scale";
+            Err(Diagnostic::new(Code::Unrepresentable, message)
+                .in_joint(&node.name)
+                .into())
+        }
+    }
+}
+
+/// What a node's own fields cannot say.
+fn node_extras(node: &scene::Node, name: &str) -> Option<Box<RawValue>> {
+    let mut extras_of_node = serde_json::Map::new();
+    if node.name != name {
+        extras_of_node.insert("source_name".to_owned(), json!(node.name));
+    }
+    if node.kind == NodeKind::EndSite {
+        extras_of_node.insert("end_site".to_owned(), json!(true));
+    }
+    if extras_of_node.is_empty() {
+        None
+    } else {
+        extras(&extras_of_node.into())
+    }
+}
+
+fn extras(value: &serde_json::Value) -> Option<Box<RawValue>> {
+    to_raw_value(value).ok()
+}

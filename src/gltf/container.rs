@@ -1,0 +1,105 @@
+//! A document as bytes: one `.glb`, a `.gltf` that carries its buffer, or a `.gltf` with a `.bin`.
+
+use std::borrow::Cow;
+use std::io;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf::binary::{Glb, Header};
+use gltf::json::Root;
+
+use super::Document;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::export::write_file_with;
+
+/// Bytes before the JSON text and between it and the buffer: the header and two chunk headers, with padding.
+const GLB_OVERHEAD: usize = 12 + 8 + 8 + 6;
+
+impl Document {
+    /// The bytes of a `.glb` file.
+    ///
+    /// # Errors
+    /// [`Code::LimitExceeded`] beyond the 4 GiB that the container can hold.
+    pub fn to_glb(&self) -> Result<Vec<u8>> {
+        self.glb()?.to_vec().map_err(|error| unwritable(&error))
+    }
+
+    /// Writes a `.glb` file, and gives its length.
+    pub(super) fn write_glb(&self, path: &Path) -> Result<u64> {
+        let glb = self.glb()?;
+        write_file_with(path, |file| {
+            glb.to_writer(file).map_err(|error| match error {
+                gltf::Error::Io(error) => error,
+                error => io::Error::other(error),
+            })
+        })
+    }
+
+    /// The parts of a `.glb` file.
+    fn glb(&self) -> Result<Glb<'_>> {
+        let json = text(&self.root)?;
+        if u32::try_from(json.len() + self.bin.len() + GLB_OVERHEAD).is_err() {
+            let message = "the file would be larger than the 4 GiB that a .glb can hold";
+            return Err(Diagnostic::new(Code::LimitExceeded, message)
+                .help("write .gltf, or fewer frames")
+                .into());
+        }
+        Ok(Glb {
+            // The writer computes the length itself.
+            header: Header {
+                magic: *b"glTF",
+                version: 2,
+                length: 0,
+            },
+            json: Cow::Owned(json),
+            bin: Some(Cow::Borrowed(self.bin.as_slice())).filter(|bin| !bin.is_empty()),
+        })
+    }
+
+    /// The bytes of a `.gltf` file that carries its buffer as a data URI.
+    ///
+    /// # Errors
+    /// None that a document of this crate is known to bring about.
+    pub fn to_embedded(&self) -> Result<Vec<u8>> {
+        self.with_uri(|| format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bin)))
+    }
+
+    /// The bytes of a `.gltf` file, and those of the file `bin_name` beside it; the latter are none where the scene has
+    /// neither meshes nor motion.
+    ///
+    /// # Errors
+    /// None that a document of this crate is known to bring about.
+    pub fn to_text_and_bin(&self, bin_name: &str) -> Result<(Vec<u8>, &[u8])> {
+        Ok((self.with_uri(|| percent_encoded(bin_name))?, &self.bin))
+    }
+
+    fn with_uri(&self, uri: impl FnOnce() -> String) -> Result<Vec<u8>> {
+        let mut root = self.root.clone();
+        if let Some(buffer) = root.buffers.first_mut() {
+            buffer.uri = Some(uri());
+        }
+        text(&root)
+    }
+}
+
+fn text(root: &Root) -> Result<Vec<u8>> {
+    root.to_vec().map_err(|error| unwritable(&error))
+}
+
+fn unwritable(error: &dyn std::error::Error) -> Error {
+    Diagnostic::new(Code::Unrepresentable, error.to_string()).into()
+}
+
+/// A file name as a relative URI: all but RFC 3986's unreserved characters as `%` and two digits.
+fn percent_encoded(name: &str) -> String {
+    let mut uri = String::with_capacity(name.len());
+    for byte in name.bytes() {
+        if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
+            uri.push(char::from(byte));
+        } else {
+            uri.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    uri
+}

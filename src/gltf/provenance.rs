@@ -1,0 +1,50 @@
+//! Where a file comes from and what was done on the way, so that a reader of the file alone can tell.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{AppliedStep, Assumption, Origin, RootOffsetUsed, Scene};
+
+/// What `asset.extras.mocap` holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Provenance {
+    /// Version of this crate.
+    pub version: String,
+    /// The file that the scene was read from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<Origin>,
+    /// Short name of that file's format.
+    pub format: String,
+    /// Frames of the scene as it was written.
+    pub frames: u64,
+    /// Seconds between two of them.
+    pub frame_time: f64,
+    /// What was done with the root's OFFSET.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_offset: Option<RootOffsetUsed>,
+    /// Everything else that was decided on the way.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<Assumption>,
+    /// What changed the place or the time of things, in order: unit, axis, trim, frame rate.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<AppliedStep>,
+}
+
+impl Provenance {
+    /// What is known about `scene`.
+    pub fn of(scene: &Scene) -> Self {
+        let animation = scene.animations.first();
+        let metadata = &scene.metadata;
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            source: metadata.origin.clone(),
+            format: metadata.format.clone(),
+            frames: animation.map_or(0, |animation| animation.duration.round() as u64 + 1),
+            frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
+            root_offset: metadata.root_offset.clone(),
+            assumptions: metadata.assumptions.clone(),
+            steps: metadata.steps.clone(),
+        }
+    }
+}

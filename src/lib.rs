@@ -1,0 +1,49 @@
+//! Motion capture files into an Assimp-style scene, driven by a tick, written as animated glTF.
+//!
+//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's words. [`Pose`] and [`Updater`] give its node
+//! matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it, [`verify`] proves what was written, [`dump`]
+//! prints it, and [`process`] has the steps between. [`Code`] lists every diagnostic.
+//!
+//! ```
+//! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+//! scene.update_node_matrices(0, 9.0);
+//! assert_eq!(scene.nodes[0].transform.w_axis.x, 1.0);
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+// Tests may unwrap and print; the library may not.
+#![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
+pub mod arrays;
+pub mod bvh;
+pub mod dump;
+pub mod error;
+pub mod export;
+pub mod format;
+pub mod gltf;
+pub mod import;
+pub mod limits;
+pub mod player;
+pub mod pose;
+pub mod process;
+#[cfg(feature = "render")]
+pub mod render;
+mod rotation;
+pub mod scene;
+pub mod survey;
+pub mod verify;
+
+pub use glam;
+
+pub use crate::error::{Code, Diagnostic, Error, Location, Result};
+pub use crate::import::{Importer, import};
+pub use crate::limits::Limits;
+pub use crate::player::{LoopMode, Player};
+pub use crate::pose::{Binding, OutOfRange, Pose, Trs, Updater};
+pub use crate::process::SkeletonMesh;
+pub use crate::scene::{RootOffset, Scene};
+
+/// The README's example runs with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

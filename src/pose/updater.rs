@@ -1,0 +1,78 @@
+//! Writing an animation into the node transforms of its own scene.
+
+use crate::pose::{Binding, OutOfRange};
+use crate::scene::Scene;
+
+impl Scene {
+    /// Writes position x rotation x scale at `tick` into [`Node::transform`](crate::scene::Node::transform) of every
+    /// node that `animation` (an index into [`Scene::animations`]) has a channel for. Ticks out of range clamp.
+    ///
+    /// Returns whether the scene has that animation. Names are looked up anew in each call; an [`Updater`] looks them
+    /// up once, and can loop.
+    pub fn update_node_matrices(&mut self, animation: usize, tick: f64) -> bool {
+        let updater = Updater::new(self, animation);
+        if let Some(updater) = &updater {
+            updater.update(self, tick);
+        }
+        updater.is_some()
+    }
+}
+
+/// [`Scene::update_node_matrices`] with the names looked up beforehand: an update allocates nothing.
+///
+/// ```
+/// use mocap::glam::Vec3;
+/// use mocap::pose::Updater;
+/// use mocap::scene::{Animation, Channel, Keys, Node, Scene};
+///
+/// let mut scene = Scene {
+///     nodes: vec![Node { name: "hip".into(), ..Node::default() }],
+///     animations: vec![Animation {
+///         duration: 1.0,
+///         channels: vec![Channel {
+///             node_name: "hip".into(),
+///             position_keys: Keys::every_tick(vec![Vec3::ZERO, Vec3::X]),
+///             ..Channel::default()
+///         }],
+///         ..Animation::default()
+///     }],
+///     ..Scene::default()
+/// };
+/// let updater = Updater::new(&scene, 0).expect("there is one animation");
+/// updater.update(&mut scene, 1.0);
+/// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::X);
+/// ```
+#[derive(Clone, Debug)]
+pub struct Updater {
+    /// Which channel drives which node, and what did not match.
+    pub binding: Binding,
+    animation: usize,
+}
+
+impl Updater {
+    /// Prepares updates of `scene` from `animation`, an index into [`Scene::animations`]; `None` if there is no such
+    /// animation.
+    pub fn new(scene: &Scene, animation: usize) -> Option<Self> {
+        let binding = Binding::new(scene, scene.animations.get(animation)?);
+        Some(Self { binding, animation })
+    }
+
+    /// The same updater with another reading of ticks outside of the animation.
+    #[must_use]
+    pub fn out_of_range(mut self, out_of_range: OutOfRange) -> Self {
+        self.binding = self.binding.out_of_range(out_of_range);
+        self
+    }
+
+    /// Writes the transforms at `tick` into the nodes of `scene`, the one that the updater was made for.
+    pub fn update(&self, scene: &mut Scene, tick: f64) {
+        let Scene { nodes, animations, .. } = scene;
+        if let Some(animation) = animations.get(self.animation) {
+            self.binding.sample(animation, tick, |id, trs| {
+                if let Some(node) = nodes.get_mut(id.index()) {
+                    node.transform = trs.matrix();
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! One key for a track that never changes.
+
+use glam::{Quat, Vec3};
+
+use crate::scene::{Keys, Scene};
+
+/// How far a value may be from the first value of its track and still count as equal to it.
+///
+/// Zero, the default, asks for equal numbers; -0 and 0 are equal, NaN is equal to nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KeyTolerance {
+    /// Distance between positions, in the file's unit. Default: 0.
+    pub position: f32,
+    /// Angle between rotations, in radians. Default: 0. A quaternion and its negative are the same rotation.
+    pub rotation: f32,
+    /// Distance between scales, which have no unit. Default: 0.
+    pub scaling: f32,
+}
+
+/// Leaves one key, the first, in every track whose values are all equal within `tolerance`.
+///
+/// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
+/// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
+///
+/// Assimp does the same at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
+/// tracks whose neighbouring keys all differ by more than 1.
+///
+/// ```
+/// use mocap::glam::Vec3;
+/// use mocap::process::{KeyTolerance, collapse_keys};
+/// use mocap::scene::{Animation, Channel, Keys, Scene};
+///
+/// let still = Channel { position_keys: Keys::every_tick(vec![Vec3::ONE; 100]), ..Channel::default() };
+/// let mut scene = Scene {
+///     animations: vec![Animation { channels: vec![still], ..Animation::default() }],
+///     ..Scene::default()
+/// };
+/// collapse_keys(&mut scene, KeyTolerance::default());
+/// assert_eq!(scene.animations[0].channels[0].position_keys, Keys::constant(Vec3::ONE));
+/// ```
+pub fn collapse_keys(scene: &mut Scene, tolerance: KeyTolerance) {
+    for channel in scene
+        .animations
+        .iter_mut()
+        .flat_map(|animation| &mut animation.channels)
+    {
+        collapse(&mut channel.position_keys, |a, b| {
+            distance(a, b) <= f64::from(tolerance.position)
+        });
+        collapse(&mut channel.rotation_keys, |a, b| {
+            angle(a, b) <= f64::from(tolerance.rotation)
+        });
+        collapse(&mut channel.scaling_keys, |a, b| {
+            distance(a, b) <= f64::from(tolerance.scaling)
+        });
+    }
+}
+
+fn collapse<T: Copy>(keys: &mut Keys<T>, equal: impl Fn(T, T) -> bool) {
+    if let [first, rest @ ..] = keys.values.as_slice()
+        && !rest.is_empty()
+        && rest.iter().all(|&value| equal(*first, value))
+    {
+        *keys = Keys::constant(*first);
+    }
+}
+
+/// In double precision, where the square of no difference of two singles becomes zero.
+fn distance(a: Vec3, b: Vec3) -> f64 {
+    a.as_dvec3().distance(b.as_dvec3())
+}
+
+/// The angle of the rotation from `a` to `b`, of unit quaternions.
+///
+/// The chord between them is 2 sin(angle / 4), which stays exact for small angles where the arc cosine of their dot
+/// product does not.
+fn angle(a: Quat, b: Quat) -> f64 {
+    let (a, b) = (a.as_dquat(), b.as_dquat());
+    let chord = (a - b).length().min((a + b).length());
+    4.0 * (chord / 2.0).asin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Animation, Channel};
+
+    fn collapsed(channel: Channel, tolerance: KeyTolerance) -> Channel {
+        let mut scene = Scene {
+            animations: vec![Animation {
+                channels: vec![channel],
+                ..Animation::default()
+            }],
+            ..Scene::default()
+        };
+        collapse_keys(&mut scene, tolerance);
+        scene.animations.remove(0).channels.remove(0)
+    }
+
+    fn positions(xs: &[f32], tolerance: f32) -> usize {
+        let values = xs.iter().map(|&x| Vec3::new(x, 0.0, 0.0)).collect();
+        let channel = Channel {
+            position_keys: Keys::every_tick(values),
+            ..Channel::default()
+        };
+        let tolerance = KeyTolerance {
+            position: tolerance,
+            ..KeyTolerance::default()
+        };
+        collapsed(channel, tolerance).position_keys.len()
+    }
+
+    fn rotations(angles: &[f32], tolerance: f32) -> usize {
+        let values = angles.iter().map(|&angle| Quat::from_rotation_y(angle)).collect();
+        let channel = Channel {
+            rotation_keys: Keys::every_tick(values),
+            ..Channel::default()
+        };
+        let tolerance = KeyTolerance {
+            rotation: tolerance,
+            ..KeyTolerance::default()
+        };
+        collapsed(channel, tolerance).rotation_keys.len()
+    }
+
+    #[test]
+    fn zero_tolerance_asks_for_equal_numbers() {
+        assert_eq!(positions(&[1.0, 1.0, 1.0], 0.0), 1);
+        assert_eq!(positions(&[0.0, -0.0], 0.0), 1);
+        assert_eq!(positions(&[1.0, 1.0, 1.0f32.next_up()], 0.0), 3);
+        assert_eq!(positions(&[0.0, f32::from_bits(1)], 0.0), 2);
+        assert_eq!(positions(&[f32::NAN, f32::NAN], 0.0), 2);
+        assert_eq!(rotations(&[0.3, 0.3], 0.0), 1);
+        assert_eq!(rotations(&[0.3, 0.300_001], 0.0), 2);
+    }
+
+    #[test]
+    fn a_tolerance_is_a_distance_in_the_files_unit() {
+        assert_eq!(positions(&[5.0, 5.25, 4.75], 0.25), 1);
+        assert_eq!(positions(&[5.0, 5.25, 4.75], 0.249), 3);
+    }
+
+    #[test]
+    fn a_tolerance_is_an_angle_in_radians() {
+        assert_eq!(rotations(&[1.0, 1.001], 0.001_01), 1);
+        assert_eq!(rotations(&[1.0, 1.001], 0.000_99), 2);
+        // The same angles, whose quaternions have opposite signs.
+        assert_eq!(rotations(&[1.0, 1.001 + std::f32::consts::TAU], 0.001_01), 1);
+    }
+
+    #[test]
+    fn a_track_that_drifts_is_kept() {
+        let drift: Vec<f32> = (0..100).map(|i| i as f32 * 0.01).collect();
+        assert_eq!(positions(&drift, 0.02), 100);
+    }
+
+    #[test]
+    fn ticks_of_a_collapsed_track_are_gone_and_others_stay() {
+        let still = Keys {
+            values: vec![Vec3::ONE; 2],
+            ticks: Some(vec![3.0, 7.0]),
+        };
+        let moving = Keys {
+            values: vec![Quat::IDENTITY, Quat::from_rotation_x(1.0)],
+            ticks: Some(vec![3.0, 7.0]),
+        };
+        let channel = Channel {
+            position_keys: still,
+            rotation_keys: moving.clone(),
+            ..Channel::default()
+        };
+        let after = collapsed(channel, KeyTolerance::default());
+        assert_eq!(after.position_keys, Keys::constant(Vec3::ONE));
+        assert_eq!(after.rotation_keys, moving);
+        assert!(after.scaling_keys.is_empty());
+    }
+}

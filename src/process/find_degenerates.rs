@@ -1,0 +1,53 @@
+//! Points in place of triangles without a size.
+
+use super::split::{renumbered_bones, replace_mesh_indices, submesh};
+use crate::scene::{Mesh, Primitive, Scene};
+
+/// Turns triangles whose three corners stand in one place into points, in a mesh of their own.
+///
+/// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
+/// each, mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold both.
+/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all stand in one place.
+///
+/// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle with
+/// two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.
+pub fn find_degenerates(scene: &mut Scene) {
+    let mut replacements = Vec::with_capacity(scene.meshes.len());
+    let mut meshes = Vec::new();
+    for mesh in scene.meshes.drain(..) {
+        let first = meshes.len();
+        let (degenerate, sound): (Vec<usize>, Vec<usize>) =
+            (0..mesh.faces().len()).partition(|&face| is_point(&mesh, face));
+        if degenerate.is_empty() {
+            meshes.push(mesh);
+        } else {
+            meshes.push(points(&mesh, &degenerate));
+            if !sound.is_empty() {
+                let (mut triangles, new_ids) = submesh(&mesh, &sound);
+                triangles.bones = renumbered_bones(&mesh.bones, &new_ids);
+                meshes.push(triangles);
+            }
+        }
+        replacements.push((first..meshes.len()).collect());
+    }
+    scene.meshes = meshes;
+    replace_mesh_indices(&mut scene.nodes, &replacements);
+}
+
+fn is_point(mesh: &Mesh, face: usize) -> bool {
+    let corner = |index: usize| mesh.vertices[mesh.indices[3 * face + index] as usize];
+    mesh.primitive == Primitive::Triangles && corner(0) == corner(1) && corner(0) == corner(2)
+}
+
+/// The first corner of each of the triangles at `faces`.
+fn points(mesh: &Mesh, faces: &[usize]) -> Mesh {
+    let corners = Mesh {
+        primitive: Primitive::Points,
+        indices: faces.iter().map(|&face| mesh.indices[3 * face]).collect(),
+        ..mesh.clone()
+    };
+    let all: Vec<usize> = (0..corners.indices.len()).collect();
+    let (mut points, new_ids) = submesh(&corners, &all);
+    points.bones = renumbered_bones(&mesh.bones, &new_ids);
+    points
+}

@@ -1,0 +1,71 @@
+//! Equal vertices stored once.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::split::{NewIds, renumbered_bones};
+use crate::scene::{Mesh, Scene};
+
+/// Normals closer than this count as equal; Assimp's limit.
+const NORMAL_TOLERANCE: f32 = 1e-5;
+
+/// Stores vertices that are equal once, and lets the faces share them.
+///
+/// Before: a joint with three children in one place has three equal pointers of 12 vertices each. After: 12 vertices
+/// that 12 faces share. The first of equal vertices stays, in the old order.
+///
+/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, and the same
+/// bones move them by the same weights. Assimp leaves the last condition out, and so hands vertices of one
+/// bone to another where two links coincide.
+pub fn join_identical_vertices(scene: &mut Scene) {
+    for mesh in &mut scene.meshes {
+        join(mesh);
+    }
+}
+
+fn join(mesh: &mut Mesh) {
+    let mut kept: Vec<usize> = Vec::new();
+    let mut kept_at: HashMap<(Place, Ties), Vec<usize>> = HashMap::new();
+    let mut new_index = Vec::with_capacity(mesh.vertices.len());
+    for (vertex, ties) in ties(mesh).into_iter().enumerate() {
+        let normal = mesh.normals[vertex];
+        let candidates = kept_at.entry((place(mesh.vertices[vertex]), ties)).or_default();
+        let equal = candidates
+            .iter()
+            .copied()
+            .find(|&new| normal.abs_diff_eq(mesh.normals[kept[new]], NORMAL_TOLERANCE));
+        new_index.push(equal.unwrap_or_else(|| {
+            candidates.push(kept.len());
+            kept.push(vertex);
+            kept.len() - 1
+        }));
+    }
+    let new_ids: NewIds = (0..).zip(&kept).map(|(new, &old)| (old as u32, new)).collect();
+    mesh.bones = renumbered_bones(&mesh.bones, &new_ids);
+    mesh.vertices = kept.iter().map(|&vertex| mesh.vertices[vertex]).collect();
+    mesh.normals = kept.iter().map(|&vertex| mesh.normals[vertex]).collect();
+    for index in &mut mesh.indices {
+        *index = new_index[*index as usize] as u32;
+    }
+}
+
+/// The bits of a position.
+type Place = [u32; 3];
+
+fn place(position: Vec3) -> Place {
+    position.to_array().map(f32::to_bits)
+}
+
+/// The bones that move a vertex, and the bits of their weights.
+type Ties = Vec<(usize, u32)>;
+
+fn ties(mesh: &Mesh) -> Vec<Ties> {
+    let mut ties = vec![Ties::new(); mesh.vertices.len()];
+    for (index, bone) in mesh.bones.iter().enumerate() {
+        for weight in &bone.weights {
+            ties[weight.vertex_id as usize].push((index, weight.weight.to_bits()));
+        }
+    }
+    ties
+}

@@ -1,0 +1,121 @@
+//! Where the figure goes, apart from what it does.
+//!
+//! Both steps take the ground for the plane of x and z, as it is after
+//! [`convert_units`](crate::process::convert_units()).
+
+use glam::{DQuat, Quat, Vec3};
+
+use crate::pose::Binding;
+use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, NodeKind, Scene};
+
+/// What the new node is called, unless there is one of that name.
+const ROOT_NAME: &str = "Root";
+
+/// Below this sum of squares the part of a rotation that turns about the up axis has no angle: the figure is upside down.
+const NO_HEADING: f64 = 1e-9;
+
+/// Keeps every root above the place on the ground where its motion starts. Height and turns stay.
+pub fn in_place(scene: &mut Scene) {
+    let roots: Vec<_> = roots(scene).collect();
+    for index in 0..scene.animations.len() {
+        let driven: Vec<_> = Binding::new(scene, &scene.animations[index]).driven().collect();
+        for (_, channel) in driven.into_iter().filter(|(node, _)| roots.contains(node)) {
+            let values = &mut scene.animations[index].channels[channel].position_keys.values;
+            if let Some(&start) = values.first() {
+                for value in values {
+                    *value = Vec3::new(start.x, value.y, start.z);
+                }
+            }
+        }
+    }
+    scene.metadata.steps.push(AppliedStep::InPlace);
+}
+
+/// Puts a joint named `Root` above the first root and moves the way over the ground and the heading there, where game
+/// engines look for them. What is left on the old root is its height, its lean and its sway. No node's place in the
+/// world changes.
+pub fn root_motion(scene: &mut Scene) {
+    let Some(old_root) = roots(scene).next() else { return };
+    let is_taken = |name: &str| scene.nodes.iter().any(|node| node.name == name);
+    let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
+    let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
+    let name = names.find(|name| !is_taken(name)).unwrap_or_default();
+
+    for index in 0..scene.animations.len() {
+        let driven = Binding::new(scene, &scene.animations[index])
+            .driven()
+            .find(|(node, _)| *node == old_root);
+        if let Some((_, channel)) = driven {
+            let rest = scene.nodes[old_root.index()].transform.w_axis.truncate();
+            split_channel(&mut scene.animations[index], channel, &name, rest);
+        }
+    }
+
+    // The new node stands where the old root stood, and everything from there on moves up by one.
+    let shifted = |id: NodeId| if id < old_root { id } else { NodeId(id.0 + 1) };
+    for node in &mut scene.nodes {
+        node.parent = node.parent.map(shifted);
+    }
+    for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
+        bone.node = shifted(bone.node);
+    }
+    let parent = scene.nodes[old_root.index()].parent.replace(old_root);
+    scene.nodes.insert(
+        old_root.index(),
+        Node {
+            name,
+            parent,
+            ..Node::default()
+        },
+    );
+    scene.metadata.steps.push(AppliedStep::RootMotion);
+}
+
+/// The joints at the top: the first node, or what hangs on it if it only holds several skeletons together.
+fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
+    let is_top =
+        |parent: Option<NodeId>| parent.is_none_or(|parent| scene.nodes[parent.index()].kind == NodeKind::Group);
+    let tops = scene
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(move |(_, node)| node.kind == NodeKind::Joint && is_top(node.parent));
+    tops.map(|(index, _)| NodeId::new(index))
+}
+
+/// Splits a root's channel into one for the node `name` above it, put before it, and what is left.
+fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3) {
+    let channel = &mut animation.channels[index];
+    let ticks: Vec<f64> = {
+        let (positions, rotations) = (&channel.position_keys, &channel.rotation_keys);
+        let mut ticks: Vec<_> = (0..positions.len()).map(|key| positions.tick(key)).collect();
+        ticks.extend((0..rotations.len()).map(|key| rotations.tick(key)));
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+        ticks
+    };
+    let mut heading = DQuat::IDENTITY;
+    let (mut places, mut headings) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
+    let (mut heights, mut leans) = (Vec::with_capacity(ticks.len()), Vec::with_capacity(ticks.len()));
+    for &tick in &ticks {
+        let position = channel.position_keys.sample(tick).unwrap_or(rest);
+        let rotation = channel.rotation_keys.sample(tick).unwrap_or(Quat::IDENTITY).as_dquat();
+        // The twist about Y of the swing-twist decomposition.
+        if rotation.y * rotation.y + rotation.w * rotation.w > NO_HEADING {
+            heading = DQuat::from_xyzw(0.0, rotation.y, 0.0, rotation.w).normalize();
+        }
+        places.push(Vec3::new(position.x, 0.0, position.z));
+        headings.push(heading.as_quat());
+        heights.push(Vec3::new(0.0, position.y, 0.0));
+        leans.push((heading.inverse() * rotation).as_quat());
+    }
+    channel.position_keys = Keys::at_ticks(heights, ticks.clone());
+    channel.rotation_keys = Keys::at_ticks(leans, ticks.clone());
+    let root = Channel {
+        node_name: name.to_owned(),
+        position_keys: Keys::at_ticks(places, ticks.clone()),
+        rotation_keys: Keys::at_ticks(headings, ticks),
+        scaling_keys: Keys::constant(Vec3::ONE),
+    };
+    animation.channels.insert(index, root);
+}

@@ -1,0 +1,252 @@
+//! A mesh for a skeleton that has none: a pointer from each joint to each of its children, a knob at each free end.
+
+use glam::{DVec3, Mat4, Vec3};
+use serde::Serialize;
+
+use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
+
+/// How the skeleton's mesh hangs in the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SkeletonMesh {
+    /// One mesh a node, in the node's own space: mesh `i` belongs to the `i`-th node that has anything to draw.
+    #[default]
+    Segmented,
+    /// One mesh on the root, with a bone for every node that has anything to draw.
+    Skinned,
+    /// No mesh.
+    None,
+}
+
+/// Links shorter than this are not drawn, in the file's unit; Assimp's limit.
+const SHORTEST_LINK: f64 = 1e-6;
+/// Half the width of a pointer's base, as a share of its length; Assimp's proportion.
+const POINTER_WIDTH: f64 = 0.1;
+/// Radius of a knob, as a share of the distance to the node's parent; Assimp's proportion.
+const KNOB_RADIUS: f64 = 0.18;
+
+/// Radius of the knob of a node that hangs on a group, as a share of the diagonal of the box around all such nodes: a
+/// group is no joint, and the distance to it says nothing.
+const LONE_KNOB_RADIUS: f64 = 0.01;
+
+/// Adds a mesh that shows the skeleton, and its one material.
+///
+/// Before: nodes that hold nothing. After: at every node with children a *pointer* to each child, a pyramid of four
+/// faces whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A
+/// child in the same place as its parent gets no pointer, so a node whose children all stand in its own place has
+/// no piece, and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes are
+/// those of Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
+///
+/// `Skinned` puts the pieces into one mesh, placed as the rest pose places them in the root's parent, with the root's
+/// own transform in it, and hangs it on the root. Each bone moves its node's piece with weight 1. A scene without
+/// anything to draw stays as it is.
+///
+/// ```
+/// use mocap::glam::{Mat4, Vec3};
+/// use mocap::process::{SkeletonMesh, skeleton_mesh};
+/// use mocap::scene::{Node, NodeId, Scene};
+///
+/// let elbow = Node {
+///     name: "Elbow".into(),
+///     parent: Some(NodeId(0)),
+///     transform: Mat4::from_translation(Vec3::new(2.0, 0.0, 0.0)),
+///     ..Node::default()
+/// };
+/// let mut scene = Scene { nodes: vec![Node::default(), elbow], ..Scene::default() };
+/// skeleton_mesh(&mut scene, SkeletonMesh::Segmented);
+/// assert_eq!(scene.nodes[1].meshes, [1]);
+/// assert_eq!(scene.meshes[0].faces().len(), 4);
+/// assert_eq!(scene.meshes[0].vertices[1], Vec3::new(2.0, 0.0, 0.0));
+/// ```
+pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
+    let is_skinned = match kind {
+        SkeletonMesh::None => return,
+        SkeletonMesh::Segmented => false,
+        SkeletonMesh::Skinned => true,
+    };
+    let pieces = pieces(&scene.nodes);
+    if pieces.is_empty() {
+        return;
+    }
+    let material_index = scene.materials.len();
+    scene.materials.push(Material {
+        name: "SkeletonMaterial".into(),
+        two_sided: true,
+    });
+    let held: Vec<(usize, Mesh)> = if is_skinned {
+        vec![(0, skinned(&scene.nodes, &pieces))]
+    } else {
+        let meshes = pieces.iter().map(|(node, corners)| (*node, mesh_of(corners)));
+        meshes.collect()
+    };
+    for (node, mesh) in held {
+        scene.nodes[node].meshes.push(scene.meshes.len());
+        scene.meshes.push(Mesh { material_index, ..mesh });
+    }
+}
+
+/// The corners of every node that has any, three a face, in the node's space.
+fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
+    let mut corners: Vec<Vec<Vec3>> = vec![Vec::new(); nodes.len()];
+    let mut is_leaf = vec![true; nodes.len()];
+    let hangs_on_group = |node: &Node| {
+        let parent = node.parent.map(|parent| nodes[parent.index()].kind);
+        parent == Some(NodeKind::Group)
+    };
+    for node in nodes {
+        if let Some(parent) = node.parent {
+            is_leaf[parent.index()] = false;
+            if !hangs_on_group(node) {
+                corners[parent.index()].extend(pointer(offset(node)));
+            }
+        }
+    }
+    let lone = nodes.iter().filter(|node| hangs_on_group(node)).map(offset);
+    let lone_radius = LONE_KNOB_RADIUS * diagonal(lone);
+    for (index, node) in nodes.iter().enumerate() {
+        if is_leaf[index] {
+            corners[index].extend(knob(if hangs_on_group(node) {
+                lone_radius
+            } else {
+                offset(node).length() * KNOB_RADIUS
+            }));
+        }
+    }
+    let mut pieces: Vec<_> = corners.into_iter().enumerate().collect();
+    pieces.retain(|(_, corners)| !corners.is_empty());
+    pieces
+}
+
+/// The diagonal of the box around points; 0 where there is none.
+fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
+    let corners = points
+        .map(|point| (point, point))
+        .reduce(|(least, most), (point, _)| (least.min(point), most.max(point)));
+    corners.map_or(0.0, |(least, most)| least.distance(most))
+}
+
+/// From the parent's origin to the node's, in double precision: squares of far offsets overflow in single.
+fn offset(node: &Node) -> DVec3 {
+    node.transform.w_axis.truncate().as_dvec3()
+}
+
+/// Four faces around the way from the origin to `tip`, standing on a square base.
+fn pointer(tip: DVec3) -> Vec<Vec3> {
+    let length = tip.length();
+    if length < SHORTEST_LINK {
+        return Vec::new();
+    }
+    let up = tip / length;
+    // Any axis that is not nearly parallel spans the base; X, unless the link runs along it.
+    let across = if up.x.abs() > 0.99 { DVec3::Y } else { DVec3::X };
+    let front_unit = up.cross(across).normalize();
+    let front = front_unit * length * POINTER_WIDTH;
+    let side = front_unit.cross(up).normalize() * length * POINTER_WIDTH;
+    #[rustfmt::skip]
+    let faces = [
+        -front, tip, -side,
+        -side, tip, front,
+        front, tip, side,
+        side, tip, -front,
+    ];
+    faces.map(rounded).to_vec()
+}
+
+/// Eight faces around the origin.
+fn knob(radius: f64) -> Vec<Vec3> {
+    let [x, y, z] = DVec3::AXES.map(|axis| axis * radius);
+    #[rustfmt::skip]
+    let faces = [
+        -x, y, -z,
+        y, x, -z,
+        x, -y, -z,
+        -y, -x, -z,
+        -x, z, y,
+        y, z, x,
+        x, z, -y,
+        -y, z, -x,
+    ];
+    faces.map(rounded).to_vec()
+}
+
+/// In single precision. Adding zero makes -0 a plain 0, so that equal places are equal bit by bit.
+fn rounded(point: DVec3) -> Vec3 {
+    (point + DVec3::ZERO).as_vec3()
+}
+
+/// The mesh whose face `i` has the corners `3 * i` and the two that follow, each a vertex of its own.
+fn mesh_of(corners: &[Vec3]) -> Mesh {
+    Mesh {
+        primitive: Primitive::Triangles,
+        vertices: corners.to_vec(),
+        normals: corners.chunks_exact(3).flat_map(|face| [normal(face); 3]).collect(),
+        indices: (0..corners.len() as u32).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// The unit normal of a face; X where the face has no size, as in Assimp.
+///
+/// In double precision, because the area of a small face is too small a number for single.
+fn normal(face: &[Vec3]) -> Vec3 {
+    let [a, b, c] = [face[0], face[1], face[2]].map(Vec3::as_dvec3);
+    (c - a).cross(b - a).normalize_or(DVec3::X).as_vec3()
+}
+
+/// All pieces in one mesh, each tied to its node by a bone.
+fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
+    let offset_matrices = offset_matrices(nodes);
+    let mut whole = Mesh::default();
+    for (node, corners) in pieces {
+        let piece = mesh_of(corners);
+        let node_to_mesh = offset_matrices[*node].inverse();
+        let first = whole.vertices.len() as u32;
+        let ids = first..first + corners.len() as u32;
+        let turned = |normal: Vec3| node_to_mesh.transform_vector3(normal).normalize_or(Vec3::X);
+        whole.vertices.extend(
+            piece
+                .vertices
+                .iter()
+                .map(|&vertex| node_to_mesh.transform_point3(vertex)),
+        );
+        whole.normals.extend(piece.normals.iter().map(|&normal| turned(normal)));
+        whole.indices.extend(ids.clone());
+        whole.bones.push(Bone {
+            name: nodes[*node].name.clone(),
+            node: NodeId::new(*node),
+            offset_matrix: offset_matrices[*node],
+            weights: ids.map(|vertex_id| VertexWeight { vertex_id, weight: 1.0 }).collect(),
+        });
+    }
+    whole
+}
+
+/// The general inverse rounds the last row too, which of an affine matrix is always 0 0 0 1. A minus zero there is equal
+/// to zero and stays, because Assimp prints it.
+fn affine_inverse(matrix: Mat4) -> Mat4 {
+    let mut inverse = matrix.inverse();
+    for (axis, last) in std::iter::zip(0..4, [0.0, 0.0, 0.0, 1.0]) {
+        let w = &mut inverse.col_mut(axis).w;
+        if *w != last {
+            *w = last;
+        }
+    }
+    inverse
+}
+
+/// Of each node: from the space that the root stands in to the node's own space, in the rest pose.
+///
+/// Multiplied from the node outwards, as Assimp does, so that the numbers are Assimp's to the last digit.
+fn offset_matrices(nodes: &[Node]) -> Vec<Mat4> {
+    let parent_to_node: Vec<Mat4> = nodes.iter().map(|node| affine_inverse(node.transform)).collect();
+    let offset_matrix = |index: usize| {
+        let mut matrix = parent_to_node[index];
+        let mut ancestor = nodes[index].parent;
+        while let Some(id) = ancestor {
+            matrix *= parent_to_node[id.index()];
+            ancestor = nodes[id.index()].parent;
+        }
+        matrix
+    };
+    (0..nodes.len()).map(offset_matrix).collect()
+}

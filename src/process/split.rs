@@ -1,0 +1,56 @@
+//! What the steps that take meshes apart share.
+
+use std::collections::HashMap;
+
+use crate::scene::{Bone, Mesh, Node, VertexWeight};
+
+/// Old vertex ids to new ones, for the vertices that came along.
+pub(super) type NewIds = HashMap<u32, u32>;
+
+/// The faces at `faces` of `mesh` as a mesh of their own without bones, with the vertices they use, numbered by first
+/// use; and those numbers.
+pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
+    let size = mesh.primitive.indices_per_face();
+    let mut new_ids = NewIds::new();
+    let mut part = Mesh {
+        name: mesh.name.clone(),
+        primitive: mesh.primitive,
+        material_index: mesh.material_index,
+        ..Mesh::default()
+    };
+    for &face in faces {
+        for &old in &mesh.indices[face * size..(face + 1) * size] {
+            let id = *new_ids.entry(old).or_insert_with(|| {
+                part.vertices.push(mesh.vertices[old as usize]);
+                part.normals.push(mesh.normals[old as usize]);
+                part.vertices.len() as u32 - 1
+            });
+            part.indices.push(id);
+        }
+    }
+    (part, new_ids)
+}
+
+/// The bones that move a vertex with a new id, with those ids.
+pub(super) fn renumbered_bones(bones: &[Bone], new_ids: &NewIds) -> Vec<Bone> {
+    let renumbered = bones.iter().map(|bone| {
+        let weights = bone.weights.iter().filter_map(|weight| {
+            let vertex_id = *new_ids.get(&weight.vertex_id)?;
+            Some(VertexWeight { vertex_id, ..*weight })
+        });
+        Bone {
+            name: bone.name.clone(),
+            weights: weights.collect(),
+            ..*bone
+        }
+    });
+    renumbered.filter(|bone| !bone.weights.is_empty()).collect()
+}
+
+/// Lets every node hold, in place of mesh `i`, the meshes `replacements[i]`.
+pub(super) fn replace_mesh_indices(nodes: &mut [Node], replacements: &[Vec<usize>]) {
+    for node in nodes {
+        let replaced = node.meshes.iter().flat_map(|&mesh| &replacements[mesh]);
+        node.meshes = replaced.copied().collect();
+    }
+}

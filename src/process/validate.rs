@@ -1,0 +1,283 @@
+//! The rules that every scene of this crate keeps.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use glam::{Mat4, Vec3};
+use serde::Serialize;
+
+use crate::scene::{Animation, Channel, Keys, Mesh, Node, Scene};
+
+/// How far the length of a unit vector or quaternion may be from 1, and so may the sum of a vertex's weights.
+const UNIT_TOLERANCE: f32 = 1e-4;
+
+/// Declares [`Rule`] from one table, so that a rule, its number and its words cannot drift apart.
+macro_rules! rules {
+    ($($number:literal $variant:ident $text:literal)*) => {
+        /// A rule of the scene.
+        ///
+        /// | number | rule |
+        /// |---|---|
+        $(#[doc = concat!("| ", $number, " | ", $text, " |")])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+        #[serde(rename_all = "snake_case")]
+        #[non_exhaustive]
+        pub enum Rule {
+            $(#[doc = $text] $variant,)*
+        }
+
+        impl Rule {
+            /// Every rule, in the order of the table.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// Its number, which does not change between versions.
+            pub const fn number(self) -> u32 {
+                match self { $(Self::$variant => $number,)* }
+            }
+
+            /// What it asks for.
+            pub const fn text(self) -> &'static str {
+                match self { $(Self::$variant => $text,)* }
+            }
+        }
+    };
+}
+
+rules! {
+    1 OneRoot "The first node has no parent, and every other node has one."
+    2 DepthFirst "Nodes stand depth-first: each right behind its parent or behind a whole subtree of its siblings."
+    3 NodeTransform "A node's transform is finite, and its last row is 0 0 0 1."
+    4 NodeMeshes "A node's mesh indices are indices of meshes, each named once."
+    5 MeshMaterial "A mesh's material index is the index of a material."
+    6 MeshNormals "A mesh has one normal a vertex, finite and of unit length."
+    7 MeshVertices "A mesh's vertices are finite."
+    8 MeshIndices "A mesh's faces are whole, and their indices are indices of its vertices."
+    9 BoneNode "A bone names a node by its place and by its name, and each node has one bone in a mesh at most."
+    10 BoneOffset "A bone's offset matrix is finite and can be inverted."
+    11 BoneWeights "A bone's weights are in 0 to 1, and each belongs to a vertex of the mesh, once."
+    12 WeightSum "In a mesh with bones the weights of each vertex sum to 1."
+    13 AnimationTime "An animation's ticks per second are finite and above 0, its duration finite and not below 0."
+    14 ChannelNode "A channel drives a node: there are no more channels of a name than nodes of that name."
+    15 KeyTicks "A track has one tick a key, finite, strictly increasing, within the animation's duration."
+    16 KeyValues "A track's values are finite."
+    17 UnitRotations "A rotation key is of unit length."
+}
+
+impl fmt::Display for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "rule {}: {}", self.number(), self.text())
+    }
+}
+
+/// The part of a scene that breaks a rule. All numbers are indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Part {
+    /// Of [`Scene::nodes`].
+    Node(usize),
+    /// Of [`Scene::meshes`].
+    Mesh(usize),
+    /// Of a mesh's bones.
+    Bone {
+        /// Of [`Scene::meshes`].
+        mesh: usize,
+        /// Of [`Mesh::bones`].
+        bone: usize,
+    },
+    /// Of [`Scene::animations`].
+    Animation(usize),
+    /// Of an animation's channels.
+    Channel {
+        /// Of [`Scene::animations`].
+        animation: usize,
+        /// Of [`Animation::channels`].
+        channel: usize,
+    },
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Node(node) => write!(f, "node {node}"),
+            Self::Mesh(mesh) => write!(f, "mesh {mesh}"),
+            Self::Bone { mesh, bone } => write!(f, "mesh {mesh}, bone {bone}"),
+            Self::Animation(animation) => write!(f, "animation {animation}"),
+            Self::Channel { animation, channel } => write!(f, "animation {animation}, channel {channel}"),
+        }
+    }
+}
+
+/// A rule, and a part of the scene that breaks it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Violation {
+    /// Which rule.
+    pub rule: Rule,
+    /// What breaks it.
+    pub part: Part,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} breaks {}", self.part, self.rule)
+    }
+}
+
+/// What breaks the rules of the scene, in the order of its parts; nothing, if the scene is valid.
+///
+/// A part is named once a rule, however often it breaks it.
+///
+/// ```
+/// use mocap::process::{Rule, validate};
+/// use mocap::scene::{Node, Scene};
+///
+/// let lost = Node { meshes: vec![7], ..Node::default() };
+/// let violations = validate(&Scene { nodes: vec![lost], ..Scene::default() });
+/// assert_eq!(violations[0].rule, Rule::NodeMeshes);
+/// assert_eq!(
+///     violations[0].to_string(),
+///     "node 0 breaks rule 4: A node's mesh indices are indices of meshes, each named once."
+/// );
+/// ```
+pub fn validate(scene: &Scene) -> Vec<Violation> {
+    let mut violations = Vec::new();
+    let mut check = |holds: bool, rule: Rule, part: Part| {
+        if !holds {
+            violations.push(Violation { rule, part });
+        }
+    };
+    check_nodes(scene, &mut check);
+    for (index, mesh) in scene.meshes.iter().enumerate() {
+        check_mesh(scene, mesh, index, &mut check);
+    }
+    for (index, animation) in scene.animations.iter().enumerate() {
+        check_animation(&scene.nodes, animation, index, &mut check);
+    }
+    violations
+}
+
+fn check_nodes(scene: &Scene, check: &mut impl FnMut(bool, Rule, Part)) {
+    // The nodes from the root to the one before: in depth-first order the parent of the next is among them.
+    let mut ancestors: Vec<usize> = Vec::new();
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let part = Part::Node(index);
+        check(node.parent.is_none() == (index == 0), Rule::OneRoot, part);
+        if let Some(parent) = node.parent {
+            while ancestors.last().is_some_and(|&last| last != parent.index()) {
+                ancestors.pop();
+            }
+            check(!ancestors.is_empty(), Rule::DepthFirst, part);
+        }
+        ancestors.push(index);
+        check(is_affine(node.transform), Rule::NodeTransform, part);
+        let mut meshes = node.meshes.clone();
+        meshes.sort_unstable();
+        let in_range = meshes.iter().all(|&mesh| mesh < scene.meshes.len());
+        let named_once = meshes.windows(2).all(|pair| pair[0] != pair[1]);
+        check(in_range && named_once, Rule::NodeMeshes, part);
+    }
+}
+
+fn check_mesh(scene: &Scene, mesh: &Mesh, index: usize, check: &mut impl FnMut(bool, Rule, Part)) {
+    let part = Part::Mesh(index);
+    let count = mesh.vertices.len();
+    check(mesh.material_index < scene.materials.len(), Rule::MeshMaterial, part);
+    let unit = mesh.normals.iter().all(|normal| is_unit(normal.length_squared()));
+    check(mesh.normals.len() == count && unit, Rule::MeshNormals, part);
+    check(
+        mesh.vertices.iter().all(|vertex| vertex.is_finite()),
+        Rule::MeshVertices,
+        part,
+    );
+    let whole = mesh.indices.len().is_multiple_of(mesh.primitive.indices_per_face());
+    let in_range = mesh.indices.iter().all(|&vertex| (vertex as usize) < count);
+    check(whole && in_range, Rule::MeshIndices, part);
+
+    let mut sums = vec![0.0f32; count];
+    let mut last_bone_of: Vec<Option<usize>> = vec![None; count];
+    let mut bone_of_node = HashMap::new();
+    for (bone_index, bone) in mesh.bones.iter().enumerate() {
+        let part = Part::Bone {
+            mesh: index,
+            bone: bone_index,
+        };
+        let named = scene
+            .nodes
+            .get(bone.node.index())
+            .is_some_and(|node| node.name == bone.name);
+        let first = bone_of_node.insert(bone.node, bone_index).is_none();
+        check(named && first, Rule::BoneNode, part);
+        let matrix = bone.offset_matrix;
+        check(is_affine(matrix) && matrix.determinant() != 0.0, Rule::BoneOffset, part);
+        let mut weights_hold = true;
+        for weight in &bone.weights {
+            let vertex = weight.vertex_id as usize;
+            if vertex < count {
+                sums[vertex] += weight.weight;
+                weights_hold &= last_bone_of[vertex].replace(bone_index) != Some(bone_index);
+            }
+            weights_hold &= vertex < count && (0.0..=1.0).contains(&weight.weight);
+        }
+        check(weights_hold, Rule::BoneWeights, part);
+    }
+    let full = sums.iter().all(|sum| (sum - 1.0).abs() <= UNIT_TOLERANCE);
+    check(mesh.bones.is_empty() || full, Rule::WeightSum, part);
+}
+
+fn check_animation(nodes: &[Node], animation: &Animation, index: usize, check: &mut impl FnMut(bool, Rule, Part)) {
+    let Animation {
+        ticks_per_second: rate,
+        duration,
+        ..
+    } = *animation;
+    let time_holds = rate.is_finite() && rate > 0.0 && duration.is_finite() && duration >= 0.0;
+    check(time_holds, Rule::AnimationTime, Part::Animation(index));
+    let mut nodes_left: HashMap<&str, usize> = HashMap::new();
+    for node in nodes {
+        *nodes_left.entry(&node.name).or_default() += 1;
+    }
+    for (channel_index, channel) in animation.channels.iter().enumerate() {
+        let part = Part::Channel {
+            animation: index,
+            channel: channel_index,
+        };
+        let left = nodes_left.entry(&channel.node_name).or_default();
+        check(*left > 0, Rule::ChannelNode, part);
+        *left = left.saturating_sub(1);
+        let Channel {
+            position_keys,
+            rotation_keys,
+            scaling_keys,
+            ..
+        } = channel;
+        let ticks_hold = are_ticks_sound(position_keys, duration)
+            && are_ticks_sound(rotation_keys, duration)
+            && are_ticks_sound(scaling_keys, duration);
+        check(ticks_hold, Rule::KeyTicks, part);
+        let finite = |keys: &Keys<Vec3>| keys.values.iter().all(|value| value.is_finite());
+        let rotations = &rotation_keys.values;
+        let values_hold =
+            finite(position_keys) && finite(scaling_keys) && rotations.iter().all(|value| value.is_finite());
+        check(values_hold, Rule::KeyValues, part);
+        let unit = rotations.iter().all(|value| is_unit(value.length_squared()));
+        check(unit, Rule::UnitRotations, part);
+    }
+}
+
+fn are_ticks_sound<T>(keys: &Keys<T>, duration: f64) -> bool {
+    let Some(ticks) = &keys.ticks else {
+        return keys.is_empty() || keys.tick(keys.len() - 1) <= duration;
+    };
+    ticks.len() == keys.len()
+        && ticks.iter().all(|tick| (0.0..=duration).contains(tick))
+        && ticks.is_sorted_by(|a, b| a < b)
+}
+
+fn is_affine(matrix: Mat4) -> bool {
+    matrix.is_finite() && matrix.row(3).to_array() == [0.0, 0.0, 0.0, 1.0]
+}
+
+fn is_unit(length_squared: f32) -> bool {
+    (length_squared.sqrt() - 1.0).abs() <= UNIT_TOLERANCE
+}

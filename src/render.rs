@@ -1,0 +1,28 @@
+//! Pictures of motion: contact sheets, films, curves, a terminal screen, and a page with a player.
+//!
+//! Everything is drawn in software from the same scene and kinematics that the rest of the crate uses; the same scene
+//! and options give the same bytes. A picture is a [`Drawing`], which can be written as PNG or SVG; a [`Movie`] is
+//! written as GIF or animated PNG.
+//!
+//! Pictures show the world with +Y up; which axis points up in the file is a guess of [`survey`](crate::survey).
+
+mod camera;
+mod drawing;
+mod euler;
+mod figure;
+mod movie;
+mod plot;
+mod raster;
+mod sheet;
+mod svg;
+mod terminal;
+mod theme;
+mod view;
+
+pub use self::drawing::{Anchor, Color, Drawing, Point, Shape};
+pub use self::figure::Clip;
+pub use self::movie::{Movie, MovieOptions};
+pub use self::plot::{PlotOptions, plot};
+pub use self::sheet::{SheetOptions, sheet, thumbnail};
+pub use self::terminal::{ScreenOptions, screen};
+pub use self::view::{Entry, PageClip, listing, page};

@@ -1,0 +1,144 @@
+//! From the world, where +Y is up, to places in a drawing; and how a figure is painted there.
+
+use glam::{Quat, Vec2, Vec3};
+
+use super::drawing::{Color, Drawing, Point};
+use super::figure::{Figure, Link, Side};
+use super::theme;
+
+/// A camera without perspective, so that equal lengths are equal wherever a figure stands.
+#[derive(Clone, Copy)]
+pub(super) struct Camera {
+    world_to_camera: Quat,
+    /// The point in the world that stands in the middle.
+    pub(super) target: Vec3,
+    /// Where the middle is.
+    pub(super) middle: Point,
+    /// Pixels a unit of length.
+    pub(super) scale: f32,
+}
+
+impl Camera {
+    /// A camera that has gone `around` the figure from its front, and up, in degrees.
+    pub(super) fn new(around: f32, up: f32) -> Self {
+        Self {
+            world_to_camera: Quat::from_rotation_x(up.to_radians()) * Quat::from_rotation_y(-around.to_radians()),
+            target: Vec3::ZERO,
+            middle: [0.0, 0.0],
+            scale: 1.0,
+        }
+    }
+
+    /// Three quarters from the front and a little from above, where arms and legs hide each other least.
+    pub(super) fn three_quarters() -> Self {
+        Self::new(35.0, 14.0)
+    }
+
+    /// x to the right, y up, z towards the camera, in units of length.
+    pub(super) fn see(&self, point: Vec3) -> Vec3 {
+        self.world_to_camera * (point - self.target)
+    }
+
+    /// The place in the drawing.
+    pub(super) fn project(&self, point: Vec3) -> Point {
+        let seen = self.see(point);
+        [
+            self.middle[0] + seen.x * self.scale,
+            self.middle[1] - seen.y * self.scale,
+        ]
+    }
+}
+
+/// What a camera must show around its target to show a figure and its shadow in several poses, in units of length.
+#[derive(Default)]
+pub(super) struct Extent {
+    left: f32,
+    right: f32,
+    pub(super) bottom: f32,
+    top: f32,
+}
+
+impl Extent {
+    pub(super) fn include(&mut self, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+        for &position in positions {
+            let shadow = camera.see(figure.ground_below(position));
+            let seen = camera.see(position);
+            self.left = self.left.min(seen.x);
+            self.right = self.right.max(seen.x);
+            self.bottom = self.bottom.min(seen.y.min(shadow.y));
+            self.top = self.top.max(seen.y);
+        }
+    }
+
+    pub(super) fn width(&self) -> f32 {
+        (self.right - self.left).max(f32::MIN_POSITIVE)
+    }
+
+    pub(super) fn height(&self) -> f32 {
+        (self.top - self.bottom).max(f32::MIN_POSITIVE)
+    }
+
+    /// How far its middle is to the right of the target.
+    pub(super) fn middle(&self) -> f32 {
+        0.5 * (self.left + self.right)
+    }
+}
+
+/// Width of a bone at its widest, as a share of its length, and of the figure's reach at most.
+const BONE_WIDTH: f32 = 0.17;
+const WIDEST_BONE: f32 = 0.065;
+/// Radius of a joint, as a share of the figure's reach.
+const JOINT_RADIUS: f32 = 0.013;
+
+/// Paints the bones, those behind first. Each is a pointer to the child, its two sides lit differently.
+pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+    let depth = |link: &Link| camera.see(positions[link.from]).z + camera.see(positions[link.to]).z;
+    let mut links: Vec<&Link> = figure.links.iter().collect();
+    links.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+    let joint_radius = (JOINT_RADIUS * figure.reach * camera.scale).max(0.9);
+    for link in links {
+        let color = side_color(link.side);
+        let (from, to) = (positions[link.from], positions[link.to]);
+        let width = (BONE_WIDTH * from.distance(to)).min(WIDEST_BONE * figure.reach) * camera.scale;
+        paint_bone(drawing, camera.project(from), camera.project(to), width, color);
+        drawing.circle(camera.project(from), joint_radius, color.mix(theme::INK, 0.35));
+    }
+    for &node in &figure.lone {
+        let color = side_color(Side::of(&figure.clip.scene.nodes[node].name));
+        drawing.circle(camera.project(positions[node]), joint_radius.max(2.0), color);
+    }
+}
+
+fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
+    /// Where along the bone it is widest.
+    const SHOULDER: f32 = 0.18;
+    let (start, end) = (Vec2::from(from), Vec2::from(to));
+    let along = end - start;
+    let across = along.perp().normalize_or_zero() * 0.5 * width.max(1.2);
+    let shoulder = start + along * SHOULDER;
+    // Light comes from the left and above: the side that faces it is the brighter one.
+    let light_side = if across.x + across.y < 0.0 { across } else { -across };
+    for (side, color) in [
+        (light_side, color.mix(theme::PAPER, 0.22)),
+        (-light_side, color.mix(theme::INK, 0.12)),
+    ] {
+        drawing.polygon(vec![from, (shoulder + side).to_array(), to], color);
+    }
+}
+
+/// The dark places below the bones, as the sun straight above makes them.
+pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+    let width = (1.4 * WIDEST_BONE * figure.reach * camera.scale).max(2.0);
+    for link in &figure.links {
+        let ends = [link.from, link.to].map(|node| camera.project(figure.ground_below(positions[node])));
+        drawing.line(ends.to_vec(), width, theme::SHADOW);
+    }
+}
+
+fn side_color(side: Side) -> Color {
+    match side {
+        Side::Left => theme::LEFT,
+        Side::Right => theme::RIGHT,
+        Side::Middle => theme::MIDDLE,
+    }
+}

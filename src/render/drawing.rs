@@ -1,0 +1,149 @@
+//! A picture as a list of shapes: what is common to a PNG and an SVG.
+
+/// Red, green and blue of 0 to 255 as a screen has them, and an opacity of 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color {
+    /// Red, green, blue.
+    pub rgb: [u8; 3],
+    /// 0 is invisible, 1 hides what is behind.
+    pub opacity: f32,
+}
+
+impl Color {
+    /// An opaque colour, as in `0xRRGGBB`.
+    pub const fn hex(rgb: u32) -> Self {
+        let [_, red, green, blue] = rgb.to_be_bytes();
+        Self {
+            rgb: [red, green, blue],
+            opacity: 1.0,
+        }
+    }
+
+    /// The same colour, `opacity` of it.
+    #[must_use]
+    pub const fn fade(self, opacity: f32) -> Self {
+        Self { opacity, ..self }
+    }
+
+    /// The way from this colour to `other`, 0 to 1.
+    #[must_use]
+    pub fn mix(self, other: Self, share: f32) -> Self {
+        let mut rgb = self.rgb;
+        for (from, to) in rgb.iter_mut().zip(other.rgb) {
+            *from = (f32::from(*from) + (f32::from(to) - f32::from(*from)) * share).round() as u8;
+        }
+        Self { rgb, ..self }
+    }
+}
+
+/// A place in a drawing: pixels from the left and from the top.
+pub type Point = [f32; 2];
+
+/// Which part of a text stands at its point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Anchor {
+    /// Its beginning.
+    #[default]
+    Start,
+    /// Its middle.
+    Middle,
+    /// Its end.
+    End,
+}
+
+/// Something to paint, over what was painted before.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A filled polygon.
+    Polygon {
+        /// Its corners.
+        points: Vec<Point>,
+        /// Of the inside.
+        color: Color,
+    },
+    /// Connected line segments with round ends.
+    Line {
+        /// Where it goes.
+        points: Vec<Point>,
+        /// Its width in pixels.
+        width: f32,
+        /// Of the line.
+        color: Color,
+    },
+    /// A filled circle.
+    Circle {
+        /// Its middle.
+        center: Point,
+        /// In pixels.
+        radius: f32,
+        /// Of the inside.
+        color: Color,
+    },
+    /// One line of text.
+    Text {
+        /// Where its anchor stands, on the baseline.
+        at: Point,
+        /// What it says.
+        text: String,
+        /// Height of the font in pixels.
+        size: f32,
+        /// Which part of it stands at the point.
+        anchor: Anchor,
+        /// Of the letters.
+        color: Color,
+    },
+}
+
+/// A picture, before it is written as pixels or as SVG.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// In pixels.
+    pub width: u32,
+    /// In pixels.
+    pub height: u32,
+    /// What is behind everything.
+    pub background: Color,
+    /// What is on it, from back to front.
+    pub shapes: Vec<Shape>,
+    /// What it shows, for those who do not see it; the title of an SVG.
+    pub title: String,
+}
+
+impl Drawing {
+    /// An empty picture.
+    pub fn new(width: u32, height: u32, background: Color, title: impl Into<String>) -> Self {
+        Self {
+            width,
+            height,
+            background,
+            shapes: Vec::new(),
+            title: title.into(),
+        }
+    }
+
+    pub(super) fn polygon(&mut self, points: Vec<Point>, color: Color) {
+        self.shapes.push(Shape::Polygon { points, color });
+    }
+
+    pub(super) fn rectangle(&mut self, [left, top]: Point, [right, bottom]: Point, color: Color) {
+        self.polygon(vec![[left, top], [right, top], [right, bottom], [left, bottom]], color);
+    }
+
+    pub(super) fn line(&mut self, points: Vec<Point>, width: f32, color: Color) {
+        self.shapes.push(Shape::Line { points, width, color });
+    }
+
+    pub(super) fn circle(&mut self, center: Point, radius: f32, color: Color) {
+        self.shapes.push(Shape::Circle { center, radius, color });
+    }
+
+    pub(super) fn text(&mut self, at: Point, text: impl Into<String>, size: f32, anchor: Anchor, color: Color) {
+        self.shapes.push(Shape::Text {
+            at,
+            text: text.into(),
+            size,
+            anchor,
+            color,
+        });
+    }
+}

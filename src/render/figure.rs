@@ -1,0 +1,229 @@
+//! A clip as something to look at: where its joints are at a tick, how large it is, which way is up.
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use crate::pose::{Binding, Pose};
+use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
+use crate::survey::survey;
+
+/// A scene and what to call it in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Clip<'a> {
+    /// A short name, such as that of the file.
+    pub name: &'a str,
+    /// What it holds; the first animation is shown.
+    pub scene: &'a Scene,
+}
+
+impl<'a> Clip<'a> {
+    /// The animation that is shown. Without one, a picture shows the rest pose.
+    pub fn animation(&self) -> Option<&'a Animation> {
+        self.scene.animations.first()
+    }
+
+    /// Length in seconds; 0 without an animation.
+    pub fn seconds(&self) -> f64 {
+        self.animation()
+            .map_or(0.0, |animation| animation.duration / animation.ticks_per_second)
+    }
+
+    /// The number of frames; 0 without an animation.
+    pub fn frames(&self) -> u64 {
+        self.animation().map_or(0, |animation| animation.duration as u64 + 1)
+    }
+
+    /// What there is, as one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
+    pub fn facts(&self) -> String {
+        let joints = self
+            .scene
+            .nodes
+            .iter()
+            .filter(|node| node.kind == NodeKind::Joint)
+            .count();
+        let plural = |count: u64, one: &str| format!("{count} {one}{}", if count == 1 { "" } else { "s" });
+        let joints = plural(joints as u64, "joint");
+        match self.animation() {
+            None => format!("no motion, {joints}"),
+            Some(animation) => format!(
+                "{} s, {} at {} fps, {joints}",
+                short(self.seconds()),
+                plural(self.frames(), "frame"),
+                short(animation.ticks_per_second)
+            ),
+        }
+    }
+}
+
+/// Two decimals at most, none that say nothing.
+pub(super) fn short(number: f64) -> String {
+    let text = format!("{number:.2}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// Which side of the body a joint is on, as far as its name says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Side {
+    Left,
+    Right,
+    Middle,
+}
+
+impl Side {
+    /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`.
+    pub(super) fn of(name: &str) -> Self {
+        let name = name.rsplit(':').next().unwrap_or(name);
+        let lower = name.to_ascii_lowercase();
+        for (word, letter, side) in [("left", 'l', Self::Left), ("right", 'r', Self::Right)] {
+            if lower.contains(word) {
+                return side;
+            }
+            let starts = lower.starts_with(letter)
+                && name
+                    .chars()
+                    .nth(1)
+                    .is_some_and(|next| next.is_ascii_uppercase() || "_-. ".contains(next));
+            let ends =
+                lower.ends_with(letter) && name.chars().rev().nth(1).is_some_and(|before| "_-. ".contains(before));
+            if starts || ends {
+                return side;
+            }
+        }
+        Self::Middle
+    }
+}
+
+/// A bone to draw: from a node to a child of it.
+pub(super) struct Link {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) side: Side,
+}
+
+/// A clip, bound, measured and turned so that +Y is up.
+pub(super) struct Figure<'a> {
+    pub(super) clip: Clip<'a>,
+    pub(super) links: Vec<Link>,
+    /// Joints that no link shows: markers, each by itself.
+    pub(super) lone: Vec<usize>,
+    /// How far the joints reach from the root at most: about half the height of a person.
+    pub(super) reach: f32,
+    /// The height of the lowest joint in the whole clip.
+    pub(super) floor: f32,
+    root: usize,
+    to_stage: Quat,
+    binding: Option<Binding>,
+    pose: Pose,
+}
+
+impl<'a> Figure<'a> {
+    pub(super) fn new(clip: Clip<'a>) -> Self {
+        let scene = clip.scene;
+        let links = links(scene);
+        let mut is_lone: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
+        for link in &links {
+            (is_lone[link.from], is_lone[link.to]) = (false, false);
+        }
+        let mut figure = Self {
+            clip,
+            lone: (0..scene.nodes.len()).filter(|&node| is_lone[node]).collect(),
+            links,
+            reach: 0.0,
+            floor: f32::INFINITY,
+            root: scene
+                .nodes
+                .iter()
+                .position(|node| node.kind == NodeKind::Joint)
+                .unwrap_or(0),
+            to_stage: match survey(scene).up.value {
+                UpAxis::Y => Quat::IDENTITY,
+                UpAxis::Z => Quat::from_rotation_arc(Vec3::Z, Vec3::Y),
+            },
+            binding: clip.animation().map(|animation| Binding::new(scene, animation)),
+            pose: Pose::rest(scene),
+        };
+        figure.measure();
+        figure
+    }
+
+    /// A few dozen poses are enough to know the size of a clip.
+    fn measure(&mut self) {
+        for tick in self.ticks(48) {
+            let positions = self.positions(tick);
+            let root = positions.get(self.root).copied().unwrap_or_default();
+            let groups = self.clip.scene.nodes.iter().map(|node| node.kind == NodeKind::Group);
+            for (&position, _) in positions.iter().zip(groups).filter(|(_, is_group)| !is_group) {
+                self.floor = self.floor.min(position.y);
+                self.reach = self.reach.max(position.distance(root));
+            }
+        }
+        if !(self.reach > 0.0 && self.floor.is_finite()) {
+            (self.reach, self.floor) = (1.0, 0.0);
+        }
+    }
+
+    /// `count` ticks from the first to the last, evenly spaced; fewer where the clip has fewer frames.
+    pub(super) fn ticks(&self, count: usize) -> Vec<f64> {
+        let duration = self.clip.animation().map_or(0.0, |animation| animation.duration);
+        let count = count.min(duration as usize + 1);
+        let last = count.saturating_sub(1).max(1) as f64;
+        (0..count)
+            .map(|index| (duration * index as f64 / last).round())
+            .collect()
+    }
+
+    /// Where every node is at `tick`, with +Y up, in the file's unit.
+    pub(super) fn positions(&mut self, tick: f64) -> Vec<Vec3> {
+        if let (Some(binding), Some(animation)) = (&self.binding, self.clip.animation()) {
+            self.pose.sample(binding, animation, tick);
+        }
+        (0..self.clip.scene.nodes.len())
+            .map(|node| self.to_stage * self.pose.position(NodeId::new(node)))
+            .collect()
+    }
+
+    /// The joint that carries the figure through the world: the uppermost one.
+    pub(super) fn root(&self, positions: &[Vec3]) -> Vec3 {
+        positions.get(self.root).copied().unwrap_or_default()
+    }
+
+    /// The place on the floor below a point.
+    pub(super) fn ground_below(&self, point: Vec3) -> Vec3 {
+        Vec3::new(point.x, self.floor, point.z)
+    }
+}
+
+/// Every node with its parent, except to and from a node that only groups others.
+fn links(scene: &Scene) -> Vec<Link> {
+    let nodes = scene.nodes.iter().enumerate();
+    let links = nodes.filter_map(|(to, node)| {
+        let from = node.parent?.index();
+        let parent = &scene.nodes[from];
+        (parent.kind != NodeKind::Group).then(|| Link {
+            from,
+            to,
+            side: Side::of(if node.kind == NodeKind::EndSite {
+                &parent.name
+            } else {
+                &node.name
+            }),
+        })
+    });
+    links.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_are_told_by_the_usual_names() {
+        let left = ["LeftArm", "lThigh", "L_Foot", "hand.L", "mixamorig:LeftToe", "LThumb"];
+        let right = ["RightArm", "rShin", "R_Foot", "hand_R", "upperarm_right"];
+        let middle = ["Hips", "Lumbar", "root", "Spine", "LowerBack", "Neck", ""];
+        assert!(left.iter().all(|name| Side::of(name) == Side::Left));
+        assert!(right.iter().all(|name| Side::of(name) == Side::Right));
+        assert!(middle.iter().all(|name| Side::of(name) == Side::Middle));
+    }
+}

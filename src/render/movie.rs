@@ -1,0 +1,351 @@
+//! A clip as a film: GIF and animated PNG.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::camera::{Camera, Extent, paint_figure, paint_shadow};
+use super::drawing::{Anchor, Drawing};
+use super::figure::{Clip, Figure, short};
+use super::theme;
+use crate::error::{Code, Diagnostic, Result};
+
+/// What a caller can ask of a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovieOptions {
+    /// Width in pixels. Default: 360.
+    pub width: u32,
+    /// Height in pixels. Default: 360.
+    pub height: u32,
+    /// Pictures a second, whatever the clip's own rate. Default: 25.
+    pub frames_per_second: f64,
+    /// How fast the clip plays; 1 is the speed of life. Default: 1.
+    pub speed: f64,
+    /// Whether the camera goes along with the root; else it stands where it sees the whole way. Default: yes.
+    pub follow: bool,
+}
+
+impl Default for MovieOptions {
+    fn default() -> Self {
+        Self {
+            width: 360,
+            height: 360,
+            frames_per_second: 25.0,
+            speed: 1.0,
+            follow: true,
+        }
+    }
+}
+
+/// A film of a clip, drawn picture by picture.
+///
+/// ```
+/// use mocap::render::{Clip, Movie, MovieOptions};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let options = MovieOptions { width: 64, height: 64, ..MovieOptions::default() };
+/// let gif = Movie::new(Clip { name: "Test", scene: &scene }, &options)?.to_gif()?;
+/// assert!(gif.starts_with(b"GIF89a"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub struct Movie<'a> {
+    figure: Figure<'a>,
+    options: MovieOptions,
+    camera: Camera,
+    /// Where the camera looks, one place a picture.
+    targets: Vec<Vec3>,
+    ticks: Vec<f64>,
+}
+
+impl<'a> Movie<'a> {
+    /// Pictures beyond which no film is made: an hour at 25 a second.
+    const MOST_PICTURES: f64 = 90_000.0;
+
+    /// Plans the film: its pictures and the way of the camera.
+    ///
+    /// # Errors
+    /// [`Code::UnknownOption`] where a rate or a speed is not above 0; [`Code::LimitExceeded`] where a film would have
+    /// more than 90,000 pictures.
+    pub fn new(clip: Clip<'a>, options: &MovieOptions) -> Result<Self> {
+        for (what, value) in [("frame rate", options.frames_per_second), ("speed", options.speed)] {
+            if !(value.is_finite() && value > 0.0) {
+                let diagnostic = Diagnostic::new(Code::UnknownOption, format!("a film cannot have this {what}"));
+                return Err(diagnostic.expected_found("a number above 0", format!("{value}")).into());
+            }
+        }
+        let pictures = clip.seconds() / options.speed * options.frames_per_second + 1.0;
+        if pictures > Self::MOST_PICTURES {
+            return Err(Diagnostic::new(Code::LimitExceeded, "the film would be too long")
+                .expected_found(
+                    format!("at most {} pictures", Self::MOST_PICTURES),
+                    format!("{pictures:.0}"),
+                )
+                .help("ask for fewer pictures a second, or a higher speed")
+                .into());
+        }
+        let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);
+        let ticks_per_picture = per_second * options.speed / options.frames_per_second;
+        let ticks: Vec<f64> = (0..pictures as usize)
+            .map(|index| index as f64 * ticks_per_picture)
+            .collect();
+        let mut figure = Figure::new(clip);
+        let roots: Vec<Vec3> = ticks
+            .iter()
+            .map(|&tick| {
+                let positions = figure.positions(tick);
+                figure.ground_below(figure.root(&positions))
+            })
+            .collect();
+        let targets = if options.follow {
+            smoothed(&roots, (0.4 * options.frames_per_second) as usize)
+        } else {
+            vec![roots.iter().sum::<Vec3>() / roots.len() as f32; roots.len()]
+        };
+        let camera = fitting_camera(&mut figure, &ticks, &targets, options);
+        Ok(Self {
+            figure,
+            options: *options,
+            camera,
+            targets,
+            ticks,
+        })
+    }
+
+    /// The number of pictures; at least 1.
+    pub fn len(&self) -> usize {
+        self.ticks.len()
+    }
+
+    /// A film has at least one picture.
+    pub fn is_empty(&self) -> bool {
+        self.ticks.is_empty()
+    }
+
+    /// The picture at `index`; the last one beyond the end.
+    pub fn picture(&mut self, index: usize) -> Drawing {
+        let index = index.min(self.ticks.len() - 1);
+        let tick = self.ticks[index];
+        let positions = self.figure.positions(tick);
+        let MovieOptions { width, height, .. } = self.options;
+        let name = self.figure.clip.name;
+        let mut drawing = Drawing::new(width, height, theme::PAPER, name);
+        let mut camera = self.camera;
+        camera.target = self.targets[index];
+        paint_ground(&mut drawing, &camera, &self.figure);
+        paint_shadow(&mut drawing, &camera, &self.figure, &positions);
+        paint_figure(&mut drawing, &camera, &self.figure, &positions);
+        let per_second = self
+            .figure
+            .clip
+            .animation()
+            .map_or(1.0, |animation| animation.ticks_per_second);
+        let time = format!("{:.2} s", tick / per_second);
+        let (bottom, size) = (height as f32 - 10.0, 11.0);
+        let room = width as f32 - 90.0;
+        drawing.text(
+            [10.0, bottom],
+            super::raster::shortened(name, size, room),
+            size,
+            Anchor::Start,
+            theme::FADED,
+        );
+        drawing.text([width as f32 - 10.0, bottom], time, size, Anchor::End, theme::FADED);
+        drawing
+    }
+
+    /// The film as an animated GIF that plays for ever. Pictures are shown to the hundredth of a second, as GIF counts.
+    ///
+    /// # Errors
+    /// [`Code::LimitExceeded`] where a side is 0 or too many pixels.
+    pub fn to_gif(&mut self) -> Result<Vec<u8>> {
+        let mut palette = Palette::new();
+        let (width, height) = (self.options.width as u16, self.options.height as u16);
+        let mut bytes = Vec::new();
+        // The first picture says whether the size is one that can be drawn.
+        let mut pixels = self.picture(0).to_rgb()?;
+        {
+            let mut encoder =
+                gif::Encoder::new(&mut bytes, width, height, &palette.colors()).expect("memory takes all");
+            encoder.set_repeat(gif::Repeat::Infinite).expect("memory takes all");
+            for index in 0..self.len() {
+                if index > 0 {
+                    pixels = self.picture(index).to_rgb()?;
+                }
+                let indices: Vec<u8> = pixels
+                    .as_chunks::<3>()
+                    .0
+                    .iter()
+                    .map(|&rgb| palette.index(rgb))
+                    .collect();
+                let mut frame = gif::Frame {
+                    width,
+                    height,
+                    buffer: indices.into(),
+                    ..gif::Frame::default()
+                };
+                frame.delay = self.hundredths(index);
+                encoder.write_frame(&frame).expect("memory takes all");
+            }
+        }
+        Ok(bytes)
+    }
+
+    /// How long a picture is shown. Rounding is carried on, so that the film as a whole keeps its length.
+    fn hundredths(&self, index: usize) -> u16 {
+        let at = |index: usize| (100.0 * index as f64 / self.options.frames_per_second).round();
+        (at(index + 1) - at(index)) as u16
+    }
+
+    /// The film as an animated PNG that plays for ever; a viewer that knows none shows the first picture.
+    ///
+    /// # Errors
+    /// [`Code::LimitExceeded`] where a side is 0 or too many pixels.
+    pub fn to_apng(&mut self) -> Result<Vec<u8>> {
+        const STEADY: &str = "the header is one of an animation of this length, and memory takes all";
+        let mut pixels = self.picture(0).to_rgb()?;
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.options.width, self.options.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_animated(self.len() as u32, 0).expect(STEADY);
+        let milliseconds = (1000.0 / self.options.frames_per_second).round().clamp(1.0, 65_535.0);
+        encoder.set_frame_delay(milliseconds as u16, 1000).expect(STEADY);
+        let mut writer = encoder.write_header().expect(STEADY);
+        for index in 0..self.len() {
+            if index > 0 {
+                pixels = self.picture(index).to_rgb()?;
+            }
+            writer.write_image_data(&pixels).expect(STEADY);
+        }
+        writer.finish().expect(STEADY);
+        Ok(bytes)
+    }
+}
+
+/// A camera that sees the figure and its shadow in every picture, with some room around. A few dozen pictures are
+/// enough to know how much that is.
+fn fitting_camera(figure: &mut Figure<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
+    const SAMPLES: usize = 48;
+    let mut camera = Camera::three_quarters();
+    let mut extent = Extent::default();
+    let step = ticks.len().div_ceil(SAMPLES).max(1);
+    for (&tick, &target) in std::iter::zip(ticks, targets).step_by(step) {
+        camera.target = target;
+        let positions = figure.positions(tick);
+        extent.include(&camera, figure, &positions);
+    }
+    let (width, height) = (options.width as f32, options.height as f32);
+    camera.scale = (0.8 * width / extent.width()).min(0.76 * height / extent.height());
+    camera.middle = [
+        0.5 * width - extent.middle() * camera.scale,
+        0.86 * height + extent.bottom * camera.scale,
+    ];
+    camera
+}
+
+/// The mean of the places up to `half` before and after each, so that the camera does not sway with the hips.
+fn smoothed(places: &[Vec3], half: usize) -> Vec<Vec3> {
+    let around = |index: usize| &places[index.saturating_sub(half)..(index + half + 1).min(places.len())];
+    (0..places.len())
+        .map(|index| around(index).iter().sum::<Vec3>() / around(index).len() as f32)
+        .collect()
+}
+
+/// A round piece of a grid on the floor. It moves under the figure, so that a walk is seen to go somewhere.
+fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>) {
+    const LINES: i32 = 7;
+    let step = figure.reach * 0.5;
+    let radius = step * LINES as f32;
+    let middle = figure.ground_below(camera.target);
+    for (across, along) in [(Vec3::X, Vec3::Z), (Vec3::Z, Vec3::X)] {
+        let nearest = (middle.dot(across) / step).round() as i32;
+        for line in nearest - LINES..=nearest + LINES {
+            let aside = line as f32 * step - middle.dot(across);
+            let half = (radius * radius - aside * aside).max(0.0).sqrt();
+            let foot = middle + across * aside;
+            let ends = [foot - along * half, foot + along * half].map(|end| camera.project(end));
+            drawing.line(ends.to_vec(), 1.0, theme::RULE);
+        }
+    }
+}
+
+/// The 256 colours of a GIF: every colour that is painted, and its steps to what it may be painted on.
+struct Palette {
+    colors: Vec<[u8; 3]>,
+    nearest: HashMap<[u8; 3], u8>,
+}
+
+impl Palette {
+    fn new() -> Self {
+        const STEPS: usize = 12;
+        let sides = [theme::LEFT, theme::RIGHT, theme::MIDDLE];
+        let bones = sides.map(|color| {
+            [
+                color.mix(theme::PAPER, 0.22),
+                color.mix(theme::INK, 0.12),
+                color.mix(theme::INK, 0.35),
+            ]
+        });
+        let painted = bones
+            .into_iter()
+            .flatten()
+            .chain([theme::FADED, theme::RULE, theme::SHADOW]);
+        let mut colors = vec![theme::PAPER.rgb];
+        for color in painted {
+            let step = |step: usize| 1.0 - step as f32 / STEPS as f32;
+            colors.extend((0..STEPS).map(|index| theme::PAPER.mix(color, step(index)).rgb));
+            colors.extend((1..STEPS / 2).map(|index| theme::SHADOW.mix(color, step(2 * index)).rgb));
+        }
+        colors.truncate(256);
+        Self {
+            colors,
+            nearest: HashMap::new(),
+        }
+    }
+
+    fn colors(&self) -> Vec<u8> {
+        self.colors.concat()
+    }
+
+    fn index(&mut self, rgb: [u8; 3]) -> u8 {
+        let colors = &self.colors;
+        *self.nearest.entry(rgb).or_insert_with(|| {
+            let distance = |color: &[u8; 3]| -> i32 {
+                std::iter::zip(color, rgb)
+                    .map(|(&a, b)| (i32::from(a) - i32::from(b)).pow(2))
+                    .sum()
+            };
+            let closest = (0..colors.len()).min_by_key(|&index| distance(&colors[index]));
+            closest.unwrap_or(0) as u8
+        })
+    }
+}
+
+/// What a film says of itself, as one line: `110 pictures, 4.36 s`.
+impl std::fmt::Display for Movie<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let seconds = self.len() as f64 / self.options.frames_per_second;
+        write!(f, "{} pictures, {} s", self.len(), short(seconds))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawing::Color;
+    use super::*;
+
+    #[test]
+    fn the_palette_fits_and_holds_what_is_painted() {
+        let mut palette = Palette::new();
+        assert!(palette.colors.len() <= 256);
+        for Color { rgb, .. } in [
+            theme::PAPER,
+            theme::RULE,
+            theme::SHADOW,
+            theme::LEFT.mix(theme::INK, 0.12),
+        ] {
+            let index = usize::from(palette.index(rgb));
+            assert_eq!(palette.colors[index], rgb);
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Curves of a joint over time: where it is, and how it turns.
+
+use super::drawing::{Anchor, Color, Drawing, Point};
+use super::euler;
+use super::figure::{Clip, short};
+use super::theme;
+use crate::pose::{Binding, Pose};
+use crate::scene::NodeId;
+
+/// What a caller can ask of a plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlotOptions {
+    /// Width in pixels. Default: 960.
+    pub width: u32,
+    /// Height of one pair of axes in pixels. Default: 260.
+    pub panel_height: u32,
+}
+
+impl Default for PlotOptions {
+    fn default() -> Self {
+        Self {
+            width: 960,
+            panel_height: 260,
+        }
+    }
+}
+
+/// A line through values over time.
+struct Curve {
+    name: String,
+    color: Color,
+    values: Vec<f64>,
+}
+
+/// Draws two panels a joint: its position in the world, in the file's unit, and its rotation to its parent, in degrees
+/// about the axes of its own channels, in their order. Time runs in seconds, and stops at the last frame.
+///
+/// ```
+/// use mocap::render::{Clip, PlotOptions, plot};
+/// use mocap::scene::NodeId;
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let drawing = plot(&Clip { name: "Test", scene: &scene }, &[NodeId(1)], &PlotOptions::default());
+/// assert!(drawing.to_svg().contains("position in the world [file units]"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn plot(clip: &Clip<'_>, joints: &[NodeId], options: &PlotOptions) -> Drawing {
+    let joints: Vec<_> = joints
+        .iter()
+        .filter(|joint| joint.index() < clip.scene.nodes.len())
+        .collect();
+    let width = options.width.max(320);
+    let panel = options.panel_height.max(120) as f32;
+    let height = (2.0 * panel * joints.len() as f32) as u32;
+    let names: Vec<_> = joints
+        .iter()
+        .map(|joint| clip.scene.nodes[joint.index()].name.as_str())
+        .collect();
+    let title = format!("Position and rotation of {} in {}", names.join(", "), clip.name);
+    let mut drawing = Drawing::new(width, height, theme::PAPER, title);
+    for (index, &&joint) in joints.iter().enumerate() {
+        let node = &clip.scene.nodes[joint.index()];
+        let (position, rotation) = curves(clip, joint);
+        let top = 2.0 * panel * index as f32;
+        let heading = format!("{}, {}: position in the world [file units]", node.name, clip.name);
+        paint_panel(&mut drawing, clip, &heading, &position, top, panel);
+        let heading = format!("{}: rotation to the parent [degrees]", node.name);
+        paint_panel(&mut drawing, clip, &heading, &rotation, top + panel, panel);
+    }
+    drawing
+}
+
+/// Position and rotation at every tick.
+fn curves(clip: &Clip<'_>, joint: NodeId) -> (Vec<Curve>, Vec<Curve>) {
+    let mut positions = vec![Vec::new(); 3];
+    let mut rotations = Vec::new();
+    let mut pose = Pose::rest(clip.scene);
+    let binding = clip.animation().map(|animation| Binding::new(clip.scene, animation));
+    for tick in 0..clip.frames().max(1) {
+        if let (Some(binding), Some(animation)) = (&binding, clip.animation()) {
+            pose.sample(binding, animation, tick as f64);
+        }
+        for (axis, value) in pose.position(joint).to_array().into_iter().enumerate() {
+            positions[axis].push(f64::from(value));
+        }
+        let (_, rotation, _) = pose.node_to_parent[joint.index()].to_scale_rotation_translation();
+        rotations.push(rotation);
+    }
+    let order = euler::order_of(&clip.scene.nodes[joint.index()]);
+    let angles = euler::unwrapped(&rotations, order);
+    let position = std::iter::zip(["X", "Y", "Z"], positions).enumerate();
+    let position = position.map(|(axis, (name, values))| Curve {
+        name: name.to_owned(),
+        color: theme::CURVES[axis],
+        values,
+    });
+    let rotation = order.axes().into_iter().enumerate().map(|(place, axis)| Curve {
+        name: format!("{}rotation", ["X", "Y", "Z"][axis]),
+        color: theme::CURVES[axis],
+        values: angles.iter().map(|angles| angles[place]).collect(),
+    });
+    (position.collect(), rotation.collect())
+}
+
+const LEFT: f32 = 64.0;
+const RIGHT: f32 = 16.0;
+const TOP: f32 = 34.0;
+const BOTTOM: f32 = 34.0;
+const LABEL: f32 = 11.0;
+
+/// One pair of axes with its grid, its curves and its legend.
+fn paint_panel(drawing: &mut Drawing, clip: &Clip<'_>, heading: &str, curves: &[Curve], top: f32, height: f32) {
+    let [left, right] = [LEFT, drawing.width as f32 - RIGHT];
+    let [upper, lower] = [top + TOP, top + height - BOTTOM];
+    let all = curves.iter().flat_map(|curve| &curve.values);
+    let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+        (low.min(value), high.max(value))
+    });
+    let values = Scale::around(low, high, [lower, upper], height as usize / 40);
+    let times = Scale::exactly(0.0, clip.seconds(), [left, right], drawing.width as usize / 110);
+
+    drawing.text([left, top + 20.0], heading, 13.0, Anchor::Start, theme::INK);
+    for value in values.marks() {
+        let y = values.place(value);
+        drawing.line(
+            vec![[left, y], [right, y]],
+            1.0,
+            if value == 0.0 { theme::PATH } else { theme::RULE },
+        );
+        drawing.text(
+            [left - 8.0, y + 4.0],
+            values.label(value),
+            LABEL,
+            Anchor::End,
+            theme::FADED,
+        );
+    }
+    for time in times.marks() {
+        let x = times.place(time);
+        drawing.line(vec![[x, upper], [x, lower]], 1.0, theme::RULE);
+        drawing.text(
+            [x, lower + 16.0],
+            format!("{} s", times.label(time)),
+            LABEL,
+            Anchor::Middle,
+            theme::FADED,
+        );
+    }
+    let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);
+    for curve in curves {
+        let place = |(tick, value): (usize, f64)| [times.place(tick as f64 / per_second), values.place(value)];
+        let points: Vec<Point> = thinned(&curve.values, drawing.width as usize)
+            .into_iter()
+            .map(place)
+            .collect();
+        match points.as_slice() {
+            [only] => drawing.circle(*only, 3.0, curve.color),
+            _ => drawing.line(points, 1.6, curve.color),
+        }
+    }
+    let mut x = right;
+    for curve in curves.iter().rev() {
+        drawing.text([x, top + 20.0], curve.name.as_str(), LABEL, Anchor::End, theme::INK);
+        x -= super::raster::text_width(&curve.name, LABEL) + 6.0;
+        drawing.line(vec![[x - 16.0, top + 16.0], [x, top + 16.0]], 2.4, curve.color);
+        x -= 30.0;
+    }
+}
+
+/// At most four values a pixel: of a stretch that falls into one pixel the first, the lowest, the highest and the last,
+/// so that no spike is lost. The index comes with each.
+fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
+    let stretch = values.len().div_ceil(pixels.max(1)).max(1);
+    if stretch <= 4 {
+        return values.iter().copied().enumerate().collect();
+    }
+    let mut kept = Vec::new();
+    for (index, chunk) in values.chunks(stretch).enumerate() {
+        let by_value = |a: &usize, b: &usize| chunk[*a].total_cmp(&chunk[*b]);
+        let lowest = (0..chunk.len()).min_by(by_value).unwrap_or(0);
+        let highest = (0..chunk.len()).max_by(by_value).unwrap_or(0);
+        let mut places = vec![0, lowest, highest, chunk.len() - 1];
+        places.sort_unstable();
+        places.dedup();
+        kept.extend(places.into_iter().map(|place| (index * stretch + place, chunk[place])));
+    }
+    kept
+}
+
+/// From values to pixels, with marks at round numbers.
+struct Scale {
+    from: f64,
+    to: f64,
+    pixels: [f32; 2],
+    step: f64,
+}
+
+impl Scale {
+    /// From one round number to another, the values between them.
+    fn around(low: f64, high: f64, pixels: [f32; 2], marks: usize) -> Self {
+        let (low, high) = if low.is_finite() && high.is_finite() {
+            (low, high)
+        } else {
+            (0.0, 0.0)
+        };
+        // A flat line, or one with noise in its last digit, stands in the middle of a range that has a size.
+        let least = (1e-4 * low.abs().max(high.abs())).max(1e-3);
+        let pad = if high - low < least { least.max(0.5) } else { 0.0 };
+        let (low, high) = (low - pad, high + pad);
+        let step = round_step((high - low) / marks.max(2) as f64);
+        Self {
+            from: (low / step).floor() * step,
+            to: (high / step).ceil() * step,
+            pixels,
+            step,
+        }
+    }
+
+    /// From `from` to `to`, wherever the marks are.
+    fn exactly(from: f64, to: f64, pixels: [f32; 2], marks: usize) -> Self {
+        let to = if to > from { to } else { from + 1.0 };
+        let step = round_step((to - from) / marks.max(2) as f64);
+        Self { from, to, pixels, step }
+    }
+
+    fn place(&self, value: f64) -> f32 {
+        let share = (value - self.from) / (self.to - self.from);
+        self.pixels[0] + (self.pixels[1] - self.pixels[0]) * share as f32
+    }
+
+    fn marks(&self) -> impl Iterator<Item = f64> {
+        let first = (self.from / self.step).ceil() as i64;
+        let last = (self.to / self.step + 1e-9).floor() as i64;
+        let step = self.step;
+        (first..=last).map(move |index| index as f64 * step)
+    }
+
+    /// As many decimals as the step has.
+    fn label(&self, value: f64) -> String {
+        if self.step >= 0.01 {
+            short(value)
+        } else {
+            format!("{value:.*}", (-self.step.log10()).ceil().clamp(0.0, 9.0) as usize)
+        }
+    }
+}
+
+/// The least of 1, 2, 5, 10, 20, ... that is not below `step`, at any power of ten.
+fn round_step(step: f64) -> f64 {
+    let power = 10_f64.powf(step.log10().floor());
+    let round = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|factor| factor * power >= step * (1.0 - 1e-9));
+    round.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_stand_at_round_numbers() {
+        let scale = Scale::around(-3.2, 17.9, [100.0, 0.0], 5);
+        assert_eq!(scale.marks().collect::<Vec<_>>(), [-5.0, 0.0, 5.0, 10.0, 15.0, 20.0]);
+        assert_eq!([scale.place(-5.0), scale.place(20.0)], [100.0, 0.0]);
+        let flat = Scale::around(4.0, 4.0, [100.0, 0.0], 4);
+        assert!(flat.from < 4.0 && flat.to > 4.0);
+    }
+
+    #[test]
+    fn thinning_keeps_every_spike() {
+        let mut values = vec![0.0; 100_000];
+        (values[33_333], values[77_777]) = (9.0, -9.0);
+        let kept = thinned(&values, 500);
+        assert!(kept.len() <= 2000);
+        assert!(kept.contains(&(33_333, 9.0)) && kept.contains(&(77_777, -9.0)));
+    }
+}

@@ -1,0 +1,162 @@
+//! A drawing as SVG text.
+
+use std::fmt::Write;
+
+use super::drawing::{Anchor, Color, Drawing, Point, Shape};
+
+impl Drawing {
+    /// The drawing as an SVG document. The same drawing gives the same bytes.
+    ///
+    /// ```
+    /// use mocap::render::{Color, Drawing};
+    ///
+    /// let svg = Drawing::new(20, 10, Color::hex(0xFFFFFF), "nothing").to_svg();
+    /// assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"20\" height=\"10\""));
+    /// ```
+    pub fn to_svg(&self) -> String {
+        let mut svg = String::new();
+        self.write_svg(&mut svg).expect("writing to a string cannot fail");
+        svg
+    }
+
+    fn write_svg(&self, svg: &mut String) -> std::fmt::Result {
+        let Self { width, height, .. } = self;
+        writeln!(
+            svg,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"DejaVu Sans, Verdana, sans-serif\" \
+             stroke-linecap=\"round\" stroke-linejoin=\"round\">"
+        )?;
+        writeln!(svg, "<title>{}</title>", escape(&self.title))?;
+        writeln!(
+            svg,
+            "<rect width=\"{width}\" height=\"{height}\"{}/>",
+            paint("fill", self.background)
+        )?;
+        for shape in &self.shapes {
+            write_shape(svg, shape)?;
+        }
+        svg.write_str("</svg>\n")
+    }
+}
+
+fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
+    match shape {
+        Shape::Polygon { points, color } => {
+            writeln!(svg, "<path d=\"{}z\"{}/>", path(points), paint("fill", *color))
+        }
+        Shape::Line { points, width, color } => writeln!(
+            svg,
+            "<path d=\"{}\" fill=\"none\" stroke-width=\"{}\"{}/>",
+            path(points),
+            number(*width),
+            paint("stroke", *color)
+        ),
+        Shape::Circle { center, radius, color } => writeln!(
+            svg,
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\"{}/>",
+            number(center[0]),
+            number(center[1]),
+            number(*radius),
+            paint("fill", *color)
+        ),
+        Shape::Text {
+            at,
+            text,
+            size,
+            anchor,
+            color,
+        } => {
+            let anchor = match anchor {
+                Anchor::Start => "",
+                Anchor::Middle => " text-anchor=\"middle\"",
+                Anchor::End => " text-anchor=\"end\"",
+            };
+            writeln!(
+                svg,
+                "<text x=\"{}\" y=\"{}\" font-size=\"{}\"{anchor}{}>{}</text>",
+                number(at[0]),
+                number(at[1]),
+                number(*size),
+                paint("fill", *color),
+                escape(text)
+            )
+        }
+    }
+}
+
+/// `M x y x y ...`: points after the first are lines.
+fn path(points: &[Point]) -> String {
+    let mut path = String::from("M");
+    for (index, [x, y]) in points.iter().enumerate() {
+        let space = if index == 0 { "" } else { " " };
+        path.push_str(&format!("{space}{} {}", number(*x), number(*y)));
+    }
+    path
+}
+
+/// A tenth of a pixel is finer than anyone sees.
+fn number(value: f32) -> String {
+    let text = format!("{value:.1}");
+    let text = text.strip_suffix(".0").unwrap_or(&text);
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+fn paint(
+    attribute: &str,
+    Color {
+        rgb: [red, green, blue],
+        opacity,
+    }: Color,
+) -> String {
+    let color = format!(" {attribute}=\"#{red:02x}{green:02x}{blue:02x}\"");
+    if opacity < 1.0 {
+        format!("{color} {attribute}-opacity=\"{opacity:.2}\"")
+    } else {
+        color
+    }
+}
+
+/// Text for XML: its three special characters named, control characters, which XML forbids, left out.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            character if character.is_control() => {}
+            character => escaped.push(character),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_cannot_break_out_of_its_text() {
+        let mut drawing = Drawing::new(10, 10, Color::hex(0), "<b>");
+        drawing.text(
+            [1.0, 2.0],
+            "a</text><script>&\"\u{1}",
+            8.0,
+            Anchor::End,
+            Color::hex(0xFF8000).fade(0.5),
+        );
+        let svg = drawing.to_svg();
+        assert!(svg.contains("<title>&lt;b&gt;</title>"));
+        assert!(svg.contains(
+            "<text x=\"1\" y=\"2\" font-size=\"8\" text-anchor=\"end\" fill=\"#ff8000\" fill-opacity=\"0.50\">\
+             a&lt;/text&gt;&lt;script&gt;&amp;&quot;</text>"
+        ));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!([12.0, -0.04, 1.25, 3.96].map(number), ["12", "0", "1.2", "4"]);
+    }
+}

@@ -1,0 +1,336 @@
+//! What is in a file, on one screen of a terminal.
+
+use std::fmt::Write;
+
+use super::figure::{Clip, Figure, short};
+use crate::scene::{Node, NodeKind, Scene};
+use crate::survey::survey;
+
+/// The screen that there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScreenOptions {
+    /// Characters in a line. Default: 80.
+    pub width: usize,
+    /// Lines; of a tree that is longer, what hangs deepest is only counted. Default: 50.
+    pub height: usize,
+    /// Whether to colour the words. Default: no.
+    pub colour: bool,
+}
+
+impl Default for ScreenOptions {
+    fn default() -> Self {
+        Self {
+            width: 80,
+            height: 50,
+            colour: false,
+        }
+    }
+}
+
+/// A way to show words.
+#[derive(Clone, Copy)]
+enum Ink {
+    Bold,
+    Faint,
+    Warning,
+}
+
+/// Text that knows how wide it is.
+struct Screen {
+    text: String,
+    width: usize,
+    colour: bool,
+}
+
+impl Screen {
+    fn inked(&self, ink: Ink, words: &str) -> String {
+        let code = match ink {
+            Ink::Bold => "1",
+            Ink::Faint => "2",
+            Ink::Warning => "33",
+        };
+        if self.colour {
+            format!("\x1b[{code}m{words}\x1b[0m")
+        } else {
+            words.to_owned()
+        }
+    }
+
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    /// A label, and words that go on below one another.
+    fn labelled(&mut self, label: &str, ink: Option<Ink>, words: &str) {
+        let lines = wrapped(words, self.width.saturating_sub(LABEL));
+        for (index, line) in lines.iter().enumerate() {
+            let label = if index == 0 { label } else { "" };
+            let line = ink.map_or_else(|| line.clone(), |ink| self.inked(ink, line));
+            let label = self.inked(Ink::Faint, &format!("{label:<LABEL$}"));
+            self.line(format!("{label}{line}").trim_end());
+        }
+    }
+}
+
+/// Characters that a label takes.
+const LABEL: usize = 13;
+
+/// Tells a person what is in a clip: its size, its tree of joints with the lengths of the links, the height of its
+/// root over time, what was assumed and what is odd.
+///
+/// The tree has a line for every chain of joints without a fork. Lengths are in the file's unit.
+///
+/// ```
+/// use mocap::render::{Clip, ScreenOptions, screen};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let text = screen(&Clip { name: "Test", scene: &scene }, &ScreenOptions::default());
+/// assert!(text.contains("Shoulder ─ 2 ─ Elbow ─ 1.5 ─ Wrist ─ 0.5 ─ ∙"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn screen(clip: &Clip<'_>, options: &ScreenOptions) -> String {
+    let mut screen = Screen {
+        text: String::new(),
+        width: options.width.max(40),
+        colour: options.colour,
+    };
+    let heading = screen.inked(Ink::Bold, clip.name);
+    screen.line(&format!("{heading}  {}", clip.facts()));
+    let rest = below_the_tree(clip, &screen);
+    // The heading, an empty line before and after the tree, and the prompt of the shell.
+    let used = rest.lines().count() + 4;
+    let most = options.height.saturating_sub(used);
+    screen.line("");
+    for line in Tree::new(clip.scene).lines(screen.width, most) {
+        screen.line(&line);
+    }
+    screen.line("");
+    screen.text.push_str(&rest);
+    screen.text
+}
+
+fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
+    let mut screen = Screen {
+        text: String::new(),
+        ..*like
+    };
+    if clip.animation().is_some() {
+        let (curve, low, high) = root_height(clip, screen.width.saturating_sub(LABEL).min(72));
+        screen.labelled("root height", None, &curve);
+        screen.labelled("", Some(Ink::Faint), &format!("{} to {}", short(low), short(high)));
+    }
+    let metadata = &clip.scene.metadata;
+    if let Some(used) = &metadata.root_offset {
+        let policy = format!("{:?}", used.policy).to_lowercase();
+        let words = format!("position channels {policy} the OFFSET: {}", used.reason);
+        screen.labelled("root", None, &words);
+    }
+    for note in metadata.assumptions.iter().chain(&survey(clip.scene).assumptions()) {
+        screen.labelled(&note.topic, None, &format!("{}: {}", note.choice, note.reason));
+    }
+    const MOST: usize = 6;
+    let warnings = &clip.scene.warnings;
+    for warning in warnings.iter().take(MOST) {
+        let line = warning
+            .location
+            .as_ref()
+            .map(|location| format!("line {}: ", location.line));
+        screen.labelled(
+            "warning",
+            Some(Ink::Warning),
+            &format!("{}{warning}", line.unwrap_or_default()),
+        );
+    }
+    if warnings.len() > MOST {
+        let more = format!("and {} more; `mocap check` prints all", warnings.len() - MOST);
+        screen.labelled("", Some(Ink::Warning), &more);
+    }
+    screen.text
+}
+
+/// The mean height of the root in as many stretches of time as there are characters, and its lowest and highest.
+fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    const SAMPLES_A_BAR: usize = 4;
+    let mut figure = Figure::new(*clip);
+    let ticks = figure.ticks(SAMPLES_A_BAR * width);
+    let heights: Vec<f64> = ticks
+        .into_iter()
+        .map(|tick| {
+            let positions = figure.positions(tick);
+            f64::from(figure.root(&positions).y)
+        })
+        .collect();
+    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let per_bar = heights.len().div_ceil(width.max(1)).max(1);
+    let bars = heights.chunks(per_bar).map(|chunk| {
+        let mean = chunk.iter().sum::<f64>() / chunk.len() as f64;
+        let share = if high > low { (mean - low) / (high - low) } else { 0.0 };
+        BARS[((share * 8.0) as usize).min(7)]
+    });
+    (bars.collect(), low, high)
+}
+
+/// The tree of joints, and how much hangs on each.
+struct Tree<'a> {
+    scene: &'a Scene,
+    children: Vec<Vec<usize>>,
+    /// Nodes below each node.
+    below: Vec<usize>,
+}
+
+/// A chain that still has to be drawn.
+struct Branch {
+    node: usize,
+    /// Forks above it.
+    depth: usize,
+    /// What stands before its first line, and before those that follow.
+    first: String,
+    next: String,
+}
+
+impl<'a> Tree<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let mut children = vec![Vec::new(); scene.nodes.len()];
+        let mut below = vec![0; scene.nodes.len()];
+        for (index, node) in scene.nodes.iter().enumerate() {
+            if let Some(parent) = node.parent {
+                children[parent.index()].push(index);
+            }
+        }
+        // Children stand after their parents, so each is complete before it is counted in its parent.
+        for (index, node) in scene.nodes.iter().enumerate().rev() {
+            if let Some(parent) = node.parent {
+                below[parent.index()] += below[index] + 1;
+            }
+        }
+        Self { scene, children, below }
+    }
+
+    /// A line for every chain, down to so many forks that all fit; what hangs deeper is counted.
+    fn lines(&self, width: usize, most: usize) -> Vec<String> {
+        const DEEPEST: usize = 32;
+        let fits = |lines: &Vec<String>| lines.len() <= most;
+        let lines = (1..=DEEPEST).rev().map(|depth| self.lines_to(depth, width));
+        lines.into_iter().find(fits).unwrap_or_else(|| self.lines_to(0, width))
+    }
+
+    /// Kept on a list, not on the call stack, so that no skeleton is too deep.
+    fn lines_to(&self, deepest: usize, width: usize) -> Vec<String> {
+        let mut lines = Vec::new();
+        let mut branches: Vec<Branch> = Vec::new();
+        if !self.scene.nodes.is_empty() {
+            branches.push(Branch {
+                node: 0,
+                depth: 0,
+                first: String::new(),
+                next: String::new(),
+            });
+        }
+        while let Some(Branch {
+            node,
+            depth,
+            first,
+            next,
+        }) = branches.pop()
+        {
+            let mut chain = vec![node];
+            let mut last = node;
+            while let [only] = self.children[last].as_slice() {
+                last = *only;
+                chain.push(last);
+            }
+            let hidden = if depth < deepest { 0 } else { self.below[last] };
+            push_chain(&mut lines, width, self.scene, &chain, hidden, &first, &next);
+            if hidden > 0 {
+                continue;
+            }
+            let forks = self.children[last].len();
+            for (place, &child) in self.children[last].iter().enumerate().rev() {
+                let is_last = place + 1 == forks;
+                branches.push(Branch {
+                    node: child,
+                    depth: depth + 1,
+                    first: format!("{next}{}", if is_last { "└─ " } else { "├─ " }),
+                    next: format!("{next}{}", if is_last { "   " } else { "│  " }),
+                });
+            }
+        }
+        lines
+    }
+}
+
+/// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link stands before it,
+/// and after the last one how many nodes are not drawn.
+fn push_chain(
+    lines: &mut Vec<String>,
+    width: usize,
+    scene: &Scene,
+    chain: &[usize],
+    hidden: usize,
+    first: &str,
+    next: &str,
+) {
+    let mut line = first.to_owned();
+    let mut is_empty = true;
+    for &index in chain {
+        let node = &scene.nodes[index];
+        // An end site has no name of its own.
+        let name = if node.kind == NodeKind::EndSite {
+            "∙"
+        } else {
+            &node.name
+        };
+        let mut piece = String::new();
+        if let Some(length) = link_length(node) {
+            let dash = if is_empty { "" } else { " ─ " };
+            write!(piece, "{dash}{length} ─ ").expect("writing to a string cannot fail");
+        }
+        piece.push_str(name);
+        if hidden > 0 && chain.last() == Some(&index) {
+            write!(piece, " … {hidden} more").expect("writing to a string cannot fail");
+        }
+        if !is_empty && line.chars().count() + piece.chars().count() > width {
+            lines.push(std::mem::replace(&mut line, format!("{next}   ")));
+            piece = piece.trim_start().to_owned();
+        }
+        line.push_str(&piece);
+        is_empty = false;
+    }
+    lines.push(line);
+}
+
+/// How long the way from the parent is; the root has none.
+fn link_length(node: &Node) -> Option<String> {
+    node.parent?;
+    Some(short(f64::from(node.transform.w_axis.truncate().length())))
+}
+
+/// Words in lines of `width` characters; a word that is longer has a line of its own.
+fn wrapped(words: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in words.split_whitespace() {
+        let last = lines.last_mut().expect("there is a first line");
+        if !last.is_empty() && last.chars().count() + 1 + word.chars().count() > width {
+            lines.push(word.to_owned());
+        } else {
+            if !last.is_empty() {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_wrapped_between_them() {
+        assert_eq!(wrapped("a bb ccc dddddddd e", 6), ["a bb", "ccc", "dddddddd", "e"]);
+    }
+}

@@ -1,0 +1,23 @@
+//! The colours of all pictures. Blue and orange are told apart by nearly everyone, also beside the grey of the middle.
+
+use super::drawing::Color;
+
+pub(super) const PAPER: Color = Color::hex(0xFFFFFF);
+pub(super) const INK: Color = Color::hex(0x1B2130);
+pub(super) const FADED: Color = Color::hex(0x5C667A);
+pub(super) const RULE: Color = Color::hex(0xDDE2EA);
+pub(super) const GROUND: Color = Color::hex(0xF1F4F8);
+/// Opaque, so that shadows that fall on one another are no darker than one.
+pub(super) const SHADOW: Color = Color::hex(0xDFE4EC);
+/// Of the way that a root goes.
+pub(super) const PATH: Color = Color::hex(0x9AA8C4);
+pub(super) const LEFT: Color = Color::hex(0x2D6BD8);
+pub(super) const RIGHT: Color = Color::hex(0xE0661F);
+pub(super) const MIDDLE: Color = Color::hex(0x76829A);
+/// Curves of x, y and z, and of a fourth value, w.
+pub(super) const CURVES: [Color; 4] = [
+    Color::hex(0xC8323C),
+    Color::hex(0x2E8B3D),
+    Color::hex(0x2D6BD8),
+    Color::hex(0x8A4FBF),
+];

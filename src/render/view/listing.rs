@@ -1,0 +1,114 @@
+//! A page that lists the clips of a folder.
+
+use super::super::figure::Clip;
+use super::super::sheet::thumbnail;
+use super::super::svg::escape;
+use super::filled;
+
+const PAGE: &str = include_str!("listing.html");
+
+/// A file in a list.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    name: String,
+    link: Option<String>,
+    thumbnail: String,
+    facts: String,
+    notes: Vec<String>,
+}
+
+impl Entry {
+    /// A clip whose player is at `link`, relative to the list.
+    pub fn new(clip: &Clip<'_>, link: &str) -> Self {
+        Self {
+            name: clip.name.to_owned(),
+            link: Some(link.to_owned()),
+            thumbnail: thumbnail(clip, 300, 150).to_svg(),
+            facts: clip.facts(),
+            notes: clip.scene.warnings.iter().map(ToString::to_string).collect(),
+        }
+    }
+
+    /// A file that could not be read.
+    pub fn failed(name: &str, error: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            link: None,
+            thumbnail: String::new(),
+            facts: "not read".to_owned(),
+            notes: vec![error.to_owned()],
+        }
+    }
+
+    fn html(&self) -> String {
+        let name = escape(&self.name);
+        let (facts, thumbnail) = (escape(&self.facts), &self.thumbnail);
+        let heading = match &self.link {
+            Some(link) => format!(
+                "<a href=\"{}\">{thumbnail}<strong>{name}</strong></a>",
+                escape(&encoded(link))
+            ),
+            None => format!("<strong>{name}</strong>"),
+        };
+        let notes: String = self
+            .notes
+            .iter()
+            .map(|note| format!("<li>{}</li>", escape(note)))
+            .collect();
+        let notes = match (self.notes.len(), &self.link) {
+            (0, _) => String::new(),
+            (_, None) => format!("<ul>{notes}</ul>"),
+            (1, _) => format!("<details><summary>1 warning</summary><ul>{notes}</ul></details>"),
+            (count, _) => format!("<details><summary>{count} warnings</summary><ul>{notes}</ul></details>"),
+        };
+        format!("<li data-name=\"{name}\">{heading}<p>{facts}</p>{notes}</li>\n")
+    }
+}
+
+/// A link to a file, in which nothing has a meaning of its own.
+fn encoded(link: &str) -> String {
+    let mut encoded = String::new();
+    for byte in link.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'-' | b'_' => encoded.push(char::from(byte)),
+            _ => encoded.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    encoded
+}
+
+/// A page that lists clips with what they look like, how long they are and what is odd about them, and opens each.
+///
+/// ```
+/// use mocap::render::{Clip, Entry, listing};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let entry = Entry::new(&Clip { name: "Test", scene: &scene }, "clips/Test.html");
+/// assert!(listing("My clips", &[entry]).contains("<a href=\"clips/Test.html\">"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn listing(title: &str, entries: &[Entry]) -> String {
+    let count = match entries.len() {
+        1 => "1 file".to_owned(),
+        count => format!("{count} files"),
+    };
+    filled(PAGE, |name| match name {
+        "title" => escape(title),
+        "count" => count.clone(),
+        "entries" => entries.iter().map(Entry::html).collect(),
+        unknown => unreachable!("the page has no place called {unknown}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_text_and_links_are_links() {
+        let entry = Entry::failed("<b>.bvh", "no & no");
+        let html = listing("a<b", &[entry]);
+        assert!(html.contains("<strong>&lt;b&gt;.bvh</strong>") && html.contains("<li>no &amp; no</li>"));
+        assert_eq!(encoded("a b/#1.html"), "a%20b/%231.html");
+    }
+}

@@ -1,0 +1,78 @@
+// Vectors are [x, y, z], quaternions [x, y, z, w], matrices 16 numbers column by column that map column vectors.
+
+const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const scale = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const length = (a) => Math.hypot(a[0], a[1], a[2]);
+const normalize = (a) => scale(a, 1 / (length(a) || 1));
+const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+
+// The shorter arc from a to b at even speed.
+function slerp(a, b, share) {
+  let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
+  const sign = cosine < 0 ? -1 : 1;
+  cosine *= sign;
+  let [from, to] = [1 - share, share];
+  if (cosine < 0.9995) {
+    const angle = Math.acos(cosine);
+    [from, to] = [Math.sin(from * angle) / Math.sin(angle), Math.sin(to * angle) / Math.sin(angle)];
+  }
+  const mixed = [0, 1, 2, 3].map((i) => from * a[i] + to * sign * b[i]);
+  const size = Math.hypot(...mixed) || 1;
+  return mixed.map((value) => value / size);
+}
+
+// Translation x rotation x scale.
+function compose(t, q, s) {
+  const [x, y, z, w] = q;
+  return [
+    (1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + z * w) * s[0], 2 * (x * z - y * w) * s[0], 0,
+    2 * (x * y - z * w) * s[1], (1 - 2 * (x * x + z * z)) * s[1], 2 * (y * z + x * w) * s[1], 0,
+    2 * (x * z + y * w) * s[2], 2 * (y * z - x * w) * s[2], (1 - 2 * (x * x + y * y)) * s[2], 0,
+    t[0], t[1], t[2], 1,
+  ];
+}
+
+function multiply(a, b) {
+  const out = new Array(16);
+  for (let column = 0; column < 4; column++) {
+    for (let row = 0; row < 4; row++) {
+      let sum = 0;
+      for (let k = 0; k < 4; k++) sum += a[4 * k + row] * b[4 * column + k];
+      out[4 * column + row] = sum;
+    }
+  }
+  return out;
+}
+
+const transformPoint = (m, p) => [0, 1, 2].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
+
+// The place on the screen, from -1 to 1 in x and y; the last number is the distance from the camera.
+function project(m, p) {
+  const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+  const [x, y] = transformPoint(m, p);
+  return [x / w, y / w, w];
+}
+
+// The angles in degrees, for R = R1 R2 R3 about the axes of `order` (0 for x, 1 for y, 2 for z).
+function eulerAngles(q, order) {
+  const m = compose([0, 0, 0], q, [1, 1, 1]);
+  const at = (row, column) => m[4 * column + row];
+  const [i, j, k] = order;
+  const sign = (j - i + 3) % 3 === 1 ? 1 : -1;
+  const sine = clamp(sign * at(i, k), -1, 1);
+  const straight = Math.abs(sine) < 0.9999999;
+  const first = straight ? Math.atan2(-sign * at(j, k), at(k, k)) : Math.atan2(sign * at(k, j), at(j, j));
+  const third = straight ? Math.atan2(-sign * at(i, j), at(i, i)) : 0;
+  return [first, Math.asin(sine), third].map((angle) => (angle * 180) / Math.PI);
+}
+
+// Of all angles that mean the same rotation, those closest to the ones of the tick before.
+function nearestAngles(before, [a, b, c]) {
+  const near = [[a, b, c], [a + 180, 180 - b, c + 180]].map((angles) =>
+    angles.map((angle, i) => angle - 360 * Math.round((angle - before[i]) / 360)));
+  const distance = (angles) => angles.reduce((sum, angle, i) => sum + Math.abs(angle - before[i]), 0);
+  return distance(near[1]) < distance(near[0]) ? near[1] : near[0];
+}

@@ -1,0 +1,195 @@
+// The side panel: the files, the tree of joints, and what is known about the chosen one.
+
+const byId = (id) => document.getElementById(id);
+
+// An element with attributes and contents; text is never read as HTML.
+function make(tag, attributes = {}, ...contents) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value);
+  }
+  element.append(...contents);
+  return element;
+}
+
+const AXES = ["X", "Y", "Z"];
+const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
+const color = (letter) => getComputedStyle(document.documentElement).getPropertyValue(CURVE_COLORS[letter]);
+
+class Panel {
+  constructor(state, { choose, activate, seek }) {
+    Object.assign(this, { state, choose, activate });
+    this.charts = ["position", "euler", "quaternion"].map((name) => new Chart(byId(`${name}-curves`), seek));
+    byId("search").addEventListener("input", () => this.filter());
+    byId("search").addEventListener("keydown", (event) => {
+      if (event.key === "Enter") this.visible()[0]?.click();
+      if (event.key === "ArrowDown") { this.visible()[0]?.focus(); event.preventDefault(); }
+    });
+    byId("position-space").addEventListener("change", () => this.showCurves());
+    byId("tree").addEventListener("keydown", (event) => this.moveInTree(event));
+    new ResizeObserver(() => this.redraw()).observe(byId("position-curves"));
+    this.showFiles();
+    this.showTree();
+  }
+
+  get clip() { return this.state.clips[this.state.active]; }
+
+  showFiles() {
+    const { clips } = this.state;
+    byId("files").replaceChildren(...clips.map((clip) => {
+      const swatch = make("span", { class: "swatch", "aria-hidden": "true" });
+      swatch.style.background = clips.length > 1 ? css(clip.color) : "transparent";
+      const row = make("div", { class: "file" },
+        make("button", { class: "file-name", "aria-pressed": clip.index === this.state.active, onclick: () => this.activate(clip.index) },
+          ...(clips.length > 1 ? [swatch] : []), clip.name),
+        make("p", { class: "facts" }, clip.facts));
+      const notes = [...clip.assumptions.map((note) => ["assumed", note]), ...clip.warnings.map((note) => ["warning", note])];
+      if (notes.length) {
+        const count = clip.warnings.length;
+        const summary = count ? `${count} warning${count > 1 ? "s" : ""}` : "what was assumed";
+        row.append(make("details", {}, make("summary", count ? { class: "warned" } : {}, summary),
+          make("ul", {}, ...notes.map(([kind, note]) => make("li", {}, make("b", {}, `${kind}: `), note)))));
+      }
+      return row;
+    }));
+  }
+
+  showTree() {
+    const { clip } = this;
+    const depths = [];
+    this.items = clip.nodes.map((node, id) => {
+      depths[id] = node.parent < 0 ? 0 : depths[node.parent] + 1;
+      const item = make("div", {
+        role: "treeitem", "aria-level": depths[id] + 1, "aria-selected": "false", tabindex: id === 0 ? 0 : -1,
+        class: node.kind, title: node.name, onclick: () => this.choose(this.state.active, id),
+        onpointerenter: () => this.state.hover(this.state.active, id), onpointerleave: () => this.state.hover(-1, -1),
+      }, node.name);
+      item.style.paddingLeft = `${8 + 12 * Math.min(depths[id], 14)}px`;
+      return item;
+    });
+    byId("tree").replaceChildren(...this.items);
+    this.filter();
+  }
+
+  visible() { return this.items.filter((item) => !item.hidden); }
+
+  filter() {
+    const words = byId("search").value.toLowerCase().trim();
+    this.items.forEach((item, id) => { item.hidden = !this.clip.nodes[id].name.toLowerCase().includes(words); });
+    byId("no-match").hidden = this.visible().length > 0;
+  }
+
+  moveInTree(event) {
+    const items = this.visible();
+    const at = items.indexOf(document.activeElement);
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: items.length - 1 }[event.key];
+    if (to === undefined && event.key !== "Enter") return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (to === undefined) document.activeElement.click();
+    else items[clamp(to, 0, items.length - 1)]?.focus();
+  }
+
+  // Called when another joint, or none, is chosen.
+  showJoint() {
+    const { joint } = this.state;
+    this.items.forEach((item, id) => {
+      item.setAttribute("aria-selected", id === joint);
+      item.tabIndex = id === Math.max(0, joint) ? 0 : -1;
+    });
+    byId("joint").hidden = joint < 0;
+    byId("nothing-chosen").hidden = joint >= 0;
+    if (joint < 0) return;
+    const item = this.items[joint];
+    const { offsetTop, offsetHeight, parentElement: tree } = item;
+    if (offsetTop < tree.scrollTop || offsetTop + offsetHeight > tree.scrollTop + tree.clientHeight) tree.scrollTop = offsetTop - tree.clientHeight / 2;
+    const node = this.clip.nodes[joint];
+    byId("joint-name").textContent = node.name;
+    byId("position-space").value = node.moves ? "local" : "world";
+    byId("euler-title").textContent = node.turns ? "Euler angles, in the file’s order [°]" : "Euler angles [°]";
+    this.showChain();
+    this.showCurves();
+  }
+
+  showCurves() {
+    const { clip, state } = this;
+    const curves = clip.curves(state.joint);
+    const node = clip.nodes[state.joint];
+    this.rows = [curves[byId("position-space").value], curves.euler, curves.quaternion];
+    const order = node.order.map((axis) => AXES[axis]);
+    const letters = [AXES, order, [...AXES, "W"]];
+    this.legends = ["position", "euler", "quaternion"].map((name, chart) => {
+      const values = letters[chart].map(() => make("output", {}));
+      byId(`${name}-legend`).replaceChildren(...letters[chart].map((letter, i) => {
+        const entry = make("span", {}, chart === 1 ? `${letter}rotation ` : `${letter} `, values[i]);
+        entry.style.setProperty("--curve", `var(${CURVE_COLORS[letter]})`);
+        return entry;
+      }));
+      return values;
+    });
+    this.letters = letters;
+    this.redraw();
+  }
+
+  // T = J0 L1 J1 L2 ...: a row for each matrix, with the lines of the file that say what it is.
+  showChain() {
+    const { clip, state } = this;
+    const chain = clip.chain(state.joint).filter((id) => clip.nodes[id].kind !== "group");
+    const product = [];
+    this.links = [];
+    const rows = [];
+    const row = (symbol, id, what, lines, value) => {
+      const output = make("output", {});
+      const name = make("button", { class: "link", onclick: () => this.choose(state.active, id) }, clip.nodes[id].name);
+      rows.push(make("tr", {}, make("th", { scope: "row" }, symbol), make("td", {}, name, make("small", {}, what)),
+        make("td", { class: "line" }, lines), make("td", {}, output)));
+      this.links.push([output, value]);
+    };
+    chain.forEach((id, i) => {
+      const node = clip.nodes[id];
+      const { offset, channels } = node.lines || {};
+      const subscript = (symbol) => make("span", {}, symbol, make("sub", {}, String(i)));
+      const rotates = () => node.order.map((axis) => AXES[axis]).map((axis, k) => `${axis}\u00a0${short(clip.angles(id, clip.tick)[k])}°`).join("  ");
+      const moves = () => Array.from(clip.translation(id, clip.tick), short).join("  ");
+      if (i > 0) {
+        product.push(subscript("L"));
+        row(subscript("L"), id, node.moves ? "position channels" : "OFFSET", (node.moves ? channels : offset) ?? "", moves);
+      }
+      if (node.kind !== "end_site") {
+        product.push(subscript("J"));
+        const all = i > 0 ? rotates : () => `${moves()}  ·  ${rotates()}`;
+        row(subscript("J"), id, i > 0 ? "rotation channels" : "position and rotation", channels ?? offset ?? "", all);
+      }
+    });
+    byId("chain-product").replaceChildren("T = ", ...product.flatMap((symbol) => [symbol.cloneNode(true), " "]));
+    byId("chain").replaceChildren(...rows);
+  }
+
+  redraw() {
+    if (this.state.joint < 0 || !this.rows) return;
+    this.charts.forEach((chart, i) => chart.show(this.rows[i], this.letters[i].map(color)));
+    this.showTick();
+  }
+
+  // The values of this tick.
+  showTick() {
+    const { clip, state } = this;
+    if (state.joint < 0) return;
+    const id = state.joint;
+    const share = clip.duration ? clip.tick / clip.duration : 0;
+    this.charts.forEach((chart) => chart.point(share));
+    const local = Array.from(clip.translation(id, clip.tick));
+    const world = clip.filePosition(id);
+    const metres = scale(world, clip.metresPerUnit);
+    byId("local-position").textContent = local.map(short).join("  ");
+    byId("world-position").textContent = world.map(short).join("  ");
+    byId("metre-position").textContent = metres.map((value) => value.toFixed(3).replace("-", "−")).join("  ");
+    const position = byId("position-space").value === "world" ? world : local;
+    const values = [position, clip.angles(id, clip.tick), Array.from(clip.rotation(id, clip.tick))];
+    values.forEach((row, chart) => row.forEach((value, i) => { this.legends[chart][i].textContent = short(value); }));
+    for (const [output, value] of this.links) output.textContent = value();
+    const m = clip.world[id];
+    byId("matrix").textContent = [0, 1, 2].map((r) => [0, 1, 2, 3].map((c) => short(m[4 * c + r]).padStart(8)).join("")).join("\n");
+  }
+}

@@ -1,0 +1,406 @@
+//! The scene: a node graph, meshes, materials and animations, in the words of Assimp. Plain data.
+//!
+//! Lengths are in the file's unit, coordinates right-handed, matrices map column vectors (`node_to_parent * point`),
+//! quaternions are `x y z w` in memory. [`process::validate`](crate::process::validate()) lists the rules that every
+//! scene of this crate keeps.
+
+use glam::{Mat4, Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+pub use crate::error::Diagnostic as Warning;
+
+/// Everything that one file holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Scene {
+    /// The node graph, depth-first: a parent stands before its children, the root first. [`NodeId`] indexes it.
+    pub nodes: Vec<Node>,
+    /// The meshes that [`Node::meshes`] index.
+    pub meshes: Vec<Mesh>,
+    /// The materials that [`Mesh::material_index`] indexes.
+    pub materials: Vec<Material>,
+    /// The animations; a BVH file has at most one.
+    pub animations: Vec<Animation>,
+    /// Where the scene comes from and what was assumed when it was read.
+    pub metadata: Metadata,
+    /// What the reader read around, in the order of the file.
+    pub warnings: Vec<Warning>,
+}
+
+/// The place of a node in [`Scene::nodes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct NodeId(pub u32);
+
+impl NodeId {
+    /// The id of the node at `index` of [`Scene::nodes`].
+    ///
+    /// # Panics
+    /// If `index` does not fit 32 bits; no scene within [`Limits`](crate::Limits) comes near.
+    pub fn new(index: usize) -> Self {
+        Self(u32::try_from(index).expect("a scene has fewer than 2^32 nodes"))
+    }
+
+    /// The index into [`Scene::nodes`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What a node is in the file it comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum NodeKind {
+    /// A node that the file can animate.
+    #[default]
+    Joint,
+    /// BVH's unanimated tip of a chain.
+    EndSite,
+    /// A node that only holds others together.
+    Group,
+}
+
+/// A transform in the graph.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Node {
+    /// The name as in the file; an unnamed end site is called `EndSite_<parent>`. Names may repeat.
+    pub name: String,
+    /// What the node is in the file.
+    pub kind: NodeKind,
+    /// The node above; absent on the root alone.
+    pub parent: Option<NodeId>,
+    /// Node to parent. At rest the translation by the OFFSET; [`Scene::update_node_matrices`] overwrites it.
+    pub transform: Mat4,
+    /// Indices into [`Scene::meshes`].
+    pub meshes: Vec<usize>,
+    /// The order in which the file turns the node about its axes. Keys are quaternions and do not need it; who writes
+    /// Euler angles again does. Absent where the file has none, or not each axis once.
+    pub rotation_order: Option<RotationOrder>,
+    /// Where the file describes the node. Absent where no text does.
+    pub source: Option<SourceLines>,
+}
+
+/// The lines of a file that describe a node, from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SourceLines {
+    /// Of the name: BVH's ROOT, JOINT or End Site.
+    pub name: usize,
+    /// Of the way from the parent: BVH's OFFSET.
+    pub offset: Option<usize>,
+    /// Of what the file animates: BVH's CHANNELS.
+    pub channels: Option<usize>,
+}
+
+/// The order of a node's three rotations about its axes.
+///
+/// Read it as the product of matrices on column vectors: `Zxy` is `Rz Rx Ry`, each axis turned by those before it, in
+/// the order in which BVH's CHANNELS names them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+#[allow(missing_docs, reason = "each says itself")]
+pub enum RotationOrder {
+    Xyz,
+    Xzy,
+    Yxz,
+    Yzx,
+    Zxy,
+    Zyx,
+}
+
+impl RotationOrder {
+    /// Every order, by name.
+    pub const ALL: [Self; 6] = [Self::Xyz, Self::Xzy, Self::Yxz, Self::Yzx, Self::Zxy, Self::Zyx];
+
+    /// The axes in this order: 0 for x, 1 for y, 2 for z.
+    pub const fn axes(self) -> [usize; 3] {
+        match self {
+            Self::Xyz => [0, 1, 2],
+            Self::Xzy => [0, 2, 1],
+            Self::Yxz => [1, 0, 2],
+            Self::Yzx => [1, 2, 0],
+            Self::Zxy => [2, 0, 1],
+            Self::Zyx => [2, 1, 0],
+        }
+    }
+
+    /// The order of these axes, if each is there once.
+    pub fn from_axes(axes: [usize; 3]) -> Option<Self> {
+        Self::ALL.into_iter().find(|order| order.axes() == axes)
+    }
+}
+
+/// What the faces of a mesh are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Primitive {
+    /// Three indices a face.
+    #[default]
+    Triangles,
+    /// One index a face.
+    Points,
+}
+
+impl Primitive {
+    /// Indices of one face.
+    pub fn indices_per_face(self) -> usize {
+        match self {
+            Self::Triangles => 3,
+            Self::Points => 1,
+        }
+    }
+}
+
+/// Vertices and faces, in the space of the node that holds the mesh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Mesh {
+    /// The name; empty on a skeleton mesh.
+    pub name: String,
+    /// What the faces are.
+    pub primitive: Primitive,
+    /// Positions, one a vertex.
+    pub vertices: Vec<Vec3>,
+    /// Unit normals, one a vertex.
+    pub normals: Vec<Vec3>,
+    /// Vertex indices, [`Primitive::indices_per_face`] a face.
+    pub indices: Vec<u32>,
+    /// What ties vertices to nodes; empty on a rigid mesh.
+    pub bones: Vec<Bone>,
+    /// Index into [`Scene::materials`].
+    pub material_index: usize,
+}
+
+impl Mesh {
+    /// The faces, each as its vertex indices.
+    pub fn faces(&self) -> std::slice::ChunksExact<'_, u32> {
+        self.indices.chunks_exact(self.primitive.indices_per_face())
+    }
+}
+
+/// A tie of vertices to a node.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bone {
+    /// The name of the node.
+    pub name: String,
+    /// The node; names may repeat, this does not.
+    pub node: NodeId,
+    /// Mesh space to the node's space, in the bind pose.
+    pub offset_matrix: Mat4,
+    /// The vertices it moves.
+    pub weights: Vec<VertexWeight>,
+}
+
+/// How much a bone moves a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VertexWeight {
+    /// Index into [`Mesh::vertices`].
+    pub vertex_id: u32,
+    /// Share of the vertex's motion, in 0 to 1.
+    pub weight: f32,
+}
+
+/// A surface.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Material {
+    /// The name.
+    pub name: String,
+    /// Whether back faces are drawn.
+    pub two_sided: bool,
+}
+
+/// Motion over time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Animation {
+    /// The name.
+    pub name: String,
+    /// Ticks in a second. In BVH a tick is a frame, so this is 1 / frame time.
+    pub ticks_per_second: f64,
+    /// Length in ticks, from the first frame to the last: frames - 1.
+    pub duration: f64,
+    /// One channel a joint, in the order of [`Scene::nodes`].
+    pub channels: Vec<Channel>,
+}
+
+impl Animation {
+    /// How many frames there are: the whole ticks from 0 to [`duration`](Self::duration), both counted.
+    pub fn frame_count(&self) -> usize {
+        self.duration as usize + 1
+    }
+}
+
+/// All keys of one node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Channel {
+    /// The node that it drives. Where several joints have this name, the first channel of the name drives the first
+    /// joint, the second the second, and so on.
+    pub node_name: String,
+    /// Translation to the parent, in the file's unit. A BVH joint without position channels has one key, its OFFSET.
+    pub position_keys: Keys<Vec3>,
+    /// Rotation to the parent.
+    pub rotation_keys: Keys<Quat>,
+    /// Scale along the node's own axes.
+    pub scaling_keys: Keys<Vec3>,
+}
+
+/// Values at ticks.
+///
+/// Ticks are stored only where they are not simply 0, 1, 2, ...; a track that never changes has one key, at tick 0.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Keys<T> {
+    /// The values, in the order of time.
+    pub values: Vec<T>,
+    /// Strictly increasing ticks, one a value; `None` stands for 0, 1, 2, ...
+    pub ticks: Option<Vec<f64>>,
+}
+
+impl<T> Keys<T> {
+    /// One value a tick, from tick 0.
+    pub fn every_tick(values: Vec<T>) -> Self {
+        Self { values, ticks: None }
+    }
+
+    /// One value that holds for all time.
+    pub fn constant(value: T) -> Self {
+        Self::every_tick(vec![value])
+    }
+
+    /// Values at strictly increasing ticks, one a value.
+    pub fn at_ticks(values: Vec<T>, ticks: Vec<f64>) -> Self {
+        let is_every_tick = ticks.iter().enumerate().all(|(index, &tick)| tick == index as f64);
+        Self {
+            values,
+            ticks: (!is_every_tick).then_some(ticks),
+        }
+    }
+
+    /// How many keys there are.
+    pub fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Whether there is no key.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The tick of key `index`.
+    pub fn tick(&self, index: usize) -> f64 {
+        self.ticks.as_ref().map_or(index as f64, |ticks| ticks[index])
+    }
+}
+
+impl<T> Default for Keys<T> {
+    fn default() -> Self {
+        Self::every_tick(Vec::new())
+    }
+}
+
+/// Where a scene comes from and what was assumed when it was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Metadata {
+    /// The file that the scene was read from.
+    pub origin: Option<Origin>,
+    /// Short name of the file's format, as in [`FORMATS`](crate::format::FORMATS).
+    pub format: String,
+    /// Metres in one unit of length, where the file says so. BVH does not.
+    pub metres_per_unit: Option<f64>,
+    /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
+    pub root_offset: Option<RootOffsetUsed>,
+    /// Everything else that was decided where the file leaves a choice.
+    pub assumptions: Vec<Assumption>,
+    /// What has changed the place or the time of things since, in the order in which it was done.
+    pub steps: Vec<AppliedStep>,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Its name, without folders.
+    pub name: String,
+    /// The SHA-256 of its bytes, as `sha256sum` prints it. Empty where it was not asked for.
+    pub sha256: String,
+    /// Frames of motion read from it.
+    pub frames: u64,
+    /// Seconds between two of them, as they were read.
+    pub frame_time: f64,
+}
+
+impl Origin {
+    /// The name without its extension.
+    pub fn stem(&self) -> &str {
+        self.name.rsplit_once('.').map_or(self.name.as_str(), |(stem, _)| stem)
+    }
+}
+
+/// The axis that points away from the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxis {
+    /// +Y, as in glTF and most BVH files.
+    #[default]
+    Y,
+    /// +Z, as in Blender, Vicon and 3ds Max.
+    Z,
+}
+
+/// A step that changed the place or the time of things, with all that it takes to find the way back to the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "step", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AppliedStep {
+    /// [`process::convert_units`](crate::process::convert_units).
+    ConvertUnits {
+        /// Metres in one unit of length of the scene before.
+        metres_per_unit: f64,
+        /// The axis that pointed up before.
+        up: UpAxis,
+    },
+    /// [`process::trim`](crate::process::trim).
+    Trim {
+        /// The tick before, that is tick 0 now.
+        first: f64,
+        /// The tick before, that is the last now.
+        last: f64,
+    },
+    /// [`process::resample`](crate::process::resample).
+    Resample {
+        /// Ticks per second now.
+        frames_per_second: f64,
+    },
+    /// [`process::in_place`](crate::process::in_place).
+    InPlace,
+    /// [`process::root_motion`](crate::process::root_motion).
+    RootMotion,
+}
+
+/// What to do with a root's OFFSET when the root has position channels too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RootOffset {
+    /// Add where the first frame's root position is near zero on all axes while the OFFSET is not, else replace.
+    #[default]
+    Auto,
+    /// The position channels stand in place of the OFFSET, as in Assimp and Blender.
+    Replace,
+    /// The position channels are added to the OFFSET.
+    Add,
+}
+
+/// What was done with a root's OFFSET.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RootOffsetUsed {
+    /// [`RootOffset::Replace`] or [`RootOffset::Add`].
+    pub policy: RootOffset,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// A decision where a file leaves a choice.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Assumption {
+    /// What it is about, in kebab case.
+    pub topic: String,
+    /// What was chosen.
+    pub choice: String,
+    /// Why, as one phrase.
+    pub reason: String,
+}

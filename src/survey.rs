@@ -1,0 +1,207 @@
+//! What a motion file does not say: its unit, its up axis, its true frame rate, whether its first frame belongs to it.
+//!
+//! Every answer is a guess with its reason. [`survey`] changes nothing; a caller decides what to do about it.
+
+mod cuts;
+mod figure;
+
+use serde::Serialize;
+
+use crate::scene::{Assumption, Scene, UpAxis};
+
+pub use self::cuts::{cuts, first_frame_is_rest_pose};
+
+/// How far a guess can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confidence {
+    /// Nothing speaks against it.
+    Sure,
+    /// The best of what is possible.
+    Likely,
+    /// There is little to go by.
+    Unsure,
+}
+
+/// A unit of length that motion files come in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Unit {
+    /// Metres.
+    Metre,
+    /// That of the CMU motion capture database and of what was converted from it: 5.6444 cm, an inch divided by the
+    /// `length 0.45` of its ASF files.
+    Cmu,
+    /// Inches.
+    Inch,
+    /// Centimetres.
+    Centimetre,
+    /// Millimetres.
+    Millimetre,
+}
+
+impl Unit {
+    /// All of them, from the longest to the shortest.
+    pub const ALL: [Self; 5] = [Self::Metre, Self::Cmu, Self::Inch, Self::Centimetre, Self::Millimetre];
+
+    /// Metres in one.
+    pub const fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Cmu => 0.0254 / 0.45,
+            Self::Inch => 0.0254,
+            Self::Centimetre => 0.01,
+            Self::Millimetre => 0.001,
+        }
+    }
+
+    /// Its name, as users type it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Metre => "m",
+            Self::Cmu => "cmu",
+            Self::Inch => "inch",
+            Self::Centimetre => "cm",
+            Self::Millimetre => "mm",
+        }
+    }
+}
+
+/// A guess and what it rests on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Guess<T> {
+    /// What it is.
+    pub value: T,
+    /// How far to trust it.
+    pub confidence: Confidence,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// Everything that can be guessed about a scene that comes right from its file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Survey {
+    /// The unit of length.
+    pub unit: Guess<Unit>,
+    /// Whether the file says its unit, in [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit), so
+    /// that there is nothing to guess.
+    pub unit_is_stated: bool,
+    /// The axis that points up.
+    pub up: Guess<UpAxis>,
+    /// The frames per second that the file means, where its frame time is a rounded one. Absent where the frame time
+    /// is exact, or near no rate in use.
+    pub frame_rate: Option<Guess<f64>>,
+    /// Whether the first frame is a rest pose that the motion then jumps away from.
+    pub first_frame_is_rest_pose: bool,
+}
+
+/// Guesses what the file of `scene` does not say. Looks at a few frames only, so that a long take costs no more than
+/// a short one.
+///
+/// ```
+/// use mocap::scene::UpAxis;
+/// use mocap::survey::{Unit, survey};
+///
+/// let found = survey(&mocap::import("fixtures/real/cmu_01_01.bvh")?);
+/// assert_eq!(found.unit.value, Unit::Cmu);
+/// assert_eq!(found.up.value, UpAxis::Y);
+/// assert_eq!(found.frame_rate.map(|rate| rate.value), Some(120.0)); // the file says .0083333
+/// assert!(found.first_frame_is_rest_pose);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn survey(scene: &Scene) -> Survey {
+    let figure = figure::Figure::new(scene);
+    Survey {
+        unit: figure.unit(),
+        unit_is_stated: scene.metadata.metres_per_unit.is_some(),
+        up: figure.up(),
+        frame_rate: scene
+            .animations
+            .first()
+            .and_then(|animation| frame_rate(animation.ticks_per_second)),
+        first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+    }
+}
+
+impl Survey {
+    /// The guesses in the words of [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let sure = |confidence| match confidence {
+            Confidence::Sure => "sure",
+            Confidence::Likely => "likely",
+            Confidence::Unsure => "unsure",
+        };
+        let assumption = |topic: &str, choice: String, reason: String| Assumption {
+            topic: topic.to_owned(),
+            choice,
+            reason,
+        };
+        let up = match self.up.value {
+            UpAxis::Y => "y",
+            UpAxis::Z => "z",
+        };
+        let mut all = Vec::new();
+        if !self.unit_is_stated {
+            let reason = format!("{} ({})", self.unit.reason, sure(self.unit.confidence));
+            all.push(assumption("unit", self.unit.value.as_str().to_owned(), reason));
+        }
+        let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));
+        all.push(assumption("up", up.to_owned(), reason));
+        if let Some(rate) = &self.frame_rate {
+            all.push(assumption("frame-rate", rate.value.to_string(), rate.reason.clone()));
+        }
+        if self.first_frame_is_rest_pose {
+            let reason = "its rotations are nearly all zero, and the motion jumps away from it".to_owned();
+            all.push(assumption("first-frame", "rest-pose".to_owned(), reason));
+        }
+        all
+    }
+}
+
+/// Frames per second of cameras, displays and capture systems, the likelier first where one rounded frame time could
+/// stand for two.
+const RATES: [f64; 19] = [
+    30.0,
+    60.0,
+    120.0,
+    24.0,
+    25.0,
+    50.0,
+    100.0,
+    240.0,
+    200.0,
+    90.0,
+    72.0,
+    144.0,
+    180.0,
+    300.0,
+    360.0,
+    480.0,
+    15.0,
+    30_000.0 / 1001.0,
+    60_000.0 / 1001.0,
+];
+
+/// The rate whose frame time, rounded to some number of decimals, is the one that gives `ticks_per_second`.
+fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
+    let frame_time = ticks_per_second.recip();
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    if is_near(ticks_per_second, ticks_per_second.round()) {
+        return None;
+    }
+    for decimals in (3..=9).rev() {
+        let scale = 10_f64.powi(decimals);
+        let rounds_to_it = |rate: &&f64| is_near((scale / **rate).round() / scale, frame_time);
+        if let Some(&value) = RATES.iter().find(rounds_to_it) {
+            let reason = format!("the frame time {frame_time:.9} is 1/{value} rounded to {decimals} decimals");
+            return Some(Guess {
+                value,
+                confidence: Confidence::Sure,
+                reason,
+            });
+        }
+    }
+    None
+}

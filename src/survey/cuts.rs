@@ -1,0 +1,84 @@
+//! Where a motion jumps: a rest pose that was put in front, or two takes in one file.
+
+use super::figure::extent;
+use crate::pose::{Binding, Pose};
+use crate::scene::{Animation, NodeId, Scene};
+
+/// A jump moves some node by this share of the skeleton's size, at least, from one frame to the next.
+const SHARE_OF_SIZE: f32 = 0.05;
+
+/// And by this many times what the motion around it does in one frame.
+const TIMES_THE_USUAL: f32 = 5.0;
+
+/// How many frames on each side tell what is usual. A single frame would not do: a marker that slips for one frame
+/// jumps there and back, and both would then count as usual.
+const NEIGHBOURS: usize = 4;
+
+/// A joint turned by less than this rests: half a degree, as the cosine of half of it.
+const RESTING: f32 = 0.999_990_5;
+
+/// Share of the joints that rest in a rest pose. CMU's has the legs a little apart.
+const RESTING_SHARE: f32 = 0.75;
+
+/// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.
+///
+/// A jump is a way of one frame that is long for the skeleton and long for the motion around it. Fast moves do not
+/// count, for they come with fast frames before and after.
+pub fn cuts(scene: &Scene, animation: usize) -> Vec<usize> {
+    let frames = scene.animations.get(animation).map_or(0, Animation::frame_count);
+    let (steps, size) = steps(scene, animation, frames);
+    (0..steps.len()).filter(|&frame| is_cut(&steps, frame, size)).collect()
+}
+
+/// Whether the first frame of the first animation is a rest pose and the motion jumps away from it, as in the BVH
+/// conversions of the CMU database, which have "a T-pose added as its new first frame".
+pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
+    let Some(animation) = scene.animations.first() else {
+        return false;
+    };
+    let (steps, size) = steps(scene, 0, animation.frame_count().min(NEIGHBOURS + 2));
+    let first_rotations = || {
+        animation
+            .channels
+            .iter()
+            .filter_map(|channel| channel.rotation_keys.values.first())
+    };
+    let resting = first_rotations().filter(|rotation| rotation.w.abs() > RESTING).count();
+    let joints = first_rotations().count();
+    !steps.is_empty() && is_cut(&steps, 0, size) && resting as f32 >= RESTING_SHARE * joints as f32
+}
+
+/// The longest way of any node from each of the first `frames` frames to the next, and the skeleton's largest extent.
+fn steps(scene: &Scene, animation: usize, frames: usize) -> (Vec<f32>, f32) {
+    let Some(animation) = scene.animations.get(animation) else {
+        return (Vec::new(), 0.0);
+    };
+    let binding = Binding::new(scene, animation);
+    let (mut before, mut now) = (Pose::rest(scene), Pose::rest(scene));
+    now.sample(&binding, animation, 0.0);
+    let mut size = extent(scene, &now);
+    let mut steps = Vec::with_capacity(frames);
+    for frame in 1..frames {
+        std::mem::swap(&mut before, &mut now);
+        now.sample(&binding, animation, frame as f64);
+        let nodes = (0..scene.nodes.len()).map(NodeId::new);
+        steps.push(
+            nodes
+                .map(|node| before.position(node).distance(now.position(node)))
+                .fold(0.0, f32::max),
+        );
+        size = size.max(extent(scene, &now));
+    }
+    (steps, size)
+}
+
+fn is_cut(steps: &[f32], frame: usize, size: f32) -> bool {
+    let around = frame.saturating_sub(NEIGHBOURS)..steps.len().min(frame + NEIGHBOURS + 1);
+    let usual = around
+        .filter(|&other| other != frame)
+        .map(|other| steps[other])
+        .reduce(f32::max);
+    // A motion of two frames has nothing to compare with.
+    let Some(usual) = usual else { return false };
+    steps[frame] > SHARE_OF_SIZE * size && steps[frame] > TIMES_THE_USUAL * usual
+}

@@ -1,0 +1,186 @@
+//! The size of the figure and which way it stands.
+
+use glam::Vec3;
+
+use super::{Confidence, Guess, Unit};
+use crate::pose::{Binding, Pose};
+use crate::scene::{NodeId, Scene, UpAxis};
+
+/// Frames to look at, spread evenly over the motion.
+const FRAMES: usize = 16;
+
+/// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
+/// spread span as much.
+const TYPICAL_HEIGHT: f64 = 1.7;
+
+/// Factors around the typical height within which a guess is sure, and likely.
+const SURE_WITHIN: f64 = 1.25;
+const LIKELY_WITHIN: f64 = 1.4;
+
+/// How far the floor may spread, as a share of the figure's size: a jump, or stairs.
+const FLOOR_SPREAD: f64 = 0.4;
+
+/// Parts of joint names that say that there is a whole body.
+const LOWER: [&str; 5] = ["foot", "toe", "ankle", "shin", "heel"];
+const UPPER: [&str; 3] = ["head", "neck", "skull"];
+
+/// What a few poses of a scene have in common.
+pub(super) struct Figure {
+    /// The largest extent along an axis, in the middle of all poses; 0 where there is none.
+    size: f64,
+    /// From the feet to the head, on average. Absent where no names say which nodes these are.
+    feet_to_head: Option<Vec3>,
+    /// The same in the rest pose.
+    feet_to_head_at_rest: Option<Vec3>,
+    /// How far the lowest foot moves along each axis; along the up axis it comes back to the floor.
+    floor_spread: Vec3,
+}
+
+impl Figure {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let poses = poses(scene);
+        let mut sizes: Vec<_> = poses.iter().map(|pose| extent(scene, pose)).collect();
+        sizes.sort_by(f32::total_cmp);
+        let (feet, heads) = (nodes_called(scene, &LOWER), nodes_called(scene, &UPPER));
+        let from_feet = |pose: &Pose| Some(middle(pose, &heads)? - middle(pose, &feet)?);
+        let lowest = |pose: &Pose| feet.iter().map(|foot| pose.position(*foot)).reduce(Vec3::min);
+        let floors = || poses.iter().filter_map(lowest);
+        let spread = floors().reduce(Vec3::max).zip(floors().reduce(Vec3::min));
+        Self {
+            size: sizes.get(sizes.len() / 2).map_or(0.0, |size| f64::from(*size)),
+            feet_to_head: (poses.iter().map(from_feet).sum::<Option<Vec3>>()).map(|sum| sum / poses.len() as f32),
+            feet_to_head_at_rest: from_feet(&Pose::rest(scene)),
+            floor_spread: spread.map_or(Vec3::ZERO, |(highest, lowest)| highest - lowest),
+        }
+    }
+
+    /// The unit in which the figure is nearest to a person's height.
+    pub(super) fn unit(&self) -> Guess<Unit> {
+        let factor = |unit: &Unit| {
+            let ratio = self.size * unit.metres() / TYPICAL_HEIGHT;
+            ratio.max(ratio.recip())
+        };
+        let nearest = Unit::ALL.into_iter().min_by(|a, b| factor(a).total_cmp(&factor(b)));
+        let value = nearest.unwrap_or(Unit::Metre);
+        if self.size == 0.0 || !self.size.is_finite() {
+            let reason = "the skeleton has no size".to_owned();
+            return Guess {
+                value: Unit::Metre,
+                confidence: Confidence::Unsure,
+                reason,
+            };
+        }
+        let confidence = match factor(&value) {
+            _ if self.feet_to_head.is_none() => Confidence::Unsure,
+            off if off <= SURE_WITHIN => Confidence::Sure,
+            off if off <= LIKELY_WITHIN => Confidence::Likely,
+            _ => Confidence::Unsure,
+        };
+        let body = if self.feet_to_head.is_some() {
+            ""
+        } else {
+            ", if it is a whole body"
+        };
+        let metres = self.size * value.metres();
+        let reason = format!(
+            "the skeleton measures {:.4} units, which is {metres:.2} m{body}",
+            self.size
+        );
+        Guess {
+            value,
+            confidence,
+            reason,
+        }
+    }
+
+    /// The axis from the feet to the head.
+    ///
+    /// A swimmer's head is not above the feet, nor need it be in a rest pose. Where the motion and the rest pose differ,
+    /// the motion is believed if the feet come back to a floor, as those of a figure that stands upright do.
+    pub(super) fn up(&self) -> Guess<UpAxis> {
+        let Some(way) = self.feet_to_head.filter(|way| way.is_finite() && *way != Vec3::ZERO) else {
+            let reason = "no joint is called head or foot, and most files have it so".to_owned();
+            return Guess {
+                value: UpAxis::Y,
+                confidence: Confidence::Unsure,
+                reason,
+            };
+        };
+        let moving = longer_axis(way);
+        let resting = self
+            .feet_to_head_at_rest
+            .filter(|way| way.is_finite() && *way != Vec3::ZERO)
+            .map(longer_axis);
+        let (height, spread) = match moving {
+            UpAxis::Y => (way.y, self.floor_spread.y),
+            UpAxis::Z => (way.z, self.floor_spread.z),
+        };
+        let stands = height > 0.0 && f64::from(spread) <= FLOOR_SPREAD * self.size;
+        let share = height / way.length();
+        let (value, confidence) = match resting {
+            Some(resting) if resting != moving && stands => (moving, Confidence::Likely),
+            Some(resting) if resting != moving => (resting, Confidence::Likely),
+            _ if share > 0.9 => (moving, Confidence::Sure),
+            _ if share > 0.7 => (moving, Confidence::Likely),
+            _ => (moving, Confidence::Unsure),
+        };
+        let mut reason = format!(
+            "from the feet to the head it is {:.4} {:.4} {:.4} units",
+            way.x, way.y, way.z
+        );
+        if let Some(rest) = self.feet_to_head_at_rest.filter(|_| resting != Some(moving)) {
+            reason += &format!(", and {:.4} {:.4} {:.4} in the rest pose", rest.x, rest.y, rest.z);
+        }
+        Guess {
+            value,
+            confidence,
+            reason,
+        }
+    }
+}
+
+fn longer_axis(way: Vec3) -> UpAxis {
+    if way.z.abs() > way.y.abs() {
+        UpAxis::Z
+    } else {
+        UpAxis::Y
+    }
+}
+
+/// Poses spread over the first animation, or the rest pose where there is none.
+fn poses(scene: &Scene) -> Vec<Pose> {
+    let mut pose = Pose::rest(scene);
+    let Some(animation) = scene.animations.first() else {
+        return vec![pose];
+    };
+    let binding = Binding::new(scene, animation);
+    let at = |sample: usize| animation.duration * sample as f64 / (FRAMES - 1) as f64;
+    let mut posed = |sample| {
+        pose.sample(&binding, animation, at(sample).round());
+        pose.clone()
+    };
+    (0..FRAMES).map(&mut posed).collect()
+}
+
+/// The largest extent of a pose along an axis.
+pub(super) fn extent(scene: &Scene, pose: &Pose) -> f32 {
+    let positions = || (0..scene.nodes.len()).map(|index| pose.position(NodeId::new(index)));
+    match (positions().reduce(Vec3::min), positions().reduce(Vec3::max)) {
+        (Some(min), Some(max)) => (max - min).max_element(),
+        _ => 0.0,
+    }
+}
+
+fn nodes_called(scene: &Scene, parts: &[&str]) -> Vec<NodeId> {
+    let is_called = |name: &str| {
+        let name = name.to_lowercase();
+        parts.iter().any(|part| name.contains(part))
+    };
+    let called = scene.nodes.iter().enumerate().filter(|(_, node)| is_called(&node.name));
+    called.map(|(index, _)| NodeId::new(index)).collect()
+}
+
+fn middle(pose: &Pose, nodes: &[NodeId]) -> Option<Vec3> {
+    let sum: Vec3 = nodes.iter().map(|node| pose.position(*node)).sum();
+    (!nodes.is_empty()).then(|| sum / nodes.len() as f32)
+}

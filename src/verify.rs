@@ -1,0 +1,339 @@
+//! Proof that a motion survived: where a written glTF file puts every joint at every frame, against its source.
+//!
+//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it.
+//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place) stands in the file's
+//! [`Provenance`] and is done to the source as well. A file of another program has none; there the unit is taken from
+//! the lengths of the links, the up axis from what fits the first frame better, and the motion is said to start with
+//! the source's first frame.
+
+mod skeleton;
+
+use std::collections::{HashMap, VecDeque};
+use std::path::Path;
+
+use glam::{DMat4, DVec3};
+use serde::Serialize;
+
+use self::skeleton::Skeleton;
+use crate::error::{Code, Diagnostic, Result};
+use crate::gltf::Provenance;
+use crate::gltf::read::File;
+use crate::import::Importer;
+use crate::process::SkeletonMesh;
+use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
+
+/// How far a written file is from its source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Verification {
+    /// Frames of the source that were compared: those that the file's time covers.
+    pub frames: usize,
+    /// Joints and end sites that were compared.
+    pub joints: usize,
+    /// The largest distance of a joint from its place in the source, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// Where and when the largest distance is. Absent where nothing was compared.
+    pub worst: Option<Worst>,
+    /// Joints of the source that the file does not have.
+    pub missing: Vec<String>,
+    /// End sites of the source that the file does not have; many programs leave them out.
+    pub missing_end_sites: Vec<String>,
+    /// Metres in a unit of the source.
+    pub metres_per_unit: f64,
+    /// Whether the file itself says how it was converted.
+    pub has_provenance: bool,
+}
+
+/// The place and the time of the largest distance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// The joint, by its name in the source.
+    pub joint: String,
+    /// The frame of the source.
+    pub frame: usize,
+    /// Seconds from the start of the file.
+    pub seconds: f64,
+}
+
+/// Compares a written file with its source file. The source is read as the conversion read it, where the written file
+/// says how that was.
+///
+/// # Errors
+/// Where one of the two cannot be read, or they have no joint in common.
+pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Result<Verification> {
+    let output = output.as_ref();
+    let opener = Importer::new();
+    let bytes = opener.open(output)?;
+    let file = File::read(&bytes, &|sibling| opener.open(&output.with_file_name(sibling)));
+    let file = file.map_err(|error| error.with_path(output))?;
+    let importer = file
+        .provenance()
+        .map(|provenance| provenance.importer())
+        .unwrap_or_default();
+    let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
+    verify_file(&scene, &file).map_err(|error| error.with_path(output))
+}
+
+/// Compares `output`, the bytes of a `.glb` or of a `.gltf` with its buffer inside, with `source`, the scene that its
+/// source file reads as, before any step that moves things.
+///
+/// ```
+/// use mocap::gltf::{Options, write_glb};
+/// use mocap::verify::verify;
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let verified = verify(&scene, &write_glb(&scene, &Options::default())?)?;
+/// assert_eq!((verified.frames, verified.joints), (10, 4));
+/// assert!(verified.max_error < 1e-6);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// Where the bytes are no valid glTF, have their buffer in another file, or have no joint in common with `source`.
+pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
+    let refuse = |other: &Path| {
+        let message = format!("the buffer is in another file, \"{}\"", other.display());
+        Err(Diagnostic::new(Code::InvalidGltf, message)
+            .help("verify the files, not their bytes")
+            .into())
+    };
+    verify_file(source, &File::read(output, &refuse)?)
+}
+
+fn verify_file(source: &Scene, file: &File) -> Result<Verification> {
+    let provenance = file.provenance();
+    let ours = Skeleton::of_scene(source);
+    let theirs = Skeleton::of_file(file)?;
+    let pairs = pairs(&ours, &theirs);
+    if pairs.is_empty() {
+        let message = "the file has no joint of its source";
+        return Err(Diagnostic::new(Code::Unrepresentable, message)
+            .help("compare it with the file it was made from")
+            .into());
+    }
+    let change = match &provenance {
+        Some(provenance) => Change::recorded(&provenance.steps),
+        None => Change::guessed(&ours, &theirs, &pairs),
+    };
+    let missing = |kind: NodeKind| {
+        let is_missing = |(index, joint): &(usize, &skeleton::Joint)| {
+            joint.kind == kind && !pairs.iter().any(|(ours, _)| ours == index)
+        };
+        ours.joints
+            .iter()
+            .enumerate()
+            .filter(is_missing)
+            .map(|(_, joint)| joint.name.clone())
+            .collect()
+    };
+    let mut verification = Verification {
+        frames: 0,
+        joints: pairs.len(),
+        max_error: 0.0,
+        rms_error: 0.0,
+        worst: None,
+        missing: missing(NodeKind::Joint),
+        missing_end_sites: missing(NodeKind::EndSite),
+        metres_per_unit: change.metres_per_unit,
+        has_provenance: provenance.is_some(),
+    };
+    compare(source, &ours, &theirs, &pairs, &change, &mut verification);
+    Ok(verification)
+}
+
+impl Provenance {
+    /// An importer that reads the source as it was read for the conversion.
+    fn importer(&self) -> Importer {
+        let mut importer = Importer::new();
+        if let Some(used) = &self.root_offset {
+            importer = importer.root_offset(used.policy);
+        }
+        if let Some(origin) = self.source.as_ref().filter(|origin| origin.frame_time > 0.0) {
+            importer = importer.frame_rate(origin.frame_time.recip());
+        }
+        importer
+    }
+}
+
+/// Which joint of one skeleton is which of the other: the same name, of several of one name the first is the first.
+/// Names that no two joints share may also differ in case and in all that is neither letter nor digit.
+fn pairs(ours: &Skeleton, theirs: &Skeleton) -> Vec<(usize, usize)> {
+    let simplified = |name: &str| {
+        name.chars()
+            .filter(|c| c.is_alphanumeric())
+            .flat_map(char::to_lowercase)
+            .collect()
+    };
+    let exact = match_names(ours, theirs, std::borrow::ToOwned::to_owned);
+    let loose = match_names(ours, theirs, simplified);
+    if loose.len() > exact.len() { loose } else { exact }
+}
+
+fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
+    let mut places: HashMap<(String, bool), VecDeque<usize>> = HashMap::new();
+    // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
+    let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
+    let key = |joint: &skeleton::Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
+    for (place, joint) in theirs.joints.iter().enumerate() {
+        places.entry(key(joint)).or_default().push_back(place);
+    }
+    let sources = ours
+        .joints
+        .iter()
+        .enumerate()
+        .filter(|(_, joint)| joint.kind != NodeKind::Group);
+    sources
+        .filter_map(|(index, joint)| Some((index, places.get_mut(&key(joint))?.pop_front()?)))
+        .collect()
+}
+
+/// What lies on purpose between a source and a file.
+struct Change {
+    metres_per_unit: f64,
+    up: UpAxis,
+    /// The tick of the source at the file's time 0, and the last that is in the file.
+    first: f64,
+    last: f64,
+    in_place: bool,
+}
+
+impl Change {
+    fn none() -> Self {
+        Self {
+            metres_per_unit: 1.0,
+            up: UpAxis::Y,
+            first: 0.0,
+            last: f64::INFINITY,
+            in_place: false,
+        }
+    }
+
+    /// What was done, step by step. Resampling moves no joint at the time of a frame, so there is nothing to do for it;
+    /// what it loses is error.
+    fn recorded(steps: &[AppliedStep]) -> Self {
+        let mut change = Self::none();
+        // Ticks of the scene that a step found, in a tick of the source.
+        let mut ticks_per_source_tick = None;
+        for step in steps {
+            match *step {
+                AppliedStep::ConvertUnits { metres_per_unit, up } => {
+                    change.metres_per_unit *= metres_per_unit;
+                    change.up = up;
+                }
+                AppliedStep::Trim { first, last } if ticks_per_source_tick.is_none() => {
+                    change.last = change.first + last;
+                    change.first += first;
+                }
+                AppliedStep::Resample { frames_per_second } => ticks_per_source_tick = Some(frames_per_second),
+                AppliedStep::InPlace => change.in_place = true,
+                AppliedStep::Trim { .. } | AppliedStep::RootMotion => {}
+            }
+        }
+        change
+    }
+
+    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer.
+    fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &[(usize, usize)]) -> Self {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(0.0, &mut here);
+        theirs.world(0.0, &mut there);
+        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
+        let span = |world: &[DMat4], pick: fn(&(usize, usize)) -> usize| -> f64 {
+            let positions = || pairs.iter().map(|pair| position(world, pick(pair)));
+            positions().zip(positions().skip(1)).map(|(a, b)| a.distance(b)).sum()
+        };
+        let ratio = span(&there, |pair| pair.1) / span(&here, |pair| pair.0);
+        let mut change = Self::none();
+        if ratio.is_finite() && ratio > 0.0 {
+            change.metres_per_unit = ratio;
+        }
+        let distance = |change: &Self| -> f64 {
+            pairs
+                .iter()
+                .map(|(a, b)| change.place(position(&here, *a)).distance(position(&there, *b)))
+                .sum()
+        };
+        let turned = Self {
+            up: UpAxis::Z,
+            ..change
+        };
+        if distance(&turned) < distance(&change) {
+            turned
+        } else {
+            change
+        }
+    }
+
+    /// Where a point of the source is in the file.
+    fn place(&self, point: DVec3) -> DVec3 {
+        let point = point * self.metres_per_unit;
+        match self.up {
+            UpAxis::Y => point,
+            UpAxis::Z => DVec3::new(point.x, point.z, -point.y),
+        }
+    }
+}
+
+/// Compares every frame of the source that is in the file.
+fn compare(
+    source: &Scene,
+    ours: &Skeleton,
+    theirs: &Skeleton,
+    pairs: &[(usize, usize)],
+    change: &Change,
+    verification: &mut Verification,
+) {
+    let animation = source.animations.first();
+    let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
+    let last = animation.map_or(0.0, |animation| animation.duration).min(change.last);
+    // A file of another program may end earlier. Half a frame is room for its rounding.
+    let last = last.min(change.first + theirs.end * rate + 0.5);
+    let root_of = roots(ours);
+    let mut start: Option<Vec<DVec3>> = None;
+    let (mut here, mut there) = (Vec::new(), Vec::new());
+    let mut sum_of_squares = 0.0;
+    for frame in change.first.ceil() as usize..=last.floor() as usize {
+        let seconds = (frame as f64 - change.first) / rate;
+        ours.world(frame as f64 / rate, &mut here);
+        theirs.world(seconds, &mut there);
+        let places: Vec<_> = here
+            .iter()
+            .map(|matrix| change.place(matrix.w_axis.truncate()))
+            .collect();
+        let start = start.get_or_insert_with(|| places.clone());
+        for &(a, b) in pairs {
+            let mut expected = places[a];
+            if change.in_place {
+                let way = places[root_of[a]] - start[root_of[a]];
+                expected -= DVec3::new(way.x, 0.0, way.z);
+            }
+            let error = expected.distance(there[b].w_axis.truncate());
+            sum_of_squares += error * error;
+            // A NaN is the worst of all, and stays it.
+            let is_worse = error > verification.max_error || (error.is_nan() && !verification.max_error.is_nan());
+            if is_worse || verification.worst.is_none() {
+                verification.max_error = error;
+                verification.worst = Some(Worst {
+                    joint: ours.joints[a].name.clone(),
+                    frame,
+                    seconds,
+                });
+            }
+        }
+        verification.frames += 1;
+    }
+    let compared = (verification.frames * pairs.len()).max(1);
+    verification.rms_error = (sum_of_squares / compared as f64).sqrt();
+}
+
+/// Of every joint the root above it: the highest node that is not a mere group.
+fn roots(skeleton: &Skeleton) -> Vec<usize> {
+    let mut roots: Vec<usize> = Vec::with_capacity(skeleton.joints.len());
+    for (index, joint) in skeleton.joints.iter().enumerate() {
+        let is_below_root = |parent: &usize| skeleton.joints[*parent].kind != NodeKind::Group;
+        roots.push(joint.parent.filter(is_below_root).map_or(index, |parent| roots[parent]));
+    }
+    roots
+}

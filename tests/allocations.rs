@@ -1,0 +1,115 @@
+//! Driving nodes allocates nothing once everything is bound.
+
+#![allow(unsafe_code, reason = "a global allocator cannot be written without")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
+use mocap::{Binding, LoopMode, Player, Pose, Updater};
+
+/// The system's allocator, which counts how often it is asked.
+struct Counting;
+
+thread_local! {
+    /// Each thread counts for itself, so that the test runner's own allocations stay out.
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator as it is. The default `realloc` and `alloc_zeroed` call `alloc`,
+// so they are counted too.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller keeps the rules of `GlobalAlloc::alloc`, which are the system's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: `pointer` comes from `alloc` above, thus from the system.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn allocations_of(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.get();
+    work();
+    ALLOCATIONS.get() - before
+}
+
+/// A chain of 30 joints that all turn, half of them with a tick written beside each key.
+fn chain() -> Scene {
+    let mut scene = Scene::default();
+    let mut animation = Animation {
+        ticks_per_second: 100.0,
+        duration: 49.0,
+        ..Animation::default()
+    };
+    for index in 0usize..30 {
+        scene.nodes.push(Node {
+            name: format!("joint {index}"),
+            parent: index.checked_sub(1).map(NodeId::new),
+            transform: Mat4::from_translation(Vec3::X),
+            ..Node::default()
+        });
+        animation.channels.push(Channel {
+            node_name: format!("joint {index}"),
+            position_keys: Keys::constant(Vec3::X),
+            rotation_keys: Keys {
+                values: (0..50u8)
+                    .map(|tick| Quat::from_rotation_z(f32::from(tick) * 0.01))
+                    .collect(),
+                ticks: (index % 2 == 0).then(|| (0..50u8).map(f64::from).collect()),
+            },
+            scaling_keys: Keys::constant(Vec3::ONE),
+        });
+    }
+    scene.animations.push(animation);
+    scene
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations_of(|| drop(std::hint::black_box(Box::new(1)))), 1);
+    assert!(allocations_of(|| drop(Pose::rest(&chain()))) > 30);
+}
+
+#[test]
+fn an_update_of_the_scene_allocates_nothing() {
+    let mut scene = chain();
+    let updater = Updater::new(&scene, 0).unwrap();
+    let count = allocations_of(|| {
+        for tick in [0.0, 1.0, 1.5, 48.9, 1e9, -1.0, f64::NAN] {
+            updater.update(&mut scene, tick);
+        }
+    });
+    assert_eq!(count, 0);
+}
+
+#[test]
+fn playing_into_a_pose_allocates_nothing() {
+    let scene = chain();
+    let animation = &scene.animations[0];
+    let binding = Binding::new(&scene, animation);
+    let mut pose = Pose::rest(&scene);
+    let rest = pose.clone();
+    let mut player = Player::new(animation);
+    let mut tips = 0.0;
+    let count = allocations_of(|| {
+        for loop_mode in [LoopMode::Loop, LoopMode::PingPong, LoopMode::Once] {
+            player.loop_mode = loop_mode;
+            for _ in 0..100 {
+                pose.sample(&binding, animation, player.advance(0.0123));
+                tips += scene.end_effectors().map(|end| pose.position(end).x).sum::<f32>();
+            }
+        }
+        pose.copy_from(&scene);
+    });
+    assert_eq!(count, 0);
+    assert!(tips > 0.0);
+    assert_eq!(pose, rest);
+}

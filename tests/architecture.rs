@@ -1,0 +1,275 @@
+//! The shape of the source: who may use whom, and what stays out.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The modules of the library, each with the modules that it may use, all of which stand before it. Data flows in one
+/// direction: bytes, format, scene, steps and poses, outputs. `lib` only re-exports.
+///
+/// `format` uses `gltf` for one thing: both the reader of glTF and the proof of an export stand on the same access to
+/// a glTF file.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("error", &[]),
+    ("limits", &["error"]),
+    ("scene", &["error", "limits"]),
+    ("rotation", &["scene"]),
+    ("pose", &["error", "limits", "scene"]),
+    ("player", &["error", "limits", "scene", "pose"]),
+    ("survey", &["scene", "pose"]),
+    ("process", &["scene", "pose", "survey"]),
+    ("dump", &["error", "scene", "pose"]),
+    ("export", &["error"]),
+    ("bvh", &["error", "scene", "pose", "rotation", "export"]),
+    ("gltf", &["error", "scene", "pose", "export"]),
+    ("format", &["error", "limits", "scene", "rotation", "gltf"]),
+    (
+        "arrays",
+        &["error", "limits", "scene", "pose", "rotation", "survey", "gltf"],
+    ),
+    ("import", &["error", "limits", "scene", "format", "process"]),
+    ("verify", &["error", "scene", "pose", "process", "gltf", "import"]),
+    ("render", &["error", "scene", "pose", "rotation", "survey"]),
+];
+
+/// The source of one file without comments and without its tests.
+struct Source {
+    path: PathBuf,
+    /// Line numbers and lines.
+    code: Vec<(usize, String)>,
+}
+
+impl Source {
+    fn read(path: PathBuf) -> Self {
+        let text = fs::read_to_string(&path).unwrap();
+        let lines = text
+            .lines()
+            .take_while(|line| line.trim() != "#[cfg(test)]")
+            .enumerate();
+        let code = lines.filter(|(_, line)| !line.trim_start().starts_with("//"));
+        Self {
+            code: code.map(|(index, line)| (index + 1, line.to_owned())).collect(),
+            path,
+        }
+    }
+
+    /// `bin/mocap`, or the module of the library that the file belongs to: the first part of its path below `src`.
+    fn module(&self) -> String {
+        let below = self.path.strip_prefix("src").unwrap().with_extension("");
+        let first = below.components().next().unwrap().as_os_str().to_str().unwrap();
+        if first == "bin" {
+            "bin/mocap".to_owned()
+        } else {
+            first.to_owned()
+        }
+    }
+
+    /// What follows each `prefix` in the code, up to the end of the name, with its place. A list in braces counts as
+    /// each of its names.
+    fn names_after(&self, prefix: &str) -> Vec<(String, String)> {
+        let mut names = Vec::new();
+        for (number, line) in &self.code {
+            let place = format!("{}:{number}", self.path.display());
+            for rest in line.split(prefix).skip(1) {
+                let list = match rest.strip_prefix('{') {
+                    Some(list) => list.split(',').map(str::trim).collect(),
+                    None => vec![rest],
+                };
+                for item in list {
+                    let end = item
+                        .find(|c: char| !c.is_alphanumeric() && c != '_')
+                        .unwrap_or(item.len());
+                    if end > 0 {
+                        names.push((place.clone(), item[..end].to_owned()));
+                    }
+                }
+            }
+        }
+        names
+    }
+}
+
+fn sources() -> Vec<Source> {
+    fn collect(folder: &Path, sources: &mut Vec<Source>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                collect(&path, sources);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                sources.push(Source::read(path));
+            }
+        }
+    }
+    let mut sources = Vec::new();
+    collect(Path::new("src"), &mut sources);
+    assert!(sources.len() > 10, "the source is somewhere else");
+    sources
+}
+
+fn report(failures: &[String]) {
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+#[test]
+fn modules_use_only_what_stands_before_them() {
+    let mut failures = Vec::new();
+    for source in sources() {
+        let module = source.module();
+        if module == "lib" || module == "bin/mocap" {
+            continue;
+        }
+        let Some((_, allowed)) = MAY_USE.iter().find(|(name, _)| *name == module) else {
+            failures.push(format!(
+                "{}: the table has no row for `{module}`",
+                source.path.display()
+            ));
+            continue;
+        };
+        for (place, used) in source.names_after("crate::") {
+            if used.starts_with(char::is_uppercase) {
+                failures.push(format!("{place}: name the module that owns `{used}`"));
+            } else if used != module && !allowed.contains(&&*used) {
+                failures.push(format!("{place}: `{module}` uses `{used}`"));
+            }
+        }
+    }
+    report(&failures);
+}
+
+#[test]
+fn the_table_is_without_circles() {
+    for (position, (module, allowed)) in MAY_USE.iter().enumerate() {
+        for used in *allowed {
+            let place = MAY_USE.iter().position(|(name, _)| name == used);
+            assert!(
+                place.is_some_and(|place| place < position),
+                "{module} uses {used}, which does not stand before it"
+            );
+        }
+    }
+}
+
+/// The part of `format` that a file belongs to: the name of a file or folder right below `src/format`.
+fn part_of_format(path: &Path) -> Option<String> {
+    let below = path.strip_prefix("src/format").ok()?.with_extension("");
+    Some(below.components().next()?.as_os_str().to_str()?.to_owned())
+}
+
+#[test]
+fn a_format_knows_no_other_format() {
+    let sources = sources();
+    // What has a row for the table is a format; the others are shared.
+    let has_row = |source: &&Source| {
+        source
+            .code
+            .iter()
+            .any(|(_, line)| line.contains("const FORMAT: FormatInfo"))
+    };
+    let formats: Vec<String> = sources
+        .iter()
+        .filter(has_row)
+        .filter_map(|source| part_of_format(&source.path))
+        .collect();
+    assert!(formats.len() >= 3, "{formats:?}");
+    let mut failures = Vec::new();
+    for source in &sources {
+        let Some(own) = part_of_format(&source.path) else {
+            continue;
+        };
+        for prefix in ["super::", "format::"] {
+            for (place, used) in source.names_after(prefix) {
+                if used != own && formats.contains(&used) {
+                    failures.push(format!("{place}: `{own}` uses `{used}`"));
+                }
+            }
+        }
+    }
+    report(&failures);
+}
+
+#[test]
+fn a_step_calls_no_other_step() {
+    let sources = sources();
+    let is_step = |path: &Path| path.starts_with("src/process");
+    let step = |path: &Path| path.file_stem().unwrap().to_str().unwrap().to_owned();
+    let steps: Vec<String> = sources
+        .iter()
+        .filter(|source| is_step(&source.path))
+        .filter(|source| {
+            source
+                .code
+                .iter()
+                .any(|(_, line)| line.starts_with(&format!("pub fn {}(", step(&source.path))))
+        })
+        .map(|source| step(&source.path))
+        .collect();
+    assert!(steps.iter().any(|name| name == "debone"), "{steps:?}");
+    let mut failures = Vec::new();
+    for source in sources.iter().filter(|source| is_step(&source.path)) {
+        for (number, line) in &source.code {
+            for name in steps.iter().filter(|name| **name != step(&source.path)) {
+                if line
+                    .split(|c: char| !c.is_alphanumeric() && c != '_' && c != '(')
+                    .any(|word| word.starts_with(&format!("{name}(")))
+                {
+                    failures.push(format!("{}:{number}: calls {name}", source.path.display()));
+                }
+            }
+        }
+    }
+    report(&failures);
+}
+
+#[test]
+fn the_program_uses_only_the_public_interface() {
+    // It is a crate of its own, so the compiler sees to it, unless a file of the library is pulled in by its path.
+    let mut failures = Vec::new();
+    for source in sources().iter().filter(|source| source.module() == "bin/mocap") {
+        for (number, line) in &source.code {
+            if line.contains("#[path") || line.contains("include!") {
+                failures.push(format!("{}:{number}: {line}", source.path.display()));
+            }
+        }
+    }
+    report(&failures);
+}
+
+#[test]
+fn only_import_opens_an_input_and_only_export_writes_an_output() {
+    let mut failures = Vec::new();
+    for source in sources() {
+        let module = source.module();
+        if module == "bin/mocap" {
+            continue;
+        }
+        for (number, line) in &source.code {
+            let reads = line.contains("File::open") || line.contains("fs::read") || line.contains("fs::metadata");
+            let writes = line.contains("File::create") || line.contains("fs::write") || line.contains("tempfile");
+            if (reads && module != "import") || (writes && module != "export") {
+                failures.push(format!("{}:{number}: {line}", source.path.display()));
+            }
+        }
+    }
+    report(&failures);
+}
+
+#[test]
+fn nothing_names_a_path_outside_the_repository() {
+    let mut failures = Vec::new();
+    for folder in ["src", "tests"] {
+        let mut folders = vec![PathBuf::from(folder)];
+        while let Some(folder) = folders.pop() {
+            for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if path.is_dir() {
+                    folders.push(path);
+                } else if let Ok(text) = fs::read_to_string(&path) {
+                    // Written in two parts, because this file is searched too.
+                    let outside = concat!("../", "shared");
+                    if text.contains(outside) {
+                        failures.push(format!("{} names {outside}", path.display()));
+                    }
+                }
+            }
+        }
+    }
+    report(&failures);
+}

@@ -1,0 +1,403 @@
+//! Arrays against the independent kinematics, closed forms, and what the files say.
+
+mod kinematics;
+
+use std::fs;
+
+use kinematics::{Capture, Column, Root, distance, multiply, turn};
+use mocap::arrays::{Arrays, Contacts, Moment, Options, Rotation, RotationSpace, Space, arrays, csv, npz};
+use mocap::scene::{RotationOrder, UpAxis};
+use mocap::{Code, Importer, Scene, SkeletonMesh};
+
+/// As a share of the skeleton's height.
+const TOLERANCE: f64 = 1e-5;
+
+/// Five dialects: a plain file, one whose root adds to its OFFSET, one with six channels a joint that move, one whose
+/// joints turn in different orders, and one with NaN among the values.
+const DIALECTS: [(&str, Root); 5] = [
+    ("cmu_12_01_walk", Root::Replace),
+    ("additive_root_walk", Root::Add),
+    ("perception_neuron_moving_positions", Root::Replace),
+    ("cmu_mixed_rotation_orders", Root::Replace),
+    ("nan_tokens", Root::Add),
+];
+
+fn bytes(name: &str) -> Vec<u8> {
+    fs::read(format!("fixtures/real/{name}.bvh")).unwrap()
+}
+
+fn import(name: &str) -> Scene {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    importer.read(&bytes(name), name).unwrap()
+}
+
+fn motion(name: &str, options: &Options) -> Arrays {
+    arrays(&import(name), options).unwrap()
+}
+
+/// The three values of `row`.
+fn point(values: &[f32], row: usize) -> [f64; 3] {
+    std::array::from_fn(|axis| f64::from(values[3 * row + axis]))
+}
+
+/// The largest distance of `positions`, frames x joints x 3, from where the text of the file puts the joints.
+fn largest_error(positions: &[f32], capture: &Capture, root: Root) -> f64 {
+    let joints = capture.nodes.len();
+    assert_eq!(positions.len(), 3 * joints * capture.rows.len());
+    let frames = (0..capture.rows.len()).map(|frame| (frame, capture.placements(frame, root)));
+    let errors = frames.flat_map(|(frame, placements)| {
+        let rows = placements.into_iter().enumerate();
+        rows.map(move |(joint, placement)| distance(point(positions, frame * joints + joint), placement.position))
+            .collect::<Vec<_>>()
+    });
+    // NaN would lose every comparison.
+    errors.fold(0.0, |largest, error| if error <= largest { largest } else { error })
+}
+
+#[test]
+fn positions_are_those_of_the_kinematics() {
+    for (name, root) in DIALECTS {
+        let capture = Capture::parse(&bytes(name));
+        let motion = motion(name, &Options::default());
+        let error = largest_error(&motion.positions, &capture, root) / capture.height(root);
+        assert!(error <= TOLERANCE, "{name}: {error:e} of height");
+        let names: Vec<&str> = motion.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let expected: Vec<&str> = capture.nodes.iter().map(|node| node.name.as_str()).collect();
+        assert_eq!(names, expected);
+        for (joint, node) in motion.joints().iter().zip(&capture.nodes) {
+            assert_eq!(joint.parent, node.parent);
+            assert_eq!(joint.offset.to_array(), node.offset.map(|value| value as f32));
+        }
+    }
+}
+
+#[test]
+fn the_csv_holds_the_same_positions() {
+    for (name, root) in DIALECTS {
+        let capture = Capture::parse(&bytes(name));
+        let text = csv::write(&motion(name, &Options::default()));
+        let mut positions: Vec<f32> = Vec::new();
+        for (row, line) in text.lines().skip(2).enumerate() {
+            let fields: Vec<&str> = line.split(',').collect();
+            let (frame, joint) = (row / capture.nodes.len(), row % capture.nodes.len());
+            assert_eq!(
+                (fields[0], fields[2]),
+                (frame.to_string().as_str(), capture.nodes[joint].name.as_str())
+            );
+            positions.extend(fields[3..6].iter().map(|field| field.parse::<f32>().unwrap()));
+        }
+        let error = largest_error(&positions, &capture, root) / capture.height(root);
+        assert!(error <= TOLERANCE, "{name}: {error:e} of height");
+    }
+}
+
+/// The values of an array of 32-bit floats in an archive without compression, found by the name of its file.
+fn floats_in(archive: &[u8], name: &str) -> Vec<f32> {
+    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
+    let mut file = archive.by_name(&format!("{name}.npy")).unwrap();
+    let mut npy = Vec::new();
+    std::io::Read::read_to_end(&mut file, &mut npy).unwrap();
+    let header = usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    assert_eq!((10 + header) % 64, 0, "the values are not aligned");
+    let values = npy[10 + header..].chunks_exact(4);
+    values
+        .map(|value| f32::from_le_bytes(value.try_into().unwrap()))
+        .collect()
+}
+
+#[test]
+fn the_npz_holds_the_same_positions() {
+    for (name, root) in DIALECTS {
+        let capture = Capture::parse(&bytes(name));
+        let archive = npz::write(&motion(name, &Options::default()));
+        let error = largest_error(&floats_in(&archive, "positions"), &capture, root) / capture.height(root);
+        assert!(error <= TOLERANCE, "{name}: {error:e} of height");
+    }
+}
+
+#[test]
+fn every_form_of_rotation_is_that_of_the_kinematics() {
+    let capture = Capture::parse(&bytes("cmu_mixed_rotation_orders"));
+    let joints = capture.nodes.len();
+    let in_world = |rotation| Options {
+        rotation,
+        rotation_space: RotationSpace::World,
+        ..Options::default()
+    };
+    let read = |rotation| motion("cmu_mixed_rotation_orders", &in_world(rotation));
+    let (matrices, six, quaternions) = (read(Rotation::Matrix), read(Rotation::SixD), read(Rotation::Quaternion));
+    for frame in 0..capture.rows.len() {
+        for (joint, placement) in capture.placements(frame, Root::Replace).iter().enumerate() {
+            let row = frame * joints + joint;
+            let expected = placement.rotation.as_flattened();
+            let found = &matrices.rotations[9 * row..][..9];
+            let is_close = |(a, b): (&f32, &f64)| (f64::from(*a) - b).abs() < 1e-5;
+            assert!(
+                found.iter().zip(expected).all(is_close),
+                "{frame} {joint}: {found:?}, {expected:?}"
+            );
+
+            let columns = [0, 3, 6, 1, 4, 7].map(|place| expected[place]);
+            assert!(six.rotations[6 * row..][..6].iter().zip(&columns).all(is_close));
+
+            // A quaternion's matrix, element by element.
+            let [x, y, z, w]: [f64; 4] = std::array::from_fn(|i| f64::from(quaternions.rotations[4 * row + i]));
+            let first_column = [
+                1.0 - 2.0 * (y * y + z * z),
+                2.0 * (x * y + w * z),
+                2.0 * (x * z - w * y),
+            ];
+            let expected = [0, 3, 6].map(|place| expected[place]);
+            assert!(distance(first_column, expected) < 1e-5);
+        }
+    }
+}
+
+#[test]
+fn euler_angles_are_those_of_the_file() {
+    let name = "cmu_mixed_rotation_orders";
+    let capture = Capture::parse(&bytes(name));
+    let options = Options {
+        rotation: Rotation::Euler,
+        ..Options::default()
+    };
+    let motion = motion(name, &options);
+    let joints = capture.nodes.len();
+    assert_eq!(motion.joints()[0].rotation_order, Some(RotationOrder::Zyx));
+    for (frame, row) in capture.rows.iter().enumerate() {
+        let mut column = 0;
+        for (joint, node) in capture.nodes.iter().enumerate() {
+            let angles = point(&motion.rotations, frame * joints + joint);
+            for driven in &node.columns {
+                if let Column::Rotation(axis) = *driven {
+                    // The file keeps the middle angle within a quarter turn, so there is one way to write each.
+                    let turns = (angles[axis] - row[column]) / 360.0;
+                    assert!(
+                        (turns - turns.round()).abs() * 360.0 < 1e-2,
+                        "{frame} {}: {angles:?}",
+                        node.name
+                    );
+                }
+                column += 1;
+            }
+        }
+    }
+}
+
+#[test]
+fn seen_from_the_root_and_from_the_parent_the_chain_is_the_same() {
+    let name = "cmu_short";
+    let world = motion(name, &Options::default());
+    let space = |space| {
+        motion(
+            name,
+            &Options {
+                space,
+                ..Options::default()
+            },
+        )
+    };
+    let (root, local) = (space(Space::Root), space(Space::Local));
+    let joints = world.joints().len();
+    for frame in 0..world.frames {
+        let hips = point(&world.positions, frame * joints);
+        for joint in 0..joints {
+            let row = frame * joints + joint;
+            let expected: [f64; 3] = std::array::from_fn(|axis| point(&world.positions, row)[axis] - hips[axis]);
+            assert!(distance(point(&root.positions, row), expected) < 1e-4);
+            if joint > 0 {
+                // CMU's joints below the root have no position channels.
+                let offset = local.joints()[joint].offset.to_array().map(f64::from);
+                assert!(distance(point(&local.positions, row), offset) < 1e-5);
+            }
+        }
+    }
+    assert_eq!(point(&local.positions, 0), point(&world.positions, 0));
+}
+
+#[test]
+fn what_is_left_out_does_not_break_the_chain() {
+    let options = |joints: Option<&str>| Options {
+        joints: joints.map(str::to_owned),
+        space: Space::Local,
+        rotation: Rotation::Matrix,
+        ..Options::default()
+    };
+    let world = motion("cmu_short", &Options::default());
+    let some = motion("cmu_short", &options(Some("^(Hips|LeftFoot|LeftToeBase)$")));
+    let names: Vec<&str> = some.joints().iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!(names, ["Hips", "LeftFoot", "LeftToeBase"]);
+    let parents: Vec<_> = some.joints().iter().map(|joint| joint.parent).collect();
+    assert_eq!(parents, [None, Some(0), Some(1)]);
+    let index = |name: &str| world.joints().iter().position(|joint| joint.name == name).unwrap();
+    let (foot, toe) = (index("LeftFoot"), index("LeftToeBase"));
+    for frame in 0..world.frames {
+        // Down the listed chain: each position is turned by the rotations above it.
+        let mut position = [0.0; 3];
+        let mut rotation = turn(0, 0.0);
+        for (joint, everywhere) in [(0, 0), (1, foot), (2, toe)] {
+            let local = point(&some.positions, 3 * frame + joint);
+            let turned: [f64; 3] = std::array::from_fn(|i| (0..3).map(|k| rotation[i][k] * local[k]).sum());
+            position = std::array::from_fn(|axis| position[axis] + turned[axis]);
+            let expected = point(&world.positions, frame * world.joints().len() + everywhere);
+            assert!(
+                distance(position, expected) < 1e-3,
+                "{frame} {joint}: {position:?}, {expected:?}"
+            );
+            let own = &some.rotations[9 * (3 * frame + joint)..][..9];
+            let own = std::array::from_fn(|i| std::array::from_fn(|k| f64::from(own[3 * i + k])));
+            rotation = multiply(rotation, own);
+        }
+    }
+}
+
+#[test]
+fn unit_axes_frames_and_length_are_those_asked_for() {
+    let scene = import("lecture_Test");
+    let options = Options {
+        metres_per_unit: Some(0.01),
+        file_metres_per_unit: Some(1.0),
+        up: Some(UpAxis::Z),
+        file_up: Some(UpAxis::Y),
+        frames_per_second: Some(20.0),
+        first: Some(Moment::Seconds(0.2)),
+        last: Some(Moment::Frame(5)),
+        velocities: true,
+        ..Options::default()
+    };
+    let motion = arrays(&scene, &options).unwrap();
+    // Ten frames a second, the fourth is frame 2 + 4 / 2.
+    assert_eq!((motion.frames, motion.frame_rate()), (7, 20.0));
+    // The shoulder is at (0.1 (n + 1), 0.02 n, 0): what was y is z now, and a metre 100 units.
+    let joints = motion.joints().len();
+    for frame in 0..7 {
+        let n = 2.0 + f64::from(frame as u8) / 2.0;
+        let expected = [10.0 * (n + 1.0), 0.0, 2.0 * n];
+        assert!(distance(point(&motion.positions, frame * joints), expected) < 1e-4);
+        // (0.1, 0.02) metres a tick at ten ticks a second.
+        let velocity = point(motion.velocities.as_ref().unwrap(), frame * joints);
+        assert!(distance(velocity, [100.0, 0.0, 20.0]) < 1e-2, "{velocity:?}");
+    }
+    assert_eq!(motion.joints()[1].offset.x, 200.0);
+    assert_eq!(
+        (motion.header.metres_per_unit, motion.header.up),
+        (Some(0.01), Some(UpAxis::Z))
+    );
+}
+
+#[test]
+fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
+    // One joint that stands for five frames, rises by a metre a frame for two, and stands up there.
+    let heights = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0];
+    let rows: String = heights.iter().map(|height| format!("0 {height} 0\n")).collect();
+    let text = format!(
+        "HIERARCHY\nROOT Foot\n{{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}}\n\
+         MOTION\nFrames: {}\nFrame Time: 0.1\n{rows}",
+        heights.len()
+    );
+    let scene = Importer::new().read(text.as_bytes(), "foot.bvh").unwrap();
+    let options = |height| Options {
+        contacts: Some(Contacts {
+            height,
+            ..Contacts::default()
+        }),
+        file_metres_per_unit: Some(1.0),
+        file_up: Some(UpAxis::Y),
+        ..Options::default()
+    };
+    let contacts = |height| arrays(&scene, &options(height)).unwrap().contacts.unwrap();
+    // Frame 4 is low, but its central difference is 5 m/s already.
+    assert_eq!(
+        contacts(0.05),
+        [true, true, true, true, false, false, false, false, false]
+    );
+    assert_eq!(contacts(3.0), [true, true, true, true, false, false, false, true, true]);
+}
+
+#[test]
+fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
+    let options = Options {
+        contacts: Some(Contacts {
+            feet: "^(Left|Right)ToeBase$".to_owned(),
+            ..Contacts::default()
+        }),
+        ..Options::default()
+    };
+    let motion = motion("cmu_12_01_walk", &options);
+    let contacts = motion.contacts.as_ref().unwrap();
+    let index = |name: &str| motion.joints().iter().position(|joint| joint.name == name).unwrap();
+    let (left, right) = (index("LeftToeBase"), index("RightToeBase"));
+    let count = |test: fn(bool, bool) -> bool| {
+        let frames = contacts.chunks(motion.joints().len());
+        frames.filter(|frame| test(frame[left], frame[right])).count() as f64 / motion.frames as f64
+    };
+    // Of a cycle of walking a foot stands for about 60 % and swings for 40 %: Perry, Gait Analysis, 1992.
+    for stance in [count(|left, _| left), count(|_, right| right)] {
+        assert!((0.4..0.75).contains(&stance), "{stance}");
+    }
+    assert!(count(|left, right| left || right) > 0.85);
+}
+
+#[test]
+fn without_motion_there_are_joints_and_no_frames() {
+    let motion = motion(
+        "latin1_name_no_motion",
+        &Options {
+            velocities: true,
+            ..Options::default()
+        },
+    );
+    assert_eq!(
+        (motion.frames, motion.frame_rate(), motion.positions.len()),
+        (0, 0.0, 0)
+    );
+    assert!(!motion.joints().is_empty());
+    assert!(!npz::write(&motion).is_empty());
+    assert_eq!(csv::write(&motion).lines().count(), 2);
+}
+
+#[test]
+fn the_header_tells_where_the_numbers_come_from() {
+    let motion = motion("nan_tokens", &Options::default());
+    let header: serde_json::Value = serde_json::from_str(&motion.header.to_json()).unwrap();
+    assert_eq!(header["provenance"]["root_offset"]["policy"], "add");
+    assert_eq!(header["provenance"]["source"]["name"], "nan_tokens");
+    assert_eq!(header["provenance"]["frames"], 120);
+    assert_eq!(header["rotation"], "quat");
+}
+
+#[test]
+fn options_without_a_meaning_are_refused() {
+    let scene = import("lecture_Test");
+    let wrong = [
+        Options {
+            joints: Some("nobody".to_owned()),
+            ..Options::default()
+        },
+        Options {
+            joints: Some("(".to_owned()),
+            ..Options::default()
+        },
+        Options {
+            frames_per_second: Some(0.0),
+            ..Options::default()
+        },
+        Options {
+            metres_per_unit: Some(f64::NAN),
+            ..Options::default()
+        },
+        Options {
+            contacts: Some(Contacts::default()),
+            ..Options::default()
+        },
+    ];
+    for options in wrong {
+        let error = arrays(&scene, &options).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownOption, "{error}");
+    }
+    let options = Options {
+        frames_per_second: Some(1e12),
+        ..Options::default()
+    };
+    assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
+}

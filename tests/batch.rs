@@ -1,0 +1,302 @@
+//! Many files through the program: nothing is lost, nothing is half, and the same files come out however it is run.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use serde_json::Value;
+
+const MANIFEST: &str = "mocap-manifest.jsonl";
+
+fn mocap(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
+    command
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+fn run(args: &[&str]) -> Output {
+    mocap(args).output().unwrap()
+}
+
+/// An input folder with nested folders, and a place for outputs.
+struct Corpus {
+    folder: tempfile::TempDir,
+}
+
+impl Corpus {
+    /// `copies` of a real capture, each with a length of its own.
+    fn new(copies: usize) -> Self {
+        let corpus = Self {
+            folder: tempfile::tempdir().unwrap(),
+        };
+        let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+        let rows = text
+            .lines()
+            .skip_while(|line| !line.starts_with("Frame Time"))
+            .skip(1)
+            .count();
+        for copy in 0..copies {
+            let frames = rows - copy % rows;
+            let shorter = text.replace(&format!("Frames: {rows}"), &format!("Frames: {frames}"));
+            let lines = shorter.lines().count() - (rows - frames);
+            let kept: Vec<&str> = shorter.lines().take(lines).collect();
+            corpus.add(&format!("{}/take {copy:03}.bvh", copy % 3), &kept.join("\n"));
+        }
+        corpus
+    }
+
+    fn add(&self, relative: &str, text: &str) {
+        let path = self.inputs().join(relative);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    fn inputs(&self) -> PathBuf {
+        self.folder.path().join("in")
+    }
+
+    fn output(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Converts everything to a folder of this name, and gives the exit code.
+    fn convert(&self, name: &str, options: &[&str]) -> Option<i32> {
+        let (inputs, output) = (self.inputs(), self.output(name));
+        let mut args = vec![
+            "convert",
+            inputs.to_str().unwrap(),
+            "-o",
+            output.to_str().unwrap(),
+            "-q",
+        ];
+        args.extend(options);
+        run(&args).status.code()
+    }
+}
+
+/// Every file below `folder` by its relative path. The seconds in a manifest, which no two runs share, are left out.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for path in fs::read_dir(next).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let mut bytes = fs::read(&path).unwrap();
+                if path.ends_with(MANIFEST) {
+                    bytes = records(folder)
+                        .iter()
+                        .map(|record| record.to_string() + "\n")
+                        .collect::<String>()
+                        .into();
+                }
+                files.insert(path.strip_prefix(folder).unwrap().to_owned(), bytes);
+            }
+        }
+    }
+    files
+}
+
+/// The manifest in `folder`, without seconds.
+fn records(folder: &Path) -> Vec<Value> {
+    let text = fs::read_to_string(folder.join(MANIFEST)).unwrap();
+    let record = |line: &str| {
+        let mut record: Value = serde_json::from_str(line).unwrap();
+        assert!(record["seconds"].as_f64().unwrap() > 0.0);
+        record.as_object_mut().unwrap().remove("seconds");
+        record
+    };
+    text.lines().map(record).collect()
+}
+
+#[test]
+fn many_files_become_what_each_becomes_alone() {
+    let corpus = Corpus::new(7);
+    assert_eq!(corpus.convert("out", &[]), Some(0));
+    let files = contents(&corpus.output("out"));
+    assert_eq!(files.len(), 8);
+    for copy in 0..7 {
+        let input = corpus.inputs().join(format!("{}/take {copy:03}.bvh", copy % 3));
+        let alone = corpus.output("alone.glb");
+        assert!(
+            run(&["convert", input.to_str().unwrap(), alone.to_str().unwrap()])
+                .status
+                .success()
+        );
+        let of_many = &files[Path::new(&format!("{}/take {copy:03}.glb", copy % 3))];
+        assert!(fs::read(alone).unwrap() == *of_many, "{}", input.display());
+    }
+    let records = records(&corpus.output("out"));
+    let inputs: Vec<&str> = records.iter().map(|record| record["input"].as_str().unwrap()).collect();
+    assert!(inputs.is_sorted() && inputs.len() == 7, "{inputs:?}");
+    let first = fs::read(corpus.inputs().join("0/take 000.bvh")).unwrap();
+    assert_eq!(records[0]["blake3"], blake3::hash(&first).to_string());
+    assert_eq!(records[0]["bytes"], first.len());
+    assert_eq!(records[0]["output"], "0/take 000.glb");
+}
+
+#[test]
+fn any_number_of_threads_and_shards_makes_the_same_folder() {
+    let corpus = Corpus::new(12);
+    assert_eq!(corpus.convert("1", &["--threads", "1"]), Some(0));
+    let expected = contents(&corpus.output("1"));
+    for threads in ["2", "7"] {
+        assert_eq!(corpus.convert(threads, &["--threads", threads]), Some(0));
+        assert!(contents(&corpus.output(threads)) == expected, "{threads} threads");
+    }
+    for shard in ["1/3", "2/3", "3/3"] {
+        assert_eq!(corpus.convert("shards", &["--shard", shard]), Some(0));
+    }
+    let shards = corpus.output("shards");
+    assert!(run(&["merge-manifest", shards.to_str().unwrap()]).status.success());
+    assert!(contents(&shards) == expected);
+    // Nothing is left to do for a run that is not divided.
+    assert_eq!(corpus.convert("shards", &["--resume"]), Some(0));
+    assert!(contents(&shards) == expected);
+}
+
+#[test]
+fn a_bad_file_stops_no_other() {
+    let corpus = Corpus::new(4);
+    corpus.add("0/bad.bvh", "HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n");
+    corpus.add("0/empty.bvh", "");
+    corpus.add("notes.txt", "no motion, and not looked at");
+    let (inputs, output) = (corpus.inputs(), corpus.output("out"));
+    let missing = corpus.output("missing.bvh");
+    let paths = [&inputs, &missing].map(|path| path.to_str().unwrap());
+    let out = run(&["convert", paths[0], paths[1], "-o", output.to_str().unwrap()]);
+    assert_eq!(out.status.code(), Some(3));
+    let words = String::from_utf8(out.stderr).unwrap();
+    assert!(
+        words.contains("4 of 7 files converted, 0 done before, 3 failed"),
+        "{words}"
+    );
+    assert!(words.contains("bad.bvh:3:12: error[invalid-number]"), "{words}");
+    let failed: Vec<_> = records(&output)
+        .into_iter()
+        .filter(|record| !record["error"].is_null())
+        .collect();
+    let inputs: Vec<&str> = failed.iter().map(|record| record["input"].as_str().unwrap()).collect();
+    assert_eq!(inputs, ["0/bad.bvh", "0/empty.bvh", "missing.bvh"]);
+    assert!(failed.iter().all(|record| record["output"].is_null()));
+    assert_eq!(contents(&output).len(), 5);
+}
+
+#[test]
+fn only_what_changed_is_converted_again() {
+    let corpus = Corpus::new(3);
+    assert_eq!(corpus.convert("out", &[]), Some(0));
+    let made = |name: &str| {
+        fs::metadata(corpus.output("out").join(name))
+            .unwrap()
+            .modified()
+            .unwrap()
+    };
+    let names = ["0/take 000.glb", "1/take 001.glb", "2/take 002.glb"];
+    let before = names.map(made);
+    let text = fs::read_to_string(corpus.inputs().join("1/take 001.bvh")).unwrap();
+    corpus.add(
+        "1/take 001.bvh",
+        &text.replace("Frame Time: .0083333", "Frame Time: .01"),
+    );
+    fs::remove_file(corpus.output("out").join(names[2])).unwrap();
+    assert_eq!(corpus.convert("out", &["--resume"]), Some(0));
+    assert_eq!(made(names[0]), before[0]);
+    assert!(made(names[1]) > before[1] && made(names[2]) > before[2]);
+    assert_eq!(corpus.convert("out", &["--resume", "--mesh", "none"]), Some(0));
+    assert!(made(names[0]) > before[0]);
+}
+
+#[test]
+fn a_killed_run_leaves_nothing_half_and_goes_on() {
+    let corpus = Corpus::new(60);
+    assert_eq!(corpus.convert("whole", &[]), Some(0));
+    let expected = contents(&corpus.output("whole"));
+    let (inputs, output) = (corpus.inputs(), corpus.output("killed"));
+    let args = [
+        "convert",
+        inputs.to_str().unwrap(),
+        "-o",
+        output.to_str().unwrap(),
+        "--resume",
+    ];
+    for milliseconds in [1, 3, 5, 8, 12, 17, 4, 9, 2, 6] {
+        let mut child = mocap(&args).spawn().unwrap();
+        sleep(Duration::from_millis(milliseconds));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        for path in expected.keys().filter(|path| !path.ends_with(MANIFEST)) {
+            if let Ok(bytes) = fs::read(output.join(path)) {
+                assert!(bytes == expected[path], "{} is not whole", path.display());
+            }
+        }
+    }
+    assert!(run(&args).status.success());
+    assert!(contents(&output) == expected);
+}
+
+#[test]
+fn progress_is_lines_of_json_for_programs() {
+    let corpus = Corpus::new(3);
+    let (inputs, output) = (corpus.inputs(), corpus.output("out"));
+    let args = [
+        "convert",
+        inputs.to_str().unwrap(),
+        "-o",
+        output.to_str().unwrap(),
+        "--progress",
+        "json",
+    ];
+    let words = String::from_utf8(run(&args).stderr).unwrap();
+    let last = words.lines().rfind(|line| line.starts_with('{')).unwrap();
+    let counts: Value = serde_json::from_str(last).unwrap();
+    assert_eq!(counts["files"], 3);
+    assert_eq!(counts["done"], 3);
+    assert_eq!(counts["failed"], 0);
+    assert_eq!(counts["bytes"], counts["bytes_done"]);
+}
+
+// Where files may differ by the case of their letters alone.
+#[cfg(target_os = "linux")]
+#[test]
+fn inputs_that_claim_one_output_keep_their_extensions() {
+    let corpus = Corpus::new(1);
+    let text = fs::read_to_string(corpus.inputs().join("0/take 000.bvh")).unwrap();
+    corpus.add("0/take 000.BVH", &text);
+    assert_eq!(corpus.convert("out", &[]), Some(0));
+    let names: Vec<_> = contents(&corpus.output("out")).into_keys().collect();
+    assert_eq!(
+        names,
+        ["0/take 000.BVH.glb", "0/take 000.bvh.glb", MANIFEST].map(PathBuf::from)
+    );
+}
+
+#[test]
+fn check_prints_a_folder_in_its_order() {
+    let corpus = Corpus::new(40);
+    corpus.add("0/bad.bvh", "HIERARCHY");
+    let lines = |threads: &str| {
+        let out = run(&[
+            "check",
+            corpus.inputs().to_str().unwrap(),
+            "--json",
+            "--threads",
+            threads,
+        ]);
+        assert_eq!(out.status.code(), Some(3));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let one = lines("1");
+    let files: Vec<Value> = one.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let names: Vec<&str> = files.iter().map(|line| line["file"].as_str().unwrap()).collect();
+    assert!(names.is_sorted() && names.len() == 41, "{names:?}");
+    assert_eq!(one, lines("7"));
+}

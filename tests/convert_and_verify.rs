@@ -1,0 +1,193 @@
+//! `mocap convert` and `mocap verify` from the outside: exit codes, what stands where, what is left behind.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn mocap(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn fixture(file: &str) -> String {
+    format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Runs `mocap convert` into a folder of its own.
+fn convert(file: &str, options: &[&str]) -> (tempfile::TempDir, PathBuf, Output) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.glb");
+    let input = fixture(file);
+    let arguments = [&["convert", &input, path.to_str().unwrap()], options].concat();
+    let output = mocap(&arguments);
+    (folder, path, output)
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn extras(path: &Path) -> serde_json::Value {
+    let file = gltf::Gltf::open(path).unwrap();
+    let extras = file.document.as_json().asset.extras.as_ref().unwrap();
+    serde_json::from_str::<serde_json::Value>(extras.get()).unwrap()["mocap"].clone()
+}
+
+#[test]
+fn a_converted_file_verifies_and_says_how_it_was_made() {
+    let (_folder, path, output) = convert("cmu_short.bvh", &["--verify", "--max-error", "0.00002"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(output.stdout.is_empty(), "words go to standard error");
+    for said in [
+        "unit: cmu, because",
+        "up: y, because",
+        "--drop-first-frame",
+        "75 frames, 38 joints:",
+    ] {
+        assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
+    }
+    let extras = extras(&path);
+    assert_eq!(extras["source"]["name"], "cmu_short.bvh");
+    // As `sha256sum` prints it.
+    let sum = "2a71be7a288068df60b2f8a81a5d3505275b34eb3d9a6f32563f79e417e46f9a";
+    assert_eq!(extras["source"]["sha256"], sum);
+    assert_eq!(
+        (&extras["frames"], &extras["source"]["frames"]),
+        (&75.into(), &75.into())
+    );
+    assert_eq!(extras["frame_time"], 0.0083333);
+    assert_eq!(extras["root_offset"]["policy"], "replace");
+    assert_eq!(extras["steps"][0]["step"], "convert_units");
+    assert_eq!(extras["steps"][0]["metres_per_unit"], 0.0254 / 0.45);
+
+    let verdict = mocap(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
+    assert!(verdict.status.success());
+    let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
+    assert_eq!(
+        (&verdict["ok"], &verdict["frames"], &verdict["joints"]),
+        (&true.into(), &75.into(), &38.into())
+    );
+    assert!(verdict["max_error"].as_f64().unwrap() < 2e-5);
+}
+
+#[test]
+fn options_change_the_file_and_verify_knows() {
+    let cases: [(&[&str], u64); 6] = [
+        (&["--unit", "1", "--up", "z"], 75),
+        (&["--trim", "10f..20f", "--in-place"], 11),
+        (&["--trim", "0.25.."], 45),
+        (&["--drop-first-frame", "auto", "--root-motion"], 74),
+        (&["--rest", "frame:5", "--mesh", "segmented", "--keep-constant"], 75),
+        (&["--mesh", "none", "--drop-first-frame", "yes", "--trim", "..30f"], 30),
+    ];
+    for (options, frames) in cases {
+        let (_folder, path, output) = convert("cmu_short.bvh", options);
+        assert!(output.status.success(), "{options:?}: {}", words(&output));
+        assert_eq!(extras(&path)["frames"], frames, "{options:?}");
+        let verdict = mocap(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
+        let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
+        assert_eq!(verdict["frames"], frames, "{options:?}");
+        assert!(verdict["max_error"].as_f64().unwrap() < 3e-5, "{options:?}: {verdict}");
+    }
+}
+
+#[test]
+fn another_frame_rate_keeps_the_jump_and_can_fail_the_check() {
+    let (_folder, path, output) = convert("cmu_short.bvh", &["--fps", "10", "--verify"]);
+    assert_eq!(
+        output.status.code(),
+        Some(1),
+        "a tenth of a second is too coarse for a millimetre"
+    );
+    assert!(words(&output).contains("more than the 1.0000 mm allowed"));
+    assert!(path.exists(), "the file is written and whole");
+    let animation = gltf::Gltf::open(&path).unwrap();
+    let input = animation
+        .document
+        .animations()
+        .next()
+        .unwrap()
+        .samplers()
+        .next()
+        .unwrap()
+        .input();
+    // Frames at 0, 0.1, ..., 0.6 seconds, and frame 1 of the file: where the motion begins after the T-pose.
+    assert_eq!(input.count(), 8);
+}
+
+#[test]
+fn a_broken_file_leaves_no_output_and_an_older_one_in_peace() {
+    let folder = tempfile::tempdir().unwrap();
+    let [broken, output] = ["broken.bvh", "broken.glb"].map(|name| folder.path().join(name));
+    let text = std::fs::read_to_string(fixture("lecture_Test.bvh")).unwrap();
+    std::fs::write(&broken, text.replacen("OFFSET", "OFFSET x", 1)).unwrap();
+    let run = || mocap(&["convert", broken.to_str().unwrap()]);
+    assert_eq!(run().status.code(), Some(1));
+    assert!(words(&run()).contains("error[invalid-number]"));
+    assert!(!output.exists());
+    std::fs::write(&output, "older").unwrap();
+    run();
+    assert_eq!(std::fs::read_to_string(&output).unwrap(), "older");
+    assert_eq!(folder.path().read_dir().unwrap().count(), 2, "nothing else is left");
+}
+
+#[test]
+fn verify_fails_on_the_wrong_source() {
+    let (_folder, path, _) = convert("cmu_short.bvh", &[]);
+    let path = path.to_str().unwrap();
+    let far = mocap(&["verify", &fixture("cmu_12_01_walk.bvh"), path]);
+    assert_eq!(far.status.code(), Some(1));
+    assert!(words(&far).contains("mm allowed"), "{}", words(&far));
+    let strange = mocap(&["verify", &fixture("lecture_Test.bvh"), path]);
+    assert_eq!(strange.status.code(), Some(1));
+    assert!(words(&strange).contains("no joint"), "{}", words(&strange));
+}
+
+#[test]
+fn what_no_option_means_is_wrong_usage() {
+    for options in [
+        ["--unit", "furlong"],
+        ["--unit", "-1"],
+        ["--trim", "5"],
+        ["--trim", "1..x"],
+        ["--rest", "frame"],
+        ["--fps", "0"],
+        ["--up", "x"],
+    ] {
+        let (_folder, path, output) = convert("lecture_Test.bvh", &options);
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        assert!(!path.exists());
+    }
+}
+
+#[test]
+fn a_rate_that_the_file_does_not_state_is_taken_from_the_option() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("still.bvh");
+    let text = std::fs::read_to_string(fixture("lecture_Test.bvh")).unwrap();
+    assert!(text.contains("Frame Time: .1"));
+    std::fs::write(&input, text.replace("Frame Time: .1", "Frame Time: 0")).unwrap();
+    let input = input.to_str().unwrap();
+    assert_eq!(mocap(&["convert", input]).status.code(), Some(1));
+    let output = mocap(&["convert", input, "--fps", "20", "--verify"]);
+    assert!(output.status.success(), "{}", words(&output));
+    assert_eq!(extras(&folder.path().join("still.glb"))["frames"], 10);
+}
+
+#[test]
+fn written_files_can_be_looked_into() {
+    let (_folder, path, _) = convert("cmu_short.bvh", &[]);
+    let info = mocap(&["info", path.to_str().unwrap(), "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    for (field, value) in [("nodes", 38), ("joints", 31), ("end_sites", 7), ("frames", 75)] {
+        assert_eq!(info[field], value, "{field}");
+    }
+    assert_eq!(info["format"], "gltf");
+    assert!(
+        mocap(&["pose", path.to_str().unwrap(), "--tick", "3", "--json"])
+            .status
+            .success()
+    );
+    assert!(mocap(&["dump", path.to_str().unwrap(), "tree"]).status.success());
+}

@@ -1,0 +1,11 @@
+//! What is written as glTF, read back by another implementation and compared.
+
+mod file;
+mod fixtures;
+mod import;
+#[path = "../kinematics/mod.rs"]
+mod kinematics;
+mod mesh;
+mod motion;
+mod read;
+mod scenes;

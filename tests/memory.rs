@@ -1,0 +1,186 @@
+//! What an import takes from the machine follows from the bytes that are there, not from the counts that they claim.
+//!
+//! The allocator counts for the whole process, so all cases stand in one test.
+
+use std::fs;
+
+use mocap::{Importer, Limits, SkeletonMesh};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static ALLOCATOR: PeakAlloc = PeakAlloc;
+
+/// Bytes of memory for a byte of input, without and with a skeleton mesh.
+///
+/// The densest input is a joint in 20 characters, `ROOT a{OFFSET 0 1 0}`, which becomes a node and a channel of some
+/// 500 bytes while it is read. The mesh adds the pointer on its parent (12 vertices with normals and indices, 336 bytes)
+/// and its own knob (24 vertices, 672 bytes), and while it is made the corners of both.
+const FACTORS: [(SkeletonMesh, usize); 2] = [(SkeletonMesh::None, 32), (SkeletonMesh::Segmented, 128)];
+
+/// What every import may take, however small the file: tables, messages, the growth of the first lists.
+const BASE: usize = 64 * 1024;
+
+/// The most memory in use at one time while `bytes` are imported, beyond what was in use before.
+fn peak(importer: &Importer, bytes: &[u8]) -> usize {
+    let before = ALLOCATOR.current_usage();
+    ALLOCATOR.reset_peak_usage();
+    let result = importer.read(bytes, "claims.bvh");
+    let peak = ALLOCATOR.peak_usage() - before;
+    drop(result);
+    peak
+}
+
+fn claims() -> Vec<(&'static str, String)> {
+    let motion =
+        |channels: &str, motion: &str| format!("HIERARCHY\nROOT a\n{{\nOFFSET 0 1 0\n{channels}\n}}\nMOTION\n{motion}");
+    let rows = "1 2 3 4 5 6\n".repeat(1000);
+    let six = "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation";
+    vec![
+        (
+            "frames without rows",
+            motion(six, "Frames: 4000000000\nFrame Time: .1\n"),
+        ),
+        (
+            "frames within the limit",
+            motion(six, "Frames: 170000000\nFrame Time: .1\n1 2 3 4 5 6\n"),
+        ),
+        (
+            "frames of nothing",
+            motion("CHANNELS 0", "Frames: 100000000\nFrame Time: .1\n"),
+        ),
+        (
+            "frames of nothing at all",
+            motion("", "Frames: 18446744073709551615\nFrame Time: .1\n"),
+        ),
+        (
+            "frames beyond any number",
+            motion(six, &format!("Frames: 1{}\nFrame Time: .1\n", "0".repeat(400))),
+        ),
+        (
+            "channels without names",
+            motion("CHANNELS 1000000000", "Frames: 1\nFrame Time: .1\n1\n"),
+        ),
+        (
+            "channels beyond any number",
+            motion("CHANNELS 99999999999999999999", "Frames: 1\nFrame Time: .1\n1\n"),
+        ),
+        (
+            "rows, and a claim of many more",
+            motion(six, &format!("Frames: 100000000\nFrame Time: .1\n{rows}")),
+        ),
+        (
+            "rows of one digit",
+            motion(
+                "CHANNELS 1 Zrotation",
+                &format!("Frames: 50000\nFrame Time: 1\n{}", "7\n".repeat(50_000)),
+            ),
+        ),
+        (
+            "rows of wrong length",
+            motion(
+                six,
+                &format!("Frames: 20000\nFrame Time: 1\n{}", "7\n7 7\n".repeat(10_000)),
+            ),
+        ),
+        (
+            "rows of NaN",
+            motion(
+                six,
+                &format!(
+                    "Frames: 9000\nFrame Time: 1\n{}",
+                    "nan nan nan nan nan nan\n".repeat(9000)
+                ),
+            ),
+        ),
+        (
+            "nested joints",
+            format!("HIERARCHY\nROOT r{{{}", "JOINT a{OFFSET 0 1 0 ".repeat(100_000)),
+        ),
+        (
+            "sibling joints",
+            format!("HIERARCHY\nROOT r{{{}}}", "JOINT a{OFFSET 0 1 0}".repeat(60_000)),
+        ),
+        (
+            "end sites",
+            format!("HIERARCHY\nROOT r{{{}}}", "End Site{OFFSET 0 1 0}".repeat(60_000)),
+        ),
+        (
+            "one name of a megabyte",
+            format!("HIERARCHY\nROOT {}\n{{", "a".repeat(1 << 20)),
+        ),
+        (
+            "a long name with end sites",
+            format!(
+                "HIERARCHY\nROOT {}\n{{{}}}",
+                "a".repeat(20_000),
+                "End Site{}".repeat(5_000)
+            ),
+        ),
+        (
+            "one word of a megabyte",
+            motion(six, &format!("Frames: 1\nFrame Time: 1\n{}", "9".repeat(1 << 20))),
+        ),
+        (
+            "channels of one joint",
+            motion(
+                &format!("CHANNELS 50000{}", " Zrotation".repeat(50_000)),
+                "Frames: 0\nFrame Time: 1\n",
+            ),
+        ),
+        (
+            "offsets of one joint",
+            motion(&"OFFSET 0 1 0\n".repeat(50_000), "Frames: 0\nFrame Time: 1\n"),
+        ),
+        (
+            "roots",
+            format!("HIERARCHY\n{}", "ROOT a{OFFSET 0 1 0}\n".repeat(50_000)),
+        ),
+        ("closing braces", format!("HIERARCHY\nROOT a{{{}", "}".repeat(500_000))),
+        ("blank lines", "\n".repeat(1 << 20)),
+        ("comments", "#\n".repeat(1 << 19)),
+        ("no text at all", "\0".repeat(1 << 20)),
+    ]
+}
+
+#[test]
+fn memory_is_a_small_multiple_of_the_input() {
+    let mut failures = String::new();
+    let mut hold = |limits: Limits, name: &str, bytes: &[u8]| {
+        for (mesh, factor) in FACTORS {
+            let importer = Importer::new().limits(limits).skeleton_mesh(mesh);
+            let (peak, budget) = (peak(&importer, bytes), BASE + factor * bytes.len());
+            if peak > budget {
+                failures += &format!(
+                    "{name}, {mesh:?}: {} bytes take {peak}, more than {budget}\n",
+                    bytes.len()
+                );
+            }
+        }
+    };
+    let endless = Limits {
+        // A long name may stand in as many nodes as have it for a parent, so this limit is what bounds memory.
+        max_name_bytes: Limits::default().max_name_bytes,
+        max_bytes: u64::MAX,
+        max_nodes: usize::MAX,
+        max_depth: usize::MAX,
+        max_values: u64::MAX,
+    };
+    for (name, text) in claims() {
+        hold(Limits::default(), name, text.as_bytes());
+        hold(endless, &format!("{name}, without limits"), text.as_bytes());
+    }
+    for name in [
+        "cmu_12_01_walk",
+        "kinect_openni",
+        "makehuman_fly_one_frame",
+        "brackets_in_numbers",
+        "nan_tokens",
+    ] {
+        hold(
+            Limits::default(),
+            name,
+            &fs::read(format!("fixtures/real/{name}.bvh")).unwrap(),
+        );
+    }
+    assert!(failures.is_empty(), "\n{failures}");
+}

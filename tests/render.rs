@@ -1,0 +1,336 @@
+//! Pictures: what is in them, and that they stay the same to the byte.
+
+#![cfg(feature = "render")]
+
+use std::fs;
+
+use mocap::render::{
+    Clip, Drawing, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, Shape, SheetOptions, page, plot, screen,
+    sheet,
+};
+use mocap::scene::{NodeId, Scene, SourceLines};
+
+fn import(name: &str) -> Scene {
+    mocap::import(format!("fixtures/real/{name}.bvh")).unwrap()
+}
+
+fn node(scene: &Scene, name: &str) -> NodeId {
+    NodeId::new(scene.nodes.iter().position(|node| node.name == name).unwrap())
+}
+
+/// FNV-1a in 64 bits: enough to notice a changed byte.
+fn hash(bytes: &[u8]) -> String {
+    let hash = bytes.iter().fold(0xCBF2_9CE4_8422_2325_u64, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+    });
+    format!("{hash:016x}")
+}
+
+/// Hashes of pictures that a person has looked at. Whoever changes one looks at the new picture first: the files are
+/// written to `target/pictures`.
+#[test]
+fn pictures_stay_the_same_to_the_byte() {
+    let expected = fs::read_to_string("tests/render/pictures.txt").unwrap();
+    let folder = format!("{}/pictures", env!("CARGO_TARGET_TMPDIR"));
+    fs::create_dir_all(&folder).unwrap();
+    let mut found = String::new();
+    let mut keep = |name: String, bytes: &[u8]| {
+        fs::write(format!("{folder}/{name}"), bytes).unwrap();
+        found += &format!("{} {name}\n", hash(bytes));
+    };
+    for (name, joint) in [
+        ("cmu_12_01_walk", "LeftLeg"),
+        ("z_up_dab", "LeftArm"),
+        ("lecture_Test", "Elbow"),
+    ] {
+        let scene = import(name);
+        let clip = Clip { name, scene: &scene };
+        let drawing = sheet(&[clip], &SheetOptions::default());
+        keep(format!("{name}.sheet.png"), &drawing.to_png().unwrap());
+        keep(format!("{name}.sheet.svg"), drawing.to_svg().as_bytes());
+        let drawing = plot(&clip, &[node(&scene, joint)], &PlotOptions::default());
+        keep(format!("{name}.plot.svg"), drawing.to_svg().as_bytes());
+        let options = MovieOptions {
+            width: 240,
+            height: 240,
+            frames_per_second: 10.0,
+            ..MovieOptions::default()
+        };
+        let mut movie = Movie::new(clip, &options).unwrap();
+        keep(format!("{name}.gif"), &movie.to_gif().unwrap());
+        keep(format!("{name}.apng"), &movie.to_apng().unwrap());
+    }
+    assert_eq!(
+        found, expected,
+        "look at the pictures in {folder} before you accept them"
+    );
+}
+
+fn texts(drawing: &Drawing) -> Vec<(&str, [f32; 2])> {
+    let texts = drawing.shapes.iter().filter_map(|shape| match shape {
+        Shape::Text { text, at, .. } => Some((text.as_str(), *at)),
+        _ => None,
+    });
+    texts.collect()
+}
+
+fn points(shape: &Shape) -> Vec<[f32; 2]> {
+    match shape {
+        Shape::Polygon { points, .. } | Shape::Line { points, .. } => points.clone(),
+        Shape::Circle { center, .. } => vec![*center],
+        Shape::Text { at, .. } => vec![*at],
+    }
+}
+
+#[test]
+fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
+    let names = [
+        "cmu_short",
+        "leap_hand_end_site_lowercase",
+        "makehuman_zombie_walk",
+        "z_up_dab",
+    ];
+    let scenes = names.map(import);
+    let clips: Vec<_> = std::iter::zip(names, &scenes)
+        .map(|(name, scene)| Clip { name, scene })
+        .collect();
+    let options = SheetOptions {
+        poses: 5,
+        ..SheetOptions::default()
+    };
+    let drawing = sheet(&clips, &options);
+    let texts = texts(&drawing);
+    let times = texts
+        .iter()
+        .filter(|(text, _)| text.ends_with(" s") && !text.contains(','))
+        .count();
+    assert_eq!(
+        times,
+        5 * clips.len() + clips.len(),
+        "a time a pose, and the length of each clip"
+    );
+    let starts: Vec<f32> = ["cmu_short", "makehuman_zombie_walk"]
+        .iter()
+        .map(|name| texts.iter().find(|(text, _)| text == name).unwrap().1[1])
+        .collect();
+    assert!(starts[0] < starts[1]);
+    for shape in &drawing.shapes {
+        for [x, y] in points(shape) {
+            let inside = (0.0..=drawing.width as f32).contains(&x) && (0.0..=drawing.height as f32).contains(&y);
+            assert!(inside, "{shape:?} is outside");
+        }
+    }
+}
+
+/// The curves, read back with the numbers at the axes, are the columns of the file.
+#[test]
+fn a_plot_shows_the_angles_of_the_file() {
+    let scene = import("lecture_Test");
+    let clip = Clip {
+        name: "Test",
+        scene: &scene,
+    };
+    let drawing = plot(&clip, &[node(&scene, "Elbow")], &PlotOptions::default());
+    // The lower panel: its labels at the left give the scale.
+    let labels: Vec<(f32, f32)> = texts(&drawing)
+        .into_iter()
+        .filter(|(_, [x, y])| *x < 64.0 && *y > 260.0)
+        .filter_map(|(text, [_, y])| Some((text.parse().ok()?, y - 4.0)))
+        .collect();
+    let (&(low, low_y), &(high, high_y)) = (labels.first().unwrap(), labels.last().unwrap());
+    let curve = drawing
+        .shapes
+        .iter()
+        .map(points)
+        .find(|points| points.len() == 10 && points[0][1] > 260.0)
+        .unwrap();
+    let shown = curve
+        .iter()
+        .map(|[_, y]| low + (y - low_y) / (high_y - low_y) * (high - low));
+    let text = fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
+    let rows = text.lines().skip_while(|line| !line.starts_with("Frame Time")).skip(1);
+    // Column 6 is the Zrotation of the Elbow.
+    let column = rows.filter_map(|row| row.split_whitespace().nth(6)?.parse::<f32>().ok());
+    for (shown, expected) in shown.zip(column) {
+        assert!((shown - expected).abs() < 0.01, "{shown} is not {expected}");
+    }
+}
+
+#[test]
+fn a_film_is_as_long_as_its_clip() {
+    let scene = import("cmu_short");
+    let clip = Clip {
+        name: "short",
+        scene: &scene,
+    };
+    for (rate, speed) in [(25.0, 1.0), (30.0, 0.5)] {
+        let options = MovieOptions {
+            width: 64,
+            height: 48,
+            frames_per_second: rate,
+            speed,
+            ..MovieOptions::default()
+        };
+        let mut movie = Movie::new(clip, &options).unwrap();
+        let bytes = movie.to_gif().unwrap();
+        let mut decoder = gif::DecodeOptions::new().read_info(bytes.as_slice()).unwrap();
+        assert_eq!((decoder.width(), decoder.height()), (64, 48));
+        let (mut pictures, mut hundredths) = (0, 0);
+        while let Some(frame) = decoder.read_next_frame().unwrap() {
+            pictures += 1;
+            hundredths += u32::from(frame.delay);
+        }
+        assert_eq!(pictures, movie.len());
+        let seconds = f64::from(hundredths) / 100.0;
+        let expected = clip.seconds() / speed;
+        assert!((seconds - expected).abs() < 1.5 / rate, "{seconds} s for {expected} s");
+
+        let bytes = movie.to_apng().unwrap();
+        let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        assert_eq!(
+            reader.info().animation_control().unwrap().num_frames as usize,
+            movie.len()
+        );
+    }
+}
+
+#[test]
+fn sizes_and_rates_that_cannot_be_are_refused() {
+    let scene = import("cmu_short");
+    let clip = Clip {
+        name: "short",
+        scene: &scene,
+    };
+    let defaults = MovieOptions::default();
+    let codes = [
+        MovieOptions { width: 0, ..defaults },
+        MovieOptions {
+            height: 1 << 20,
+            ..defaults
+        },
+        MovieOptions {
+            frames_per_second: 0.0,
+            ..defaults
+        },
+        MovieOptions {
+            speed: f64::NAN,
+            ..defaults
+        },
+        MovieOptions {
+            speed: 1e-9,
+            ..defaults
+        },
+    ]
+    .map(|options| {
+        let error = Movie::new(clip, &options)
+            .and_then(|mut movie| movie.to_gif())
+            .unwrap_err();
+        error.code().as_str()
+    });
+    assert_eq!(
+        codes,
+        [
+            "limit-exceeded",
+            "limit-exceeded",
+            "unknown-option",
+            "unknown-option",
+            "limit-exceeded"
+        ]
+    );
+}
+
+#[test]
+fn every_fixture_can_be_drawn() {
+    for folder in ["real", "dialects"] {
+        for entry in fs::read_dir(format!("fixtures/{folder}")).unwrap() {
+            let path = entry.unwrap().path();
+            let Some(scene) = mocap::import(&path).ok() else {
+                continue;
+            };
+            let clip = Clip {
+                name: "it",
+                scene: &scene,
+            };
+            let options = SheetOptions { poses: 2, width: 500 };
+            assert!(
+                sheet(&[clip], &options).to_svg().find("NaN").is_none(),
+                "{}",
+                path.display()
+            );
+            let last = NodeId::new(scene.nodes.len() - 1);
+            assert!(
+                plot(&clip, &[last], &PlotOptions::default())
+                    .to_svg()
+                    .find("NaN")
+                    .is_none()
+            );
+            assert!(screen(&clip, &ScreenOptions::default()).contains("it  "));
+        }
+    }
+}
+
+#[test]
+fn a_screen_is_as_wide_and_as_high_as_the_terminal() {
+    let scene = import("makehuman_zombie_walk");
+    let clip = Clip {
+        name: "zombie",
+        scene: &scene,
+    };
+    for width in [60, 80, 120] {
+        let options = ScreenOptions {
+            width,
+            ..ScreenOptions::default()
+        };
+        let text = screen(&clip, &options);
+        let widest = text.lines().map(|line| line.chars().count()).max().unwrap();
+        assert!(widest <= width, "{widest} > {width}:\n{text}");
+        assert!(!text.contains('\x1b'));
+    }
+    let options = ScreenOptions {
+        height: 24,
+        colour: true,
+        ..ScreenOptions::default()
+    };
+    let text = screen(&clip, &options);
+    assert!(text.lines().count() < 24, "{text}");
+    assert!(text.contains(" more\n") && text.contains("\x1b[1mzombie\x1b[0m"));
+}
+
+#[test]
+fn a_page_names_no_other_address() {
+    let scene = import("cmu_short");
+    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).unwrap();
+    let name = "</script><b>";
+    let html = page(&[PageClip {
+        clip: Clip { name, scene: &scene },
+        glb: &glb,
+    }]);
+    for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {
+        assert!(!html.contains(foreign), "{foreign}");
+    }
+}
+
+#[test]
+fn a_node_knows_its_lines() {
+    let lines = |name, offset, channels| {
+        Some(SourceLines {
+            name,
+            offset: Some(offset),
+            channels,
+        })
+    };
+    let found: Vec<_> = import("lecture_Test").nodes.iter().map(|node| node.source).collect();
+    let expected = [
+        lines(2, 4, Some(5)),
+        lines(6, 8, Some(9)),
+        lines(10, 12, Some(13)),
+        lines(14, 16, None),
+    ];
+    assert_eq!(found, expected);
+    // One long line, whatever ends it.
+    let scene = mocap::import("fixtures/dialects/hierarchy_on_one_line.bvh").unwrap();
+    assert_eq!(
+        scene.nodes[1].source.unwrap().offset,
+        scene.nodes[0].source.unwrap().offset
+    );
+}

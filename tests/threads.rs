@@ -1,0 +1,96 @@
+//! The same scene and the same bytes, however many threads read a file.
+
+use std::fmt::Write;
+use std::fs;
+
+use mocap::gltf::{self, Options};
+use mocap::{Importer, Scene};
+
+/// The rows of a real capture, again and again until they are worth several threads, each round with other numbers;
+/// `change` may do to a row what it likes.
+fn long_take(change: impl Fn(usize, &str) -> String) -> String {
+    let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+    let rows: Vec<&str> = motion.lines().skip(3).filter(|row| !row.trim().is_empty()).collect();
+    let frames = 9_000_000 / rows[0].len();
+    let mut take = format!("{hierarchy}MOTION\nFrames: {frames}\nFrame Time: 0.01\n");
+    for frame in 0..frames {
+        let row = rows[frame % rows.len()].replacen('.', &format!(".{frame}"), 1);
+        writeln!(take, "{}", change(frame, &row)).unwrap();
+    }
+    take
+}
+
+fn read(text: &str, threads: usize) -> Scene {
+    Importer::new()
+        .threads(threads)
+        .read(text.as_bytes(), "take.bvh")
+        .unwrap()
+}
+
+/// Reads with 1, 2 and 7 threads, from memory and from a file, and gives the scene that all of them give.
+fn read_alike(text: &str) -> Scene {
+    let expected = read(text, 1);
+    let glb = gltf::write_glb(&expected, &Options::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("take.bvh");
+    fs::write(&path, text).unwrap();
+    for threads in [1, 2, 7] {
+        for scene in [
+            read(text, threads),
+            Importer::new().threads(threads).import(&path).unwrap(),
+        ] {
+            assert!(scene == expected, "{threads} threads give another scene");
+            assert!(
+                gltf::write_glb(&scene, &Options::default()).unwrap() == glb,
+                "{threads} threads"
+            );
+        }
+    }
+    expected
+}
+
+#[test]
+fn plain_rows() {
+    let text = long_take(|_, row| row.to_owned());
+    let scene = read_alike(&text);
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let frames = text.lines().count() - text.lines().position(|line| line.starts_with("Frame Time")).unwrap() - 1;
+    assert_eq!(scene.animations[0].frame_count(), frames);
+    // Every row has another first number, so that a row that is lost or out of place is seen.
+    for (frame, row) in text
+        .lines()
+        .skip_while(|line| !line.starts_with("Frame Time"))
+        .skip(1)
+        .enumerate()
+    {
+        let x: f32 = row.split_whitespace().next().unwrap().parse().unwrap();
+        assert_eq!(scene.animations[0].channels[0].position_keys.values[frame].x, x);
+    }
+}
+
+#[test]
+fn a_row_that_is_not_plain_in_the_middle() {
+    // A value that is not finite takes the value of the row before, which another thread has read.
+    let scene = read_alike(&long_take(|frame, row| match frame {
+        5_000 => row.replacen(row.split_whitespace().next().unwrap(), "nan", 1),
+        _ => row.to_owned(),
+    }));
+    assert_eq!(scene.warnings.len(), 1);
+    let positions = &scene.animations[0].channels[0].position_keys.values;
+    assert_eq!(positions[5_000].x, positions[4_999].x);
+    assert_ne!(positions[5_001].x, positions[5_000].x);
+}
+
+#[test]
+fn fewer_frames_declared_than_there_are() {
+    let text = long_take(|_, row| row.to_owned());
+    let declared = text
+        .lines()
+        .find(|line| line.starts_with("Frames:"))
+        .unwrap()
+        .to_owned();
+    let scene = read_alike(&text.replacen(&declared, "Frames: 6001", 1));
+    assert_eq!(scene.animations[0].frame_count(), 6001);
+    assert_eq!(scene.warnings.len(), 1);
+}

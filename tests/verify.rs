@@ -1,0 +1,197 @@
+//! That verify finds what is wrong, says where, and finds nothing where nothing is wrong.
+
+use mocap::glam::{Quat, Vec3};
+use mocap::gltf::{Options, export, write_glb};
+use mocap::process::{convert_units, in_place, resample, root_motion, trim};
+use mocap::scene::{Channel, UpAxis};
+use mocap::verify::{verify, verify_files};
+use mocap::{Importer, RootOffset, Scene, SkeletonMesh};
+
+fn fixture(file: &str) -> String {
+    format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn import(file: &str) -> Scene {
+    Importer::new()
+        .skeleton_mesh(SkeletonMesh::Skinned)
+        .import(fixture(file))
+        .unwrap()
+}
+
+fn glb(scene: &Scene) -> Vec<u8> {
+    write_glb(scene, &Options::default()).unwrap()
+}
+
+/// `glb` without what this crate says about itself in it.
+fn as_of_another_program(glb: &[u8]) -> Vec<u8> {
+    let place = glb.windows(7).position(|window| window == b"\"mocap\"").unwrap();
+    let mut changed = glb.to_vec();
+    changed[place..place + 7].copy_from_slice(b"\"other\"");
+    changed
+}
+
+#[test]
+fn every_step_is_replayed_from_the_provenance() {
+    type Step = fn(&mut Scene);
+    let steps: [(Step, usize); 7] = [
+        (|_| (), 339),
+        (|scene| convert_units(scene, 0.0254, UpAxis::Z), 339),
+        (|scene| trim(scene, 100.0, 200.0), 101),
+        (
+            |scene| {
+                trim(scene, 50.0, 300.0);
+                trim(scene, 50.0, 150.0);
+                convert_units(scene, 0.01, UpAxis::Y);
+            },
+            101,
+        ),
+        (
+            |scene| {
+                trim(scene, 1.0, f64::INFINITY);
+                convert_units(scene, 0.0254, UpAxis::Z);
+                in_place(scene);
+            },
+            338,
+        ),
+        (
+            |scene| {
+                convert_units(scene, 0.0254, UpAxis::Z);
+                root_motion(scene);
+            },
+            339,
+        ),
+        (
+            |scene| {
+                let rate = scene.animations[0].ticks_per_second;
+                resample(scene, 2.0 * rate);
+                convert_units(scene, 0.0254, UpAxis::Z);
+            },
+            339,
+        ),
+    ];
+    let source = import("z_up_dab.bvh");
+    for (index, (step, frames)) in steps.into_iter().enumerate() {
+        let mut scene = source.clone();
+        step(&mut scene);
+        let verified = verify(&source, &glb(&scene)).unwrap();
+        // The skeleton is 44 of the file's units tall, so this is 1e-6 of its height.
+        let tolerance = 44.0 * verified.metres_per_unit * 1e-6;
+        assert!(verified.max_error < 2.0 * tolerance, "steps {index}: {verified:?}");
+        assert_eq!((verified.frames, verified.joints), (frames, 34), "steps {index}");
+        assert!(verified.missing.is_empty() && verified.missing_end_sites.is_empty());
+        assert!(verified.has_provenance);
+    }
+}
+
+#[test]
+fn a_joint_that_is_off_is_named_with_its_frame_and_distance() {
+    let source = import("cmu_short.bvh");
+    let mut scene = source.clone();
+    convert_units(&mut scene, 0.01, UpAxis::Y);
+    let tip = scene
+        .nodes
+        .iter()
+        .find(|node| node.name == "EndSite_LeftToeBase")
+        .unwrap();
+    let offset = tip.transform.w_axis.truncate().as_dvec3();
+    let toes = |channel: &&mut Channel| channel.node_name == "LeftToeBase";
+    let channel = scene.animations[0].channels.iter_mut().find(toes).unwrap();
+    let rotation = &mut channel.rotation_keys.values[40];
+    *rotation *= Quat::from_rotation_x(0.1);
+
+    // A turn by 0.1 about X moves the tip along a chord of the circle around X on which it stands.
+    let expected = 2.0 * f64::sin(0.05) * offset.y.hypot(offset.z);
+    let verified = verify(&source, &glb(&scene)).unwrap();
+    assert!(
+        (verified.max_error - expected).abs() < 1e-6,
+        "{} is not {expected}",
+        verified.max_error
+    );
+    let worst = verified.worst.unwrap();
+    assert_eq!((worst.joint.as_str(), worst.frame), ("EndSite_LeftToeBase", 40));
+    assert!((worst.seconds - 40.0 * 0.008_333_3).abs() < 1e-9);
+    let mean_square = expected * expected / (75.0 * 38.0);
+    assert!((verified.rms_error - mean_square.sqrt()).abs() < 1e-6);
+}
+
+#[test]
+fn resampling_to_fewer_frames_shows_as_error() {
+    let source = import("cmu_12_01_walk.bvh");
+    let errors = [60.0, 30.0].map(|rate| {
+        let mut scene = source.clone();
+        resample(&mut scene, rate);
+        convert_units(&mut scene, 0.056_444, UpAxis::Y);
+        let verified = verify(&source, &glb(&scene)).unwrap();
+        assert!(verified.frames > 515);
+        verified.max_error
+    });
+    assert!(errors[0] > 1e-5 && errors[1] > errors[0]);
+    // A T-pose that was smeared over a frame of a thirtieth would be half a metre off.
+    assert!(errors[1] < 0.03, "{errors:?}");
+}
+
+#[test]
+fn files_of_other_programs_are_compared_by_name_and_size() {
+    let source = import("z_up_dab.bvh");
+    let mut scene = source.clone();
+    convert_units(&mut scene, 0.0254, UpAxis::Z);
+    for (node, name) in [(0, "mixamorig:Hips"), (1, "SPINE"), (2, "Spine 1")] {
+        let old = std::mem::replace(&mut scene.nodes[node].name, name.into());
+        for channel in &mut scene.animations[0].channels {
+            if channel.node_name == old {
+                channel.node_name = name.into();
+            }
+        }
+    }
+    let verified = verify(&source, &as_of_another_program(&glb(&scene))).unwrap();
+    assert!(!verified.has_provenance);
+    assert_eq!(verified.missing, ["Hips"]);
+    assert_eq!((verified.frames, verified.joints), (339, 33));
+    assert!((verified.metres_per_unit / 0.0254 - 1.0).abs() < 1e-5);
+    assert!(verified.max_error < 1e-4, "{verified:?}");
+}
+
+#[test]
+fn a_file_that_ends_early_is_compared_as_far_as_it_goes() {
+    let source = import("z_up_dab.bvh");
+    let mut scene = source.clone();
+    trim(&mut scene, 0.0, 99.0);
+    let verified = verify(&source, &as_of_another_program(&glb(&scene))).unwrap();
+    assert_eq!(verified.frames, 100);
+}
+
+#[test]
+fn a_file_of_another_skeleton_is_refused() {
+    let error = verify(&import("lecture_Test.bvh"), &glb(&import("cmu_short.bvh"))).unwrap_err();
+    assert!(error.to_string().contains("no joint"), "{error}");
+}
+
+#[test]
+fn a_still_skeleton_is_compared_at_rest() {
+    let source = import("latin1_name_no_motion.bvh");
+    let verified = verify(&source, &glb(&source)).unwrap();
+    assert_eq!(
+        (verified.frames, verified.joints, verified.max_error < 1e-5),
+        (1, 23, true)
+    );
+    let mut moved = source.clone();
+    moved.nodes[3].transform.w_axis += Vec3::X.extend(0.0);
+    assert!((verify(&source, &glb(&moved)).unwrap().max_error - 1.0).abs() < 1e-5);
+}
+
+#[test]
+fn files_are_read_as_the_conversion_read_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = fixture("cmu_short.bvh");
+    let importer = Importer::new().root_offset(RootOffset::Add).frame_rate(25.0);
+    let scene = importer.import(&source).unwrap();
+    for name in ["a b.gltf", "a.glb"] {
+        let output = folder.path().join(name);
+        export(&scene, &output, &Options::default()).unwrap();
+        let verified = verify_files(&source, &output).unwrap();
+        assert_eq!(verified.frames, 75);
+        assert!(verified.max_error < 1e-4, "{verified:?}");
+    }
+    let error = verify_files(&source, folder.path().join("none.glb")).unwrap_err();
+    assert_eq!(error.code().as_str(), "io");
+}

@@ -1,0 +1,244 @@
+/* The C interface of mocap: open a motion file, read node matrices at a tick.
+ *
+ * Made from src/lib.rs; see README.md. Do not edit.
+ */
+
+#ifndef MOCAP_H
+#define MOCAP_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+/*
+ The version of this interface. It grows when a program that was compiled against an older header may break;
+ compare it with `mocap_interface_version`.
+ */
+#define MOCAP_INTERFACE_VERSION 1
+
+/*
+ The index that stands for no node: the parent of the root, and the answer where nothing is found.
+ */
+#define MOCAP_NO_NODE 4294967295
+
+/*
+ Whether a call did what it was asked for.
+ */
+typedef enum mocap_status {
+  /*
+   It did.
+   */
+  MOCAP_STATUS_OK = 0,
+  /*
+   An argument is NULL, out of range, or too small.
+   */
+  MOCAP_STATUS_BAD_ARGUMENT = 1,
+  /*
+   The file cannot be read.
+   */
+  MOCAP_STATUS_READ_FAILED = 2,
+  /*
+   A defect of the library; please report it.
+   */
+  MOCAP_STATUS_DEFECT = 3,
+} mocap_status;
+
+/*
+ An open motion file. Only pointers to it leave the library.
+ */
+typedef struct mocap_scene mocap_scene;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/*
+ The interface version of the library that the program runs with.
+ */
+uint32_t mocap_interface_version(void);
+
+/*
+ The version of the library, as in "0.1.0". The text is never freed.
+ */
+const char *mocap_version(void);
+
+/*
+ Why the last call of this thread failed, in UTF-8; empty if it did not. The text lives until the thread's next call
+ of a function of this library.
+ */
+const char *mocap_error_text(void);
+
+/*
+ Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+
+ Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
+
+ # Safety
+ `path` is a text that ends with a zero byte.
+ */
+struct mocap_scene *mocap_open_file(const char *path);
+
+/*
+ Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
+ file in errors. Otherwise as `mocap_open_file`.
+
+ # Safety
+ `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
+ */
+struct mocap_scene *mocap_open_memory(const uint8_t *bytes,
+                                      size_t size,
+                                      const char *name);
+
+/*
+ Frees a scene and every text that came from it. NULL is allowed.
+
+ # Safety
+ `scene` comes from `mocap_open_file` or `mocap_open_memory`, was not closed before, and is used by no other thread.
+ */
+void mocap_close(struct mocap_scene *scene);
+
+/*
+ How many things the reader read around. `mocap_warning_text` says what they are.
+
+ # Safety
+ `scene` is an open scene.
+ */
+size_t mocap_warning_count(const struct mocap_scene *scene);
+
+/*
+ What the reader read around, from 0 in the order of the file; NULL beyond the last. The text lives as long as the
+ scene.
+
+ # Safety
+ `scene` is an open scene.
+ */
+const char *mocap_warning_text(const struct mocap_scene *scene,
+                               size_t warning);
+
+/*
+ How many nodes the skeleton has, its end sites included. Node 0 is the root; a parent has a smaller index than its
+ children.
+
+ # Safety
+ `scene` is an open scene.
+ */
+uint32_t mocap_node_count(const struct mocap_scene *scene);
+
+/*
+ The name of a node, in UTF-8; NULL if there is no such node. The text lives as long as the scene.
+
+ # Safety
+ `scene` is an open scene.
+ */
+const char *mocap_node_name(const struct mocap_scene *scene, uint32_t node);
+
+/*
+ The parent of a node; MOCAP_NO_NODE for the root, and if there is no such node.
+
+ # Safety
+ `scene` is an open scene.
+ */
+uint32_t mocap_node_parent(const struct mocap_scene *scene, uint32_t node);
+
+/*
+ The first node of this name; MOCAP_NO_NODE if there is none.
+
+ # Safety
+ `scene` is an open scene, and `name` is a text that ends with a zero byte.
+ */
+uint32_t mocap_find_node(const struct mocap_scene *scene, const char *name);
+
+/*
+ How many animations the file has: 1, or 0 if it is a skeleton alone.
+
+ # Safety
+ `scene` is an open scene.
+ */
+uint32_t mocap_animation_count(const struct mocap_scene *scene);
+
+/*
+ How many nodes an animation moves; 0 if there is no such animation.
+
+ # Safety
+ `scene` is an open scene.
+ */
+size_t mocap_channel_count(const struct mocap_scene *scene, uint32_t animation);
+
+/*
+ The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
+ than there are frames. 0 if there is no such animation.
+
+ # Safety
+ `scene` is an open scene.
+ */
+double mocap_duration(const struct mocap_scene *scene,
+                      uint32_t animation);
+
+/*
+ Ticks in a second; 0 if there is no such animation.
+
+ # Safety
+ `scene` is an open scene.
+ */
+double mocap_ticks_per_second(const struct mocap_scene *scene, uint32_t animation);
+
+/*
+ Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
+ Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
+ `mocap_node_count`. Lengths are in the file's unit.
+
+ Between two ticks the pose is interpolated. Before the first tick the first pose holds, after the last the last.
+ With an animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`.
+ Nothing is allocated.
+
+ # Safety
+ `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+ */
+enum mocap_status mocap_local_matrices(const struct mocap_scene *scene,
+                                       uint32_t animation,
+                                       double tick,
+                                       float *matrices,
+                                       size_t count);
+
+/*
+ Writes the matrix of every node to the world, that is to the space in which the root stands. Otherwise as
+ `mocap_local_matrices`.
+
+ # Safety
+ `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+ */
+enum mocap_status mocap_world_matrices(const struct mocap_scene *scene,
+                                       uint32_t animation,
+                                       double tick,
+                                       float *matrices,
+                                       size_t count);
+
+/*
+ Writes the matrix of every node to its parent in the rest pose, without motion. Otherwise as
+ `mocap_local_matrices`.
+
+ # Safety
+ `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+ */
+enum mocap_status mocap_rest_local_matrices(const struct mocap_scene *scene,
+                                            float *matrices,
+                                            size_t count);
+
+/*
+ Writes the matrix of every node to the world in the rest pose, without motion. Otherwise as
+ `mocap_local_matrices`.
+
+ # Safety
+ `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+ */
+enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
+                                            float *matrices,
+                                            size_t count);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* MOCAP_H */

@@ -1,0 +1,127 @@
+//! The wall between Rust and C: errors become a text and a status, and no panic passes.
+
+use std::any::Any;
+use std::cell::RefCell;
+use std::ffi::{CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Whether a call did what it was asked for.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// It did.
+    Ok = 0,
+    /// An argument is NULL, out of range, or too small.
+    BadArgument = 1,
+    /// The file cannot be read.
+    ReadFailed = 2,
+    /// A defect of the library; please report it.
+    Defect = 3,
+}
+
+/// Why a call failed.
+pub(crate) struct Failure {
+    status: Status,
+    message: String,
+}
+
+impl Failure {
+    pub(crate) fn argument(message: &str) -> Self {
+        Self {
+            status: Status::BadArgument,
+            message: message.to_owned(),
+        }
+    }
+
+    fn defect(panic: &(dyn Any + Send)) -> Self {
+        let message = panic.downcast_ref::<&str>().copied();
+        let message = message.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+        Self {
+            status: Status::Defect,
+            message: format!("a defect of the library: {}", message.unwrap_or("of unknown kind")),
+        }
+    }
+}
+
+impl From<mocap::Error> for Failure {
+    fn from(error: mocap::Error) -> Self {
+        Self {
+            status: Status::ReadFailed,
+            message: error.to_string(),
+        }
+    }
+}
+
+thread_local! {
+    /// Why the last call of this thread failed, if it did.
+    static LAST_FAILURE: RefCell<Option<CString>> = const { RefCell::new(None) };
+}
+
+/// The text stays where it is until the thread's next call.
+pub(crate) fn last_failure() -> *const c_char {
+    LAST_FAILURE.with_borrow(|text| text.as_deref().unwrap_or(c"").as_ptr())
+}
+
+/// Runs `call`; where it fails or panics, remembers why and returns `otherwise`.
+pub(crate) fn guard<T>(otherwise: T, call: impl FnOnce() -> Result<T, Failure>) -> T {
+    caught(call).unwrap_or(otherwise)
+}
+
+/// Runs `call` for its status.
+pub(crate) fn status(call: impl FnOnce() -> Result<(), Failure>) -> Status {
+    match caught(call) {
+        Ok(()) => Status::Ok,
+        Err(status) => status,
+    }
+}
+
+fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
+    // A scene never changes once it is open, so nothing half done can be seen after a panic.
+    let result = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(Failure::defect(&*panic)));
+    let (result, message) = match result {
+        Ok(value) => (Ok(value), None),
+        Err(Failure { status, message }) => (Err(status), Some(c_text(&message))),
+    };
+    LAST_FAILURE.with_borrow_mut(|text| *text = message);
+    result
+}
+
+/// A text for C, which ends at the first zero byte.
+pub(crate) fn c_text(text: &str) -> CString {
+    let before_zero = text.split('\0').next().unwrap_or_default();
+    CString::new(before_zero).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::CStr;
+
+    use super::*;
+
+    fn error_text() -> String {
+        // SAFETY: the pointer is that of a `CString`, and no call comes in between.
+        let text = unsafe { CStr::from_ptr(last_failure()) };
+        text.to_str().unwrap().to_owned()
+    }
+
+    #[test]
+    fn a_panic_becomes_a_status_and_a_text() {
+        assert_eq!(status(|| panic!("slice {} is gone", 7)), Status::Defect);
+        assert_eq!(error_text(), "a defect of the library: slice 7 is gone");
+        assert_eq!(guard(5, || panic!("gone")), 5);
+        assert_eq!(error_text(), "a defect of the library: gone");
+    }
+
+    #[test]
+    fn a_success_clears_the_text() {
+        assert_eq!(status(|| Err(Failure::argument("too small"))), Status::BadArgument);
+        assert_eq!(error_text(), "too small");
+        assert_eq!(status(|| Ok(())), Status::Ok);
+        assert_eq!(error_text(), "");
+    }
+
+    #[test]
+    fn a_text_ends_at_a_zero_byte() {
+        assert_eq!(c_text("left\0right").to_str(), Ok("left"));
+    }
+}

@@ -1,0 +1,389 @@
+//! The C interface of `mocap`.
+//!
+//! `mocap.h` is made from this file, so the comments here speak to a reader of the header. What the functions share,
+//! the handle and the wall that no panic passes, stands in `handle` and `border`.
+
+// Tests may unwrap; the library may not.
+#![warn(clippy::unwrap_used)]
+
+mod border;
+mod handle;
+
+use std::ffi::{CStr, c_char};
+use std::path::Path;
+use std::ptr;
+use std::slice;
+
+use mocap::Importer;
+
+use crate::border::{Failure, guard};
+use crate::handle::Animation;
+
+pub use crate::border::Status;
+pub use crate::handle::Scene;
+
+/// The version of this interface. It grows when a program that was compiled against an older header may break;
+/// compare it with `mocap_interface_version`.
+pub const MOCAP_INTERFACE_VERSION: u32 = 1;
+
+/// The index that stands for no node: the parent of the root, and the answer where nothing is found.
+pub const MOCAP_NO_NODE: u32 = 0xFFFF_FFFF;
+
+/// The interface version of the library that the program runs with.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_interface_version() -> u32 {
+    MOCAP_INTERFACE_VERSION
+}
+
+/// The version of the library, as in "0.1.0". The text is never freed.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_version() -> *const c_char {
+    const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+        Ok(version) => version,
+        Err(_) => panic!("a version has no zero byte"),
+    };
+    VERSION.as_ptr()
+}
+
+/// Why the last call of this thread failed, in UTF-8; empty if it did not. The text lives until the thread's next call
+/// of a function of this library.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_error_text() -> *const c_char {
+    border::last_failure()
+}
+
+/// Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+///
+/// Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
+///
+/// # Safety
+/// `path` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_open_file(path: *const c_char) -> *mut Scene {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let path = unsafe { text(path, "path") }?;
+        let path = path_from(path)?;
+        Ok(Scene::new(Importer::new().import(path)?).into_raw())
+    })
+}
+
+/// Reads the `size` bytes of a motion file that is in memory already, and does not keep them. `name` stands for the
+/// file in errors. Otherwise as `mocap_open_file`.
+///
+/// # Safety
+/// `bytes` points to `size` bytes, and `name` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_open_memory(bytes: *const u8, size: usize, name: *const c_char) -> *mut Scene {
+    guard(ptr::null_mut(), || {
+        if bytes.is_null() {
+            return Err(Failure::argument("bytes is NULL"));
+        }
+        // SAFETY: the caller hands over `size` bytes at `bytes`, which is not NULL.
+        let bytes = unsafe { slice::from_raw_parts(bytes, size) };
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let name = unsafe { text(name, "name") }?;
+        let name = path_from(name)?;
+        Ok(Scene::new(Importer::new().read(bytes, name)?).into_raw())
+    })
+}
+
+/// Frees a scene and every text that came from it. NULL is allowed.
+///
+/// # Safety
+/// `scene` comes from `mocap_open_file` or `mocap_open_memory`, was not closed before, and is used by no other thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_close(scene: *mut Scene) {
+    guard((), || {
+        if !scene.is_null() {
+            // SAFETY: the pointer comes from `Scene::into_raw`, and the caller gives it up.
+            drop(unsafe { Box::from_raw(scene) });
+        }
+        Ok(())
+    });
+}
+
+/// How many things the reader read around. `mocap_warning_text` says what they are.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_warning_count(scene: *const Scene) -> usize {
+    // SAFETY: the caller hands over an open scene.
+    guard(0, || Ok(unsafe { opened(scene) }?.warnings.len()))
+}
+
+/// What the reader read around, from 0 in the order of the file; NULL beyond the last. The text lives as long as the
+/// scene.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_warning_text(scene: *const Scene, warning: usize) -> *const c_char {
+    guard(ptr::null(), || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?;
+        let text = scene
+            .warnings
+            .get(warning)
+            .ok_or_else(|| Failure::argument("no such warning"))?;
+        Ok(text.as_ptr())
+    })
+}
+
+/// How many nodes the skeleton has, its end sites included. Node 0 is the root; a parent has a smaller index than its
+/// children.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_node_count(scene: *const Scene) -> u32 {
+    // SAFETY: the caller hands over an open scene.
+    guard(0, || Ok(unsafe { opened(scene) }?.node_count()))
+}
+
+/// The name of a node, in UTF-8; NULL if there is no such node. The text lives as long as the scene.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_node_name(scene: *const Scene, node: u32) -> *const c_char {
+    guard(ptr::null(), || {
+        // SAFETY: the caller hands over an open scene.
+        Ok(unsafe { opened(scene) }?.node_name(node)?.as_ptr())
+    })
+}
+
+/// The parent of a node; MOCAP_NO_NODE for the root, and if there is no such node.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_node_parent(scene: *const Scene, node: u32) -> u32 {
+    guard(MOCAP_NO_NODE, || {
+        // SAFETY: the caller hands over an open scene.
+        let parent = unsafe { opened(scene) }?.node(node)?.parent;
+        Ok(parent.map_or(MOCAP_NO_NODE, |parent| parent.0))
+    })
+}
+
+/// The first node of this name; MOCAP_NO_NODE if there is none.
+///
+/// # Safety
+/// `scene` is an open scene, and `name` is a text that ends with a zero byte.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_find_node(scene: *const Scene, name: *const c_char) -> u32 {
+    guard(MOCAP_NO_NODE, || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?;
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let name = unsafe { text(name, "name") }?;
+        scene.find_node(name)
+    })
+}
+
+/// How many animations the file has: 1, or 0 if it is a skeleton alone.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_animation_count(scene: *const Scene) -> u32 {
+    // SAFETY: the caller hands over an open scene.
+    guard(0, || Ok(unsafe { opened(scene) }?.animation_count()))
+}
+
+/// How many nodes an animation moves; 0 if there is no such animation.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32) -> usize {
+    // SAFETY: the caller hands over an open scene.
+    unsafe { ask(scene, animation, 0, |animation| animation.data.channels.len()) }
+}
+
+/// The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
+/// than there are frames. 0 if there is no such animation.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> f64 {
+    // SAFETY: the caller hands over an open scene.
+    unsafe { ask(scene, animation, 0.0, |animation| animation.data.duration) }
+}
+
+/// Ticks in a second; 0 if there is no such animation.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_ticks_per_second(scene: *const Scene, animation: u32) -> f64 {
+    // SAFETY: the caller hands over an open scene.
+    unsafe { ask(scene, animation, 0.0, |animation| animation.data.ticks_per_second) }
+}
+
+/// Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
+/// Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
+/// `mocap_node_count`. Lengths are in the file's unit.
+///
+/// Between two ticks the pose is interpolated. Before the first tick the first pose holds, after the last the last.
+/// With an animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`.
+/// Nothing is allocated.
+///
+/// # Safety
+/// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_local_matrices(
+    scene: *const Scene,
+    animation: u32,
+    tick: f64,
+    matrices: *mut f32,
+    count: usize,
+) -> Status {
+    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    unsafe {
+        fill(scene, matrices, count, |scene, matrices| {
+            scene.animation(animation)?.local_matrices(scene, tick, matrices);
+            Ok(())
+        })
+    }
+}
+
+/// Writes the matrix of every node to the world, that is to the space in which the root stands. Otherwise as
+/// `mocap_local_matrices`.
+///
+/// # Safety
+/// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_world_matrices(
+    scene: *const Scene,
+    animation: u32,
+    tick: f64,
+    matrices: *mut f32,
+    count: usize,
+) -> Status {
+    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    unsafe {
+        fill(scene, matrices, count, |scene, matrices| {
+            scene.animation(animation)?.local_matrices(scene, tick, matrices);
+            scene.chain(matrices);
+            Ok(())
+        })
+    }
+}
+
+/// Writes the matrix of every node to its parent in the rest pose, without motion. Otherwise as
+/// `mocap_local_matrices`.
+///
+/// # Safety
+/// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_rest_local_matrices(scene: *const Scene, matrices: *mut f32, count: usize) -> Status {
+    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    unsafe {
+        fill(scene, matrices, count, |scene, matrices| {
+            scene.rest(matrices);
+            Ok(())
+        })
+    }
+}
+
+/// Writes the matrix of every node to the world in the rest pose, without motion. Otherwise as
+/// `mocap_local_matrices`.
+///
+/// # Safety
+/// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_rest_world_matrices(scene: *const Scene, matrices: *mut f32, count: usize) -> Status {
+    // SAFETY: the caller hands over an open scene and room for `count` matrices.
+    unsafe {
+        fill(scene, matrices, count, |scene, matrices| {
+            scene.rest(matrices);
+            scene.chain(matrices);
+            Ok(())
+        })
+    }
+}
+
+/// A matrix as the caller stores it: column after column.
+type Matrix = [f32; 16];
+
+/// The scene behind a handle.
+///
+/// # Safety
+/// `scene` is NULL or an open scene.
+unsafe fn opened<'a>(scene: *const Scene) -> Result<&'a Scene, Failure> {
+    // SAFETY: the caller hands over NULL or a scene that lives.
+    unsafe { scene.as_ref() }.ok_or_else(|| Failure::argument("the scene is NULL"))
+}
+
+/// The text at a pointer.
+///
+/// # Safety
+/// `text` is NULL or ends with a zero byte.
+unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a CStr, Failure> {
+    if text.is_null() {
+        return Err(Failure::argument(&format!("{what} is NULL")));
+    }
+    // SAFETY: the text is not NULL, so it ends with a zero byte.
+    Ok(unsafe { CStr::from_ptr(text) })
+}
+
+/// A path is bytes on Unix, and UTF-8 elsewhere.
+fn path_from(text: &CStr) -> Result<&Path, Failure> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt;
+        Ok(Path::new(std::ffi::OsStr::from_bytes(text.to_bytes())))
+    }
+    #[cfg(not(unix))]
+    {
+        let text = text.to_str();
+        text.map(Path::new)
+            .map_err(|_| Failure::argument("the path is not UTF-8"))
+    }
+}
+
+/// A question to an animation, and the answer where there is none.
+///
+/// # Safety
+/// `scene` is NULL or an open scene.
+unsafe fn ask<T>(scene: *const Scene, animation: u32, otherwise: T, question: impl FnOnce(&Animation) -> T) -> T {
+    guard(otherwise, || {
+        // SAFETY: the caller hands over NULL or an open scene.
+        let scene = unsafe { opened(scene) }?;
+        Ok(question(&scene.animation(animation)?))
+    })
+}
+
+/// Lets `write` fill the caller's matrices, one a node.
+///
+/// # Safety
+/// `scene` is NULL or an open scene, and `matrices` is NULL or points to room for 16 x `count` floats.
+unsafe fn fill(
+    scene: *const Scene,
+    matrices: *mut f32,
+    count: usize,
+    write: impl FnOnce(&Scene, &mut [Matrix]) -> Result<(), Failure>,
+) -> Status {
+    border::status(|| {
+        // SAFETY: the caller hands over NULL or an open scene.
+        let scene = unsafe { opened(scene) }?;
+        let needed = scene.nodes().len();
+        if matrices.is_null() {
+            return Err(Failure::argument("matrices is NULL"));
+        }
+        if count < needed {
+            let message = format!("there is room for {count} matrices, and the scene has {needed} nodes");
+            return Err(Failure::argument(&message));
+        }
+        // SAFETY: there is room for `count` matrices, which is no less than `needed`; zero bits make floats, the
+        // caller's memory is written once to hold them, and a float array has the alignment of a float.
+        let matrices = unsafe {
+            matrices.write_bytes(0, 16 * needed);
+            slice::from_raw_parts_mut(matrices.cast::<Matrix>(), needed)
+        };
+        write(scene, matrices)
+    })
+}

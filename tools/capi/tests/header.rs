@@ -1,0 +1,34 @@
+//! The committed header against the source that it is made from.
+
+use std::fs;
+
+/// Makes the header anew. To write it: `MOCAP_HEADER=write cargo test --test header`.
+#[test]
+fn the_header_is_current() {
+    let config = cbindgen::Config::from_file("cbindgen.toml").unwrap();
+    let builder = cbindgen::Builder::new().with_config(config);
+    let sources = ["src/border.rs", "src/handle.rs", "src/lib.rs"];
+    let builder = sources.into_iter().fold(builder, cbindgen::Builder::with_src);
+    let mut made = Vec::new();
+    builder.generate().unwrap().write(&mut made);
+    let made = String::from_utf8(made).unwrap();
+
+    if std::env::var("MOCAP_HEADER").as_deref() == Ok("write") {
+        fs::write("mocap.h", &made).unwrap();
+    }
+    let committed = fs::read_to_string("mocap.h").unwrap_or_default();
+    assert!(
+        committed == made,
+        "mocap.h is not what src/ says; see the test for how to write it"
+    );
+}
+
+#[test]
+fn pkg_config_states_the_version() {
+    let pc = fs::read_to_string("mocap.pc").unwrap();
+    let version = format!("Version: {}", env!("CARGO_PKG_VERSION"));
+    assert!(
+        pc.lines().any(|line| line == version),
+        "mocap.pc has no line \"{version}\""
+    );
+}

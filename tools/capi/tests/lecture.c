@@ -1,0 +1,137 @@
+/* Reads the lecture's file and holds every world matrix against the closed form of its motion.
+ *
+ *     lecture lecture_Test.bvh
+ */
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <mocap.h>
+
+enum { NODES = 4, THREADS = 4 };
+
+#define CHECK(condition)                                                                                     \
+    do {                                                                                                     \
+        if (!(condition)) {                                                                                  \
+            fprintf(stderr, "%s:%d: %s (%s)\n", __FILE__, __LINE__, #condition, mocap_error_text());         \
+            exit(1);                                                                                         \
+        }                                                                                                    \
+    } while (0)
+
+/* Where the nodes are at a tick: the shoulder at (0.1 (tick + 1), 0.02 tick), links 2, 1.5 and 0.5 long, each joint
+ * turned by 5, 10 and 8 degrees times tick + 1 against the link before. */
+static void arm(double tick, double positions[NODES][2])
+{
+    static const double lengths[] = {2.0, 1.5, 0.5};
+    static const double turns[] = {5.0, 10.0, 8.0};
+    double angle = 0.0;
+    positions[0][0] = 0.1 * (tick + 1.0);
+    positions[0][1] = 0.02 * tick;
+    for (int joint = 0; joint < 3; joint++) {
+        angle += turns[joint] * (tick + 1.0) * acos(-1.0) / 180.0;
+        positions[joint + 1][0] = positions[joint][0] + lengths[joint] * cos(angle);
+        positions[joint + 1][1] = positions[joint][1] + lengths[joint] * sin(angle);
+    }
+}
+
+static void check_all_ticks(const mocap_scene *scene)
+{
+    float matrices[NODES][16];
+    double expected[NODES][2];
+    for (double tick = 0.0; tick <= mocap_duration(scene, 0); tick += 0.25) {
+        CHECK(mocap_world_matrices(scene, 0, tick, matrices[0], NODES) == MOCAP_STATUS_OK);
+        arm(tick, expected);
+        for (int node = 0; node < NODES; node++) {
+            CHECK(fabs(matrices[node][12] - expected[node][0]) < 1e-6);
+            CHECK(fabs(matrices[node][13] - expected[node][1]) < 1e-6);
+            CHECK(matrices[node][14] == 0.0f && matrices[node][15] == 1.0f);
+        }
+    }
+}
+
+static void *in_a_thread(void *scene)
+{
+    check_all_ticks(scene);
+    return NULL;
+}
+
+static void check_skeleton(const mocap_scene *scene)
+{
+    static const char *const names[NODES] = {"Shoulder", "Elbow", "Wrist", "EndSite_Wrist"};
+    CHECK(mocap_node_count(scene) == NODES);
+    for (uint32_t node = 0; node < NODES; node++) {
+        CHECK(strcmp(mocap_node_name(scene, node), names[node]) == 0);
+        CHECK(mocap_node_parent(scene, node) == (node == 0 ? MOCAP_NO_NODE : node - 1));
+        CHECK(mocap_find_node(scene, names[node]) == node);
+    }
+    CHECK(mocap_find_node(scene, "Ankle") == MOCAP_NO_NODE && mocap_error_text()[0] == '\0');
+    CHECK(mocap_animation_count(scene) == 1);
+    CHECK(mocap_channel_count(scene, 0) == 3);
+    CHECK(mocap_duration(scene, 0) == 9.0);
+    CHECK(fabs(mocap_ticks_per_second(scene, 0) - 10.0) < 1e-6);
+    CHECK(mocap_warning_count(scene) == 0);
+    CHECK(mocap_warning_text(scene, 0) == NULL);
+}
+
+static void check_poses(const mocap_scene *scene)
+{
+    float matrices[NODES][16];
+    CHECK(mocap_rest_local_matrices(scene, matrices[0], NODES) == MOCAP_STATUS_OK);
+    CHECK(matrices[1][12] == 2.0f && matrices[2][12] == 1.5f && matrices[3][12] == 0.5f);
+    CHECK(mocap_rest_world_matrices(scene, matrices[0], NODES) == MOCAP_STATUS_OK);
+    CHECK(matrices[1][12] == 2.0f && matrices[2][12] == 3.5f && matrices[3][12] == 4.0f);
+    CHECK(mocap_local_matrices(scene, 0, 9.0, matrices[0], NODES) == MOCAP_STATUS_OK);
+    /* Column after column: the second number is the sine of the shoulder's 50 degrees. */
+    CHECK(fabs(matrices[0][1] - sin(50.0 * acos(-1.0) / 180.0)) < 1e-6);
+    CHECK(matrices[1][12] == 2.0f);
+}
+
+static void check_refusals(const mocap_scene *scene)
+{
+    float matrices[NODES][16];
+    memset(matrices, 0, sizeof matrices);
+    CHECK(mocap_world_matrices(scene, 0, 0.0, matrices[0], NODES - 1) == MOCAP_STATUS_BAD_ARGUMENT);
+    CHECK(strstr(mocap_error_text(), "4 nodes") != NULL);
+    CHECK(matrices[0][0] == 0.0f);
+    CHECK(mocap_world_matrices(scene, 1, 0.0, matrices[0], NODES) == MOCAP_STATUS_BAD_ARGUMENT);
+    CHECK(mocap_world_matrices(scene, 0, 0.0, NULL, NODES) == MOCAP_STATUS_BAD_ARGUMENT);
+    CHECK(mocap_world_matrices(NULL, 0, 0.0, matrices[0], NODES) == MOCAP_STATUS_BAD_ARGUMENT);
+    CHECK(mocap_node_name(scene, NODES) == NULL);
+    CHECK(mocap_node_parent(scene, NODES) == MOCAP_NO_NODE);
+    CHECK(mocap_node_count(NULL) == 0);
+
+    CHECK(mocap_open_file("/no/such/file.bvh") == NULL);
+    CHECK(strstr(mocap_error_text(), "/no/such/file.bvh") != NULL);
+    CHECK(mocap_open_file(NULL) == NULL);
+    static const char text[] = "HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n";
+    CHECK(mocap_open_memory((const uint8_t *)text, sizeof text - 1, "a.bvh") == NULL);
+    CHECK(strncmp(mocap_error_text(), "a.bvh:3:12: error[invalid-number]", 33) == 0);
+    mocap_close(NULL);
+}
+
+int main(int argc, char **argv)
+{
+    CHECK(argc == 2);
+    CHECK(mocap_interface_version() == MOCAP_INTERFACE_VERSION);
+    CHECK(mocap_version()[0] != '\0');
+    mocap_scene *scene = mocap_open_file(argv[1]);
+    CHECK(scene != NULL);
+
+    check_skeleton(scene);
+    check_poses(scene);
+    check_refusals(scene);
+
+    pthread_t threads[THREADS];
+    for (int thread = 0; thread < THREADS; thread++) {
+        CHECK(pthread_create(&threads[thread], NULL, in_a_thread, scene) == 0);
+    }
+    for (int thread = 0; thread < THREADS; thread++) {
+        CHECK(pthread_join(threads[thread], NULL) == 0);
+    }
+    mocap_close(scene);
+    puts("the arm stands where the lecture puts it");
+    return 0;
+}

@@ -1,0 +1,110 @@
+//! The programs in C and C++, compiled, linked and run as their users would, under valgrind.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const LECTURE: &str = "../../fixtures/real/lecture_Test.bvh";
+
+/// Compilers that ask for more than the default, so that the header is clean for everyone.
+const C: &[&str] = &["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+const CPP: &[&str] = &["c++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
+
+fn succeed(command: &mut Command) -> Output {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
+    assert!(
+        output.status.success(),
+        "{command:?}\n{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}
+
+/// Installs the library into a folder of its own, named after the test.
+fn installed(test: &str) -> PathBuf {
+    let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    succeed(Command::new("./install").arg(&prefix));
+    prefix
+}
+
+/// What `pkg-config` tells compilers about the library at `prefix`.
+fn flags(prefix: &Path, more: &[&str]) -> Vec<String> {
+    let output = succeed(
+        Command::new("pkg-config")
+            .args(["--cflags", "--libs", "mocap"])
+            .args(more)
+            .env("PKG_CONFIG_PATH", prefix.join("lib/pkgconfig")),
+    );
+    let flags = String::from_utf8(output.stdout).unwrap();
+    flags.split_whitespace().map(str::to_owned).collect()
+}
+
+fn compile(compiler: &[&str], source: &str, program: &Path, flags: &[String]) {
+    let (name, options) = compiler.split_first().unwrap();
+    succeed(
+        Command::new(name)
+            .args(options)
+            .args(["-g", "-pthread", source, "-o"])
+            .arg(program)
+            .args(flags)
+            .arg("-lm"),
+    );
+}
+
+/// Runs a program under valgrind, which fails on any invalid access and on any memory that is not freed.
+fn run(program: &Path, prefix: &Path) -> String {
+    let output = succeed(
+        Command::new("valgrind")
+            .args(["--quiet", "--error-exitcode=99", "--leak-check=full"])
+            .args([
+                "--show-leak-kinds=definite,indirect,possible",
+                "--errors-for-leak-kinds=definite,indirect,possible",
+            ])
+            .arg(program)
+            .arg(LECTURE)
+            .env("LD_LIBRARY_PATH", prefix.join("lib")),
+    );
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn a_c_program_sees_the_motion_of_the_lecture() {
+    let prefix = installed("shared");
+    let program = prefix.join("lecture");
+    compile(C, "tests/lecture.c", &program, &flags(&prefix, &[]));
+    assert_eq!(run(&program, &prefix), "the arm stands where the lecture puts it\n");
+}
+
+#[test]
+fn a_c_program_links_the_static_library() {
+    let prefix = installed("static");
+    let program = prefix.join("lecture");
+    for shared in ["libmocap.so", "libmocap.so.0"] {
+        std::fs::remove_file(prefix.join("lib").join(shared)).unwrap();
+    }
+    compile(C, "tests/lecture.c", &program, &flags(&prefix, &["--static"]));
+    assert_eq!(run(&program, &prefix), "the arm stands where the lecture puts it\n");
+}
+
+#[test]
+fn a_cpp_program_reads_from_memory() {
+    let prefix = installed("memory");
+    let program = prefix.join("memory");
+    compile(CPP, "tests/memory.cpp", &program, &flags(&prefix, &[]));
+
+    let mut expected = String::new();
+    for tick in 0..10u8 {
+        // The closed form of the lecture's motion; see tests/lecture.c.
+        let count = f64::from(tick) + 1.0;
+        let (mut x, mut y, mut degrees) = (0.1 * count, 0.02 * f64::from(tick), 0.0);
+        for (length, turn) in [(2.0, 5.0), (1.5, 10.0), (0.5, 8.0)] {
+            degrees += turn * count;
+            x += length * f64::to_radians(degrees).cos();
+            y += length * f64::to_radians(degrees).sin();
+        }
+        expected += &format!("{tick} {x:.3} {y:.3} 0.000\n");
+    }
+    assert_eq!(run(&program, &prefix), expected);
+}

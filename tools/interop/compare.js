@@ -1,0 +1,60 @@
+// Places of joints: when to look, where they should be, and how far off they are.
+
+/** How far a joint may be off in a figure of human size, in metres. */
+const TOLERANCE = 0.0001;
+/** The height up to which that holds; a larger figure may be off by the same share of its size. */
+const HUMAN_SIZE = 2.5;
+
+/** Ticks to look at: both ends, two frames between, and half-way between two frames, where the client interpolates. */
+export function ticksOf(frames) {
+  const last = frames - 1;
+  const ticks = [0, Math.floor(last / 3), Math.floor((2 * last) / 3), last];
+  if (last >= 2) ticks.push(Math.floor(last / 2) + 0.5);
+  return [...new Set(ticks)].sort((a, b) => a - b);
+}
+
+/**
+ * The way from a source to the written file, by the steps that the file names: from a tick of the file to the
+ * source's, and from a place in the source to the file's. Throws at a step that it cannot repeat.
+ */
+export function stepsOf(provenance) {
+  let ticksBefore = 0;
+  let change = (place) => place;
+  for (const step of provenance.steps ?? []) {
+    if (step.step === "trim") {
+      ticksBefore += step.first;
+    } else if (step.step === "convert_units") {
+      const before = change;
+      change = (place) => {
+        const [x, y, z] = before(place);
+        const turned = step.up === "z" ? [x, z, -y] : [x, y, z];
+        return turned.map((value) => value * step.metres_per_unit);
+      };
+    } else {
+      throw new Error(`no way to repeat the step ${step.step}`);
+    }
+  }
+  return { sourceTick: (tick) => tick + ticksBefore, change };
+}
+
+/** The largest distance between two lists of places. NaN where they are not of one length. */
+export function largestDistance(places, expected) {
+  if (places.length !== expected.length) return NaN;
+  let largest = 0;
+  places.forEach((place, index) => {
+    const distance = Math.hypot(...place.map((value, axis) => value - expected[index][axis]));
+    if (!(distance <= largest)) largest = distance;
+  });
+  return largest;
+}
+
+/** How far off joints at these places may be. */
+export function toleranceFor(places) {
+  const extents = [0, 1, 2].map((axis) => {
+    const values = places.map((place) => place[axis]);
+    return Math.max(...values) - Math.min(...values);
+  });
+  return TOLERANCE * Math.max(1, Math.max(...extents) / HUMAN_SIZE);
+}
+
+export const millimetres = (metres) => `${(metres * 1000).toFixed(4)} mm`;

@@ -1,0 +1,56 @@
+// The command-line tool, and the files it is tried on.
+
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, readdirSync } from "node:fs";
+import { basename, extname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const FIXTURES = fileURLToPath(new URL("../../fixtures/", import.meta.url));
+const MOTION_FILES = [".bvh", ".amc", ".c3d"];
+/** The real files that mocap must refuse, each with the code of its error. */
+export const REFUSED = JSON.parse(readFileSync(new URL("exceptions.json", import.meta.url))).refused;
+
+/** Runs `mocap` and returns what it prints. Throws where it fails. */
+export function mocap(...args) {
+  return execFileSync(process.env.MOCAP, args, {
+    encoding: "utf8",
+    maxBuffer: 1 << 30,
+    stdio: ["ignore", "pipe", "pipe"],
+  });
+}
+
+/** Writes `input` to `output`, whose extension says in which form. */
+export function convert(input, output, ...options) {
+  mocap("convert", input, output, ...options);
+  return output;
+}
+
+/** The nodes of a file at a tick: name, parent's name and place in the world. */
+export function pose(file, tick) {
+  return JSON.parse(mocap("pose", file, "--tick", String(tick), "--world", "--json")).nodes;
+}
+
+/** The readable motion files in a folder of fixtures, as paths. */
+export function fixtures(folder) {
+  return readdirSync(join(FIXTURES, folder))
+    .filter((name) => MOTION_FILES.includes(extname(name)) && !REFUSED.some(({ file }) => file === name))
+    .sort()
+    .map((name) => join(FIXTURES, folder, name));
+}
+
+/** One real file by name. */
+export function realFixture(name) {
+  return join(FIXTURES, "real", name);
+}
+
+/** A folder for the files that one part writes. */
+export function subfolder(folder, name) {
+  const path = join(folder, name);
+  mkdirSync(path, { recursive: true });
+  return path;
+}
+
+/** The name of a fixture's output, unique where two formats hold the same take. */
+export function outputName(input, extension) {
+  return basename(input).replaceAll(".", "_") + extension;
+}

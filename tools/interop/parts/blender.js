@@ -1,0 +1,66 @@
+// Blender, as the Python package bpy: one armature with a bone for every joint, the mesh on it, and the bones' places.
+// BLENDER_PYTHON names a Python that has bpy; README.md says how to get one.
+
+import { execFileSync } from "node:child_process";
+import { basename, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { largestDistance, millimetres, ticksOf, toleranceFor } from "../compare.js";
+import { describe } from "../glb.js";
+import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
+
+const SCRIPT = fileURLToPath(new URL("../blender/places.py", import.meta.url));
+
+function checkAnswer(results, { input, output, ticks }, answer) {
+  const name = basename(input);
+  const { nodes } = describe(output);
+  const joints = nodes.filter((node) => node.isJoint);
+  results.check(answer.armatures === 1, `${name}: ${answer.armatures} armatures`);
+  results.check(answer.meshes === 1, `${name}: ${answer.meshes} meshes on the armature`);
+  const boneOf = new Map(answer.bones.map((bone, index) => [bone, index]));
+  const missing = joints.filter((joint) => !boneOf.has(joint.name)).map((joint) => joint.name);
+  results.check(missing.length === 0, `${name}: no bones for ${missing.join(", ")}`);
+  results.check(
+    answer.bones.length === joints.length,
+    `${name}: ${answer.bones.length} bones for ${joints.length} joints`,
+  );
+  if (missing.length > 0) return 0;
+  let worst = 0;
+  ticks.forEach((tick, index) => {
+    const expected = pose(output, tick).map((node) => node.translation);
+    const places = joints.map((joint) => answer.places[index][boneOf.get(joint.name)]);
+    const ofJoints = expected.filter((_, node) => nodes[node].isJoint);
+    const distance = largestDistance(places, ofJoints);
+    const tolerance = toleranceFor(ofJoints);
+    results.check(distance <= tolerance, `${name}, tick ${tick}: ${millimetres(distance)} off`);
+    if (tolerance < 0.00011 && distance > worst) worst = distance;
+  });
+  return worst;
+}
+
+export async function run(results, folder) {
+  const outputs = subfolder(folder, "blender");
+  const files = fixtures("real").map((input) => {
+    const output = convert(input, join(outputs, outputName(input, ".glb")));
+    const { frames, frameTime } = describe(output);
+    return { input, output, frameTime, ticks: ticksOf(Math.max(frames, 1)) };
+  });
+  const requests = files.map(({ output, frameTime, ticks }) => ({
+    file: output,
+    frames_per_second: frameTime > 0 ? 1 / frameTime : 24,
+    seconds: ticks.map((tick) => tick * frameTime),
+  }));
+  const printed = execFileSync(process.env.BLENDER_PYTHON ?? "python3", [SCRIPT], {
+    input: JSON.stringify(requests),
+    encoding: "utf8",
+    maxBuffer: 1 << 30,
+    stdio: ["pipe", "pipe", "ignore"],
+  });
+  const [version, ...answers] = JSON.parse(printed.trim().split("\n").at(-1));
+  let worst = { distance: 0, file: "none" };
+  files.forEach((file, index) => {
+    const distance = checkAnswer(results, file, answers[index]);
+    if (distance > worst.distance) worst = { distance, file: basename(file.input) };
+  });
+  results.note(`Blender ${version}: figures of human size at most ${millimetres(worst.distance)} off, in ${worst.file}`);
+}

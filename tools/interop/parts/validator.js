@@ -1,0 +1,68 @@
+// The Khronos validator on every readable fixture in every form. No message of any severity is allowed, but for
+// those in exceptions.json.
+
+import { readFileSync } from "node:fs";
+import { readFile } from "node:fs/promises";
+import { basename, dirname, join } from "node:path";
+
+import validator from "gltf-validator";
+
+import { REFUSED, convert, fixtures, outputName, realFixture, subfolder } from "../mocap.js";
+
+const MODES = [
+  { name: "default", extension: ".glb", options: [] },
+  { name: "beside", extension: ".gltf", options: [] },
+  { name: "embedded", extension: ".gltf", options: ["--embed"] },
+  { name: "segmented", extension: ".glb", options: ["--mesh", "segmented"] },
+  { name: "no-mesh", extension: ".glb", options: ["--mesh", "none"] },
+  { name: "keep-constant", extension: ".glb", options: ["--keep-constant"] },
+  { name: "root-motion", extension: ".glb", options: ["--root-motion"] },
+  { name: "resampled", extension: ".glb", options: ["--fps", "30", "--rest", "frame:0", "--in-place"] },
+];
+const SEVERITIES = ["error", "warning", "info", "hint"];
+const EXCEPTIONS = JSON.parse(readFileSync(new URL("../exceptions.json", import.meta.url))).validator;
+
+/** The messages about a file that no exception allows, as text. */
+export async function messagesAbout(path, mode) {
+  const report = await validator.validateBytes(new Uint8Array(await readFile(path)), {
+    uri: basename(path),
+    maxIssues: 0,
+    externalResourceFunction: async (uri) =>
+      new Uint8Array(await readFile(join(dirname(path), decodeURIComponent(uri)))),
+  });
+  const isAllowed = (message) =>
+    EXCEPTIONS.some((exception) => exception.mode === mode && exception.code === message.code);
+  return report.issues.messages
+    .filter((message) => !isAllowed(message))
+    .map((message) => `${SEVERITIES[message.severity]} ${message.code} at ${message.pointer}: ${message.message}`);
+}
+
+/** What mocap says of a file that it does not convert; empty where it does. */
+function refusalOf(input, folder) {
+  try {
+    convert(input, join(folder, "refused.glb"));
+    return "";
+  } catch (error) {
+    return error.stderr.toString();
+  }
+}
+
+export async function run(results, folder) {
+  for (const mode of MODES) {
+    const outputs = subfolder(folder, `validator/${mode.name}`);
+    let files = 0;
+    for (const input of [...fixtures("real"), ...fixtures("dialects")]) {
+      await results.guard(`${basename(input)}, ${mode.name}`, async () => {
+        const output = convert(input, join(outputs, outputName(input, mode.extension)), ...mode.options);
+        const messages = await messagesAbout(output, mode.name);
+        const some = messages.slice(0, 3).join("\n    ");
+        results.check(messages.length === 0, `${basename(input)}, ${mode.name}: ${messages.length} messages\n    ${some}`);
+        files += 1;
+      });
+    }
+    results.note(`${mode.name}: ${files} files`);
+  }
+  for (const { file, code } of REFUSED) {
+    results.check(refusalOf(realFixture(file), folder).includes(`[${code}]`), `${file} is not refused with ${code}`);
+  }
+}

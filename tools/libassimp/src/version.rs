@@ -1,0 +1,41 @@
+//! The version that programs ask for: that of the Assimp whose interface this is.
+
+use std::ffi::{CStr, c_char};
+
+const LEGAL: &CStr = c"mocap, under the MIT or the Apache 2.0 licence, in the shape of Assimp's interface";
+
+/// 5.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetVersionMajor() -> u32 {
+    5
+}
+
+/// 2.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetVersionMinor() -> u32 {
+    2
+}
+
+/// 4, which is what Assimp 5.2.5 says of itself.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetVersionPatch() -> u32 {
+    4
+}
+
+/// 0: no revision of Assimp's own source.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetVersionRevision() -> u32 {
+    0
+}
+
+/// `ASSIMP_CFLAGS_SHARED`: this is a shared library.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetCompileFlags() -> u32 {
+    1
+}
+
+/// Whose work this is.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiGetLegalString() -> *const c_char {
+    LEGAL.as_ptr()
+}

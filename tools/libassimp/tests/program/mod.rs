@@ -1,0 +1,99 @@
+//! Compiling and running the C++ programs.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// Which `libassimp.so.5` a program runs with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Library {
+    Debian,
+    Ours,
+}
+
+/// The folder in which our library is called as programs look for it. It is built when first asked for.
+pub(crate) fn our_folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("build");
+        succeed(
+            Command::new(env!("CARGO"))
+                .args(["build", "--quiet", "--target-dir"])
+                .arg(&built),
+        );
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lib");
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::copy(built.join("debug/libassimp.so"), folder.join("libassimp.so.5")).unwrap();
+        folder
+    })
+}
+
+/// Compiles `tests/NAME.cpp` against Debian's headers and library.
+pub(crate) fn compile(name: &str, options: &[&str]) -> PathBuf {
+    // Tests run at the same time, so each compiles for itself.
+    static COUNT: std::sync::atomic::AtomicUsize = std::sync::atomic::AtomicUsize::new(0);
+    let count = COUNT.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{count}"));
+    succeed(
+        Command::new("c++")
+            .args(["-std=c++17", "-O1", "-g", "-Wall", "-Wextra", "-Werror"])
+            .args(options)
+            .arg(format!("tests/{name}.cpp"))
+            .arg("-o")
+            .arg(&program)
+            .arg("-lassimp"),
+    );
+    program
+}
+
+/// Runs a program on a file, and returns what it prints.
+pub(crate) fn run(program: &Path, library: Library, file: &str) -> String {
+    run_with(program, library, &[file])
+}
+
+/// Runs a program, and returns what it prints.
+pub(crate) fn run_with(program: &Path, library: Library, arguments: &[&str]) -> String {
+    let mut command = Command::new(program);
+    command.args(arguments);
+    text(succeed(with(&mut command, library)))
+}
+
+/// Runs a program with our library under valgrind, which fails on invalid accesses and on memory that is not freed.
+pub(crate) fn run_under_valgrind(program: &Path, file: &str) {
+    let mut command = Command::new("valgrind");
+    command.args([
+        "--quiet",
+        "--error-exitcode=99",
+        "--leak-check=full",
+        "--errors-for-leak-kinds=all",
+    ]);
+    command.arg(program).arg(file);
+    succeed(with(&mut command, Library::Ours));
+}
+
+/// Sets the command's search path for libraries.
+pub(crate) fn with(command: &mut Command, library: Library) -> &mut Command {
+    match library {
+        Library::Debian => command.env_remove("LD_LIBRARY_PATH"),
+        Library::Ours => command.env("LD_LIBRARY_PATH", our_folder()),
+    }
+}
+
+/// Runs a command that is to succeed.
+pub(crate) fn succeed(command: &mut Command) -> Output {
+    let output = command
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
+    assert!(
+        output.status.success(),
+        "{command:?}\n{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}
+
+/// What a command printed.
+pub(crate) fn text(output: Output) -> String {
+    String::from_utf8(output.stdout).unwrap()
+}

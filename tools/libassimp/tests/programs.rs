@@ -1,0 +1,153 @@
+//! Programs compiled once against Assimp's headers and library, and run with Debian's library and with this one.
+
+mod program;
+
+use std::process::Command;
+
+use program::{Library, compile, our_folder, run, run_under_valgrind, succeed, text, with};
+
+const LECTURE: &str = "lecture_Test";
+
+/// Real files, from five programs that write BVH, that both libraries read without a known difference.
+const REAL: [&str; 5] = [
+    "cmu_short",
+    "biovision_example1",
+    "makehuman_zombie_walk",
+    "slimevr_headset_root",
+    "z_up_dab",
+];
+
+fn fixture(name: &str) -> String {
+    format!("{}/../../fixtures/real/{name}.bvh", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Asserts that two texts have the same words in the same lines, and numbers that are no further apart than
+/// `tolerance` says for the line and the number.
+fn assert_same_words(name: &str, expected: &str, found: &str, tolerance: impl Fn(&str, f64) -> f64) {
+    assert_eq!(expected.lines().count(), found.lines().count(), "{name}: lines");
+    for (number, (expected, found)) in expected.lines().zip(found.lines()).enumerate() {
+        let is_same_word = |(left, right): (&str, &str)| {
+            let numbers = left.parse::<f64>().ok().zip(right.parse::<f64>().ok());
+            left == right || numbers.is_some_and(|(left, right)| (left - right).abs() <= tolerance(expected, left))
+        };
+        let same = expected.split_whitespace().count() == found.split_whitespace().count()
+            && std::iter::zip(expected.split_whitespace(), found.split_whitespace()).all(is_same_word);
+        assert!(same, "{name}, line {}:\n  {expected}\n  {found}", number + 1);
+    }
+}
+
+/// One unit of the sixth digit, the last that C++ prints; of numbers below 1 that of 0.1, as sums of greater ones
+/// leave it. A hair more, since decimals are not exact in binary.
+fn sixth_digit(_line: &str, number: f64) -> f64 {
+    let digits_before_point = number.abs().max(0.1).log10().floor() as i32 + 1;
+    1.001 * 10f64.powi(digits_before_point - 6)
+}
+
+/// 1e-5, as a share of numbers greater than 1. The components of a place in the world are sums of terms as great as
+/// the greatest of them, so there it is a share of that.
+fn share(line: &str, number: f64) -> f64 {
+    let is_in_world = line.starts_with("  ") && line.split_whitespace().count() == 20;
+    let numbers = line.split_whitespace().filter_map(|word| word.parse::<f64>().ok());
+    let greatest = numbers.fold(1.0, |greatest: f64, number| greatest.max(number.abs()));
+    1e-5 * if is_in_world { greatest } else { number.abs().max(1.0) }
+}
+
+#[test]
+fn the_course_sees_the_same_lecture() {
+    let program = compile("course", &[]);
+    let debian = run(&program, Library::Debian, &fixture(LECTURE));
+    let ours = run(&program, Library::Ours, &fixture(LECTURE));
+    assert!(ours.contains("tick 9\n"), "{ours}");
+    assert_same_words(LECTURE, &debian, &ours, sixth_digit);
+}
+
+#[test]
+fn the_course_sees_the_same_real_files() {
+    let program = compile("course", &[]);
+    for name in REAL {
+        let debian = run(&program, Library::Debian, &fixture(name));
+        let ours = run(&program, Library::Ours, &fixture(name));
+        assert!(debian.contains("tick 1\n"), "{name}: {debian}");
+        assert_same_words(name, &debian, &ours, share);
+    }
+}
+
+#[test]
+fn everything_else_is_the_same() {
+    let program = compile("everything", &[]);
+    for name in [LECTURE].iter().chain(&REAL[..2]) {
+        let debian = run(&program, Library::Debian, &fixture(name));
+        let ours = run(&program, Library::Ours, &fixture(name));
+        assert_same_words(name, &debian, &ours, share);
+    }
+}
+
+#[test]
+fn the_class_of_cpp_programs_is_the_same() {
+    let program = compile("importer", &[]);
+    let debian = run(&program, Library::Debian, &fixture(LECTURE));
+    let ours = run(&program, Library::Ours, &fixture(LECTURE));
+    // Assimp's BVH importer keeps nodes of the motion before, so it fails in the last line.
+    let (debian, _) = debian.split_once("again: ").unwrap();
+    let (ours, again) = ours.split_once("again: ").unwrap();
+    assert_eq!(ours, debian);
+    assert!(ours.ends_with(&format!("file: {again}")), "{ours}, {again}");
+}
+
+#[test]
+fn memory_is_sound_under_valgrind() {
+    for source in ["course", "everything", "export", "importer"] {
+        run_under_valgrind(&compile(source, &[]), &fixture(LECTURE));
+    }
+}
+
+#[test]
+fn memory_is_sound_under_the_address_sanitizer() {
+    for source in ["course", "everything", "export", "importer"] {
+        let program = compile(source, &["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]);
+        run(&program, Library::Ours, &fixture(LECTURE));
+    }
+}
+
+/// With pyassimp 5.2.5, which `check` puts into `target/python`.
+#[test]
+fn python_sees_the_same_scene() {
+    let see = |library, name: &str| {
+        let mut python = Command::new("python3");
+        python
+            .args(["tests/scene.py", &fixture(name)])
+            .env("PYTHONPATH", "target/python");
+        let output = succeed(with(&mut python, library));
+        // The library's path stands on standard error.
+        let path = String::from_utf8_lossy(&output.stderr).into_owned();
+        let is_ours = path.starts_with(our_folder().to_str().unwrap());
+        assert_eq!(is_ours, library == Library::Ours, "{path}");
+        text(output)
+    };
+    for name in [LECTURE].iter().chain(&REAL[..2]) {
+        let (debian, ours) = (see(Library::Debian, name), see(Library::Ours, name));
+        assert!(ours.ends_with("exported glTF True\n"), "{ours}");
+        assert_same_words(name, &debian, &ours, share);
+    }
+}
+
+#[test]
+fn an_exported_scene_can_be_imported_again() {
+    // Assimp reads what we write: the program exports with this library, and prints what Debian's makes of it.
+    let program = compile("export", &[]);
+    let folder = program.with_extension("written");
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("lecture");
+    program::run_with(&program, Library::Ours, &[&fixture(LECTURE), file.to_str().unwrap()]);
+    for extension in ["glb", "gltf", "blob.glb", "blob.gltf"] {
+        let file = folder.join(format!("lecture.{extension}"));
+        let seen = run(&program, Library::Debian, file.to_str().unwrap());
+        for name in ["Shoulder", "Elbow", "Wrist", "EndSite_Wrist"] {
+            assert!(
+                seen.lines().any(|line| line == format!("node {name}")),
+                "{extension}: {seen}"
+            );
+        }
+        assert!(seen.contains("seconds 0.9"), "{extension}: {seen}");
+    }
+}

@@ -1,0 +1,100 @@
+"""Motion capture as arrays: BVH and others into NumPy, Arrow and glTF.
+
+>>> import mocap
+>>> motion = mocap.read("walk.bvh").to_numpy(rot="6d", fps=30, unit="m")  # doctest: +SKIP
+>>> motion.positions.shape  # frames, joints, xyz                          # doctest: +SKIP
+(131, 38, 3)
+
+Matrices map column vectors, quaternions are x, y, z, w, coordinates are right-handed. Reading and kinematics run with
+the interpreter let go, so threads work side by side.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any, Literal
+
+from . import _mocap
+from ._errors import MocapError
+from ._mocap import ArrowTable, Node
+from ._options import Axis, Contacts, Options, ReadOptions, Unit, metres
+from ._scene import Motion, Scene
+
+__all__ = [
+    "ArrowTable",
+    "Contacts",
+    "MocapError",
+    "Motion",
+    "Node",
+    "Options",
+    "ReadOptions",
+    "Scene",
+    "convert",
+    "read",
+    "read_bytes",
+    "table",
+]
+
+
+def read(path: str | os.PathLike[str], **options: Any) -> Scene:
+    """Reads a motion file. ``options`` are the fields of :class:`ReadOptions`.
+
+    Raises:
+        MocapError: Where the file cannot be opened, is of no known format, or breaks the rules of its own.
+    """
+    return Scene(_mocap.read(path, ReadOptions(**options)))
+
+
+def read_bytes(data: bytes, name: str, **options: Any) -> Scene:
+    """Reads the bytes of a motion file. ``name`` stands for the file in errors, its extension helps to tell the format.
+
+    Raises:
+        MocapError: As :func:`read`.
+    """
+    return Scene(_mocap.read_bytes(data, name, ReadOptions(**options)))
+
+
+def convert(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    unit: Unit | float | None = None,
+    up: Axis | None = None,
+    fps: float | None = None,
+    **options: Any,
+) -> int:
+    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, in metres with +Y up; returns the bytes written.
+
+    Args:
+        source: The motion file.
+        target: The file to write; it is whole or absent.
+        unit: Unit of length of the source, by name or as metres in one; what it says, else a guess, if ``None``.
+        up: The axis of the source that points up; a guess if ``None``.
+        fps: Frames per second to write; the source's own frames if ``None``.
+        options: The fields of :class:`ReadOptions`.
+
+    Raises:
+        MocapError: Where the source cannot be read or the target cannot be written.
+    """
+    return _mocap.convert(source, target, metres(unit), up, fps, ReadOptions(**options))
+
+
+def table(
+    files: Iterable[tuple[str, bytes]],
+    shape: Literal["clips", "inventory"] = "clips",
+    options: Options = Options(),
+    read_options: ReadOptions = ReadOptions(),
+) -> ArrowTable:
+    """A table with a row for each file, names and bytes given. A file that cannot be read is a row with an ``error``.
+
+    This is what to map over the batches of Ray Data, Spark or Dask: options and results travel between processes.
+
+    Args:
+        files: Names and bytes.
+        shape: ``"clips"`` for the arrays, as lists in one row; ``"inventory"`` for what a file holds, without its
+            motion: skeleton hash, joints, frames, frame rate, duration, unit, axis, warnings.
+        options: What to put into the arrays.
+        read_options: How to read.
+    """
+    return _mocap.table(list(files), shape, options.to_json(), read_options)

@@ -1,0 +1,113 @@
+"""Options as plain data, which compare, print and pickle."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from . import _mocap
+
+Unit = Literal["m", "cm", "mm", "inch", "cmu"]
+Axis = Literal["y", "z"]
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How to read a file.
+
+    Attributes:
+        format: ``"bvh"`` or another format's name; found from the contents if ``None``.
+        root_offset: What to do with a root's OFFSET where the root has position channels too: ``"auto"`` adds where
+            the first frame's root position is near zero while the OFFSET is not, else replaces.
+        all_rows: Read rows beyond the declared number of frames too.
+        frame_rate: Frames per second to take in place of the file's own.
+        strict: Take every warning for an error.
+    """
+
+    format: str | None = None
+    root_offset: Literal["auto", "replace", "add"] = "auto"
+    all_rows: bool = False
+    frame_rate: float | None = None
+    strict: bool = False
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What counts as a foot that stands on the ground: low and slow at once.
+
+    The ground is where the lowest foot is in most frames: at the height below which it is in a twentieth of them.
+
+    Attributes:
+        feet: A regular expression for the names of the feet.
+        height: Metres above the ground, at most.
+        speed: Metres a second, at most.
+    """
+
+    feet: str = "(?i)foot|toe|ankle"
+    height: float = 0.05
+    speed: float = 0.4
+
+
+@dataclass(frozen=True)
+class Options:
+    """What to put into the arrays. The default is the file as it is.
+
+    Attributes:
+        rot: What the numbers of a rotation are: ``"quat"`` is x, y, z, w; ``"6d"`` the first two columns of the
+            matrix, one after the other; ``"matrix"`` 3 x 3; ``"euler"`` degrees about x, y and z, which the joint's
+            ``rotation_order`` puts in order.
+        space: What positions are relative to: the ``"world"``; the place of the ``"root"`` in the same frame, along
+            the world's axes; ``"local"`` is the listed parent, in its axes.
+        rot_space: What rotations are relative to: the listed parent (``"local"``) or the ``"world"``.
+        joints: A regular expression for the names of the joints and end sites to keep; all if ``None``.
+        fps: Frames per second; the file's own frames if ``None``. In between, positions move on a line and rotations
+            on the shorter arc.
+        trim: The part to keep, from and to, in seconds, both included; either may be ``None``.
+        unit: Unit of length of the output, by name or as metres in one; the file's own if ``None``.
+        file_unit: Unit of length of the file; what it says, else a guess, if ``None``.
+        up: The axis of the output that points up; the file's own axes if ``None``.
+        file_up: The axis of the file that points up; a guess if ``None``.
+        velocities: Give velocities too, in units a second: central differences, one-sided at the first and the last
+            frame.
+        contacts: Say which feet stand on the ground; ``True`` stands for ``Contacts()``.
+    """
+
+    rot: Literal["quat", "6d", "matrix", "euler"] = "quat"
+    space: Literal["world", "root", "local"] = "world"
+    rot_space: Literal["local", "world"] = "local"
+    joints: str | None = None
+    fps: float | None = None
+    trim: tuple[float | None, float | None] = (None, None)
+    unit: Unit | float | None = None
+    file_unit: Unit | float | None = None
+    up: Axis | None = None
+    file_up: Axis | None = None
+    velocities: bool = False
+    contacts: Contacts | bool = field(default=False)
+
+    def to_json(self) -> str:
+        """The options as the native half reads them."""
+        contacts = Contacts() if self.contacts is True else self.contacts or None
+        first, last = self.trim
+        values: dict[str, Any] = {
+            "rotation": self.rot,
+            "space": self.space,
+            "rotation_space": self.rot_space,
+            "joints": self.joints,
+            "frames_per_second": self.fps,
+            "first": None if first is None else {"seconds": first},
+            "last": None if last is None else {"seconds": last},
+            "metres_per_unit": metres(self.unit),
+            "file_metres_per_unit": metres(self.file_unit),
+            "up": self.up,
+            "file_up": self.file_up,
+            "velocities": self.velocities,
+            "contacts": contacts and vars(contacts),
+        }
+        return json.dumps(values)
+
+
+def metres(unit: Unit | float | None) -> float | None:
+    """Metres in one unit, which may be a name or that number already."""
+    return _mocap.metres_in(unit) if isinstance(unit, str) else unit

@@ -1,0 +1,129 @@
+"""A scene, and its motion as arrays."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mocap
+from ._options import Options
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion as arrays of F frames and J joints. Coordinates are right-handed.
+
+    Attributes:
+        positions: float32, (F, J, 3): x, y, z in the unit and the axes of the output.
+        rotations: float32, (F, J, 4), (F, J, 6), (F, J, 3, 3) or (F, J, 3), as ``Options.rot`` says.
+        velocities: float32, (F, J, 3), units a second; ``None`` unless asked for.
+        contacts: bool, (F, J): whether a foot stands on the ground; ``None`` unless asked for.
+        names: The names of the joints; they may repeat.
+        parents: int32, (J,): places in ``names``; -1 where there is none.
+        offsets: float32, (J, 3): from the parent at rest, in its axes, in the unit of the output.
+        frame_rate: Frames per second; 0 where there is no motion.
+        header: What the numbers mean and where they come from: unit, axes, joints, source file, decisions, steps.
+    """
+
+    positions: NDArray[np.float32]
+    rotations: NDArray[np.float32]
+    velocities: NDArray[np.float32] | None
+    contacts: NDArray[np.bool_] | None
+    names: list[str]
+    parents: NDArray[np.int32]
+    offsets: NDArray[np.float32]
+    frame_rate: float
+    header: dict[str, Any]
+
+
+class Scene:
+    """What a file holds: a graph of nodes, and how they move. Made by :func:`mocap.read`; it never changes."""
+
+    def __init__(self, native: _mocap.Scene) -> None:
+        self._native = native
+
+    def __repr__(self) -> str:
+        return f"<mocap.Scene of {len(self.nodes)} nodes, {self.frames} frames at {self.frame_rate:g} a second>"
+
+    @property
+    def nodes(self) -> list[_mocap.Node]:
+        """The nodes, depth-first: parents stand before their children.
+
+        Each has ``name``, ``kind`` (``"joint"``, ``"end_site"`` or ``"group"``), ``parent`` (a place in this list or
+        ``None``), ``offset`` (x, y, z to the parent at rest, in the file's unit) and ``rotation_order`` (such as
+        ``"ZXY"``, or ``None``).
+        """
+        return self._native.nodes
+
+    @property
+    def frames(self) -> int:
+        """How many frames there are."""
+        return self._native.frames
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames per second; 0 where there is no motion."""
+        return self._native.frame_rate
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the reader read around, each as its code and a sentence."""
+        return self._native.warnings
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """Where the scene comes from, and what was decided when it was read."""
+        metadata: dict[str, Any] = json.loads(self._native.metadata_json)
+        return metadata
+
+    def pose(self, tick: float, *, space: str = "world") -> NDArray[np.float32]:
+        """The matrices of all nodes at a tick, float32, (nodes, 4, 4), for column vectors.
+
+        Args:
+            tick: Unit of time; in BVH a frame. Between two frames it is interpolated, outside the nearest end holds.
+            space: ``"world"`` for node to world, ``"local"`` for node to parent.
+        """
+        if space not in ("world", "local"):
+            raise ValueError(f"space {space!r} is none of world, local")
+        return self._native.pose_matrices(tick, space == "world")
+
+    def to_numpy(self, options: Options = Options(), **changes: Any) -> Motion:
+        """The motion as arrays. Takes :class:`Options`, fields of it by name, or both.
+
+        >>> motion = scene.to_numpy(rot="6d", space="world", fps=30)  # doctest: +SKIP
+        >>> motion.positions.shape, motion.rotations.shape  # doctest: +SKIP
+        ((300, 31, 3), (300, 31, 6))
+
+        Raises:
+            MocapError: Where an option has no meaning, such as a pattern that no joint's name matches.
+        """
+        arrays = self._native.arrays(replace(options, **changes).to_json())
+        header = json.loads(arrays.pop("header_json"))
+        joints = header["joints"]
+        parents = [-1 if joint["parent"] is None else joint["parent"] for joint in joints]
+        offsets = [joint["offset"] for joint in joints]
+        return Motion(
+            names=[joint["name"] for joint in joints],
+            parents=np.array(parents, dtype=np.int32),
+            offsets=np.array(offsets, dtype=np.float32).reshape(-1, 3),
+            frame_rate=header["frame_rate"],
+            header=header,
+            **arrays,
+        )
+
+    def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
+        """The motion as a table with a row for each frame and joint.
+
+        The result has no methods of its own to speak of: ``pyarrow.table(...)``, ``polars.DataFrame(...)``, DuckDB and
+        every other library with the Arrow PyCapsule interface take it without a copy. Columns: ``clip``, ``frame``,
+        ``time`` in seconds, ``joint``, ``x``, ``y``, ``z``, the rotation's (``qx`` ... ``qw``, ``r00`` ..., ``ex``
+        ``ey`` ``ez``), and where asked for ``vx``, ``vy``, ``vz`` and ``contact``.
+
+        Raises:
+            MocapError: As :meth:`to_numpy`.
+        """
+        return self._native.arrow(replace(options, **changes).to_json(), clip)

@@ -1,0 +1,104 @@
+//! The native half of the Python package `mocap`: reading, kinematics and Arrow tables, with the interpreter let go
+//! while they run. The other half, in `python/mocap`, has the signatures and the documentation.
+
+#![allow(
+    clippy::needless_pass_by_value,
+    reason = "Python hands over what it made of the arguments"
+)]
+
+mod arrow;
+mod convert;
+mod errors;
+mod scene;
+
+use std::path::PathBuf;
+
+use mocap::survey::Unit;
+use mocap::{Importer, RootOffset, SkeletonMesh};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+
+use crate::errors::to_python;
+
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
+#[pymodule]
+mod _mocap {
+    #[pymodule_export]
+    use super::arrow::{ArrowTable, table};
+    #[pymodule_export]
+    use super::convert::convert;
+    #[pymodule_export]
+    use super::scene::{Node, Scene};
+    #[pymodule_export]
+    use super::{metres_in, read, read_bytes};
+}
+
+/// Reads a file.
+#[pyfunction]
+fn read(py: Python<'_>, path: PathBuf, options: ReadOptions) -> PyResult<scene::Scene> {
+    let importer = options.importer()?;
+    let scene = py.detach(|| importer.import(&path));
+    scene.map(scene::Scene::new).map_err(|error| to_python(py, &error))
+}
+
+/// Reads the bytes of a file.
+#[pyfunction]
+fn read_bytes(py: Python<'_>, data: PyBackedBytes, name: &str, options: ReadOptions) -> PyResult<scene::Scene> {
+    let importer = options.importer()?;
+    let scene = py.detach(|| importer.read(&data, name));
+    scene.map(scene::Scene::new).map_err(|error| to_python(py, &error))
+}
+
+/// Metres in one unit of this name.
+#[pyfunction]
+fn metres_in(unit: &str) -> PyResult<f64> {
+    let known = Unit::ALL.into_iter().find(|known| known.as_str() == unit);
+    known.map(Unit::metres).ok_or_else(|| {
+        let names = Unit::ALL.map(Unit::as_str).join(", ");
+        PyValueError::new_err(format!("unit {unit:?} is none of {names}, nor metres as a number"))
+    })
+}
+
+/// How to read, as `mocap.ReadOptions` has it.
+#[derive(FromPyObject)]
+pub(crate) struct ReadOptions {
+    format: Option<String>,
+    root_offset: String,
+    all_rows: bool,
+    frame_rate: Option<f64>,
+    strict: bool,
+}
+
+impl ReadOptions {
+    pub(crate) fn importer(&self) -> PyResult<Importer> {
+        let root_offset = match self.root_offset.as_str() {
+            "auto" => RootOffset::Auto,
+            "replace" => RootOffset::Replace,
+            "add" => RootOffset::Add,
+            other => {
+                let message = format!("root_offset {other:?} is none of auto, replace, add");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        let mut importer = Importer::new()
+            .root_offset(root_offset)
+            .all_rows(self.all_rows)
+            .strict(self.strict)
+            .skeleton_mesh(SkeletonMesh::None);
+        if let Some(format) = &self.format {
+            importer = importer.format(format);
+        }
+        if let Some(frame_rate) = self.frame_rate {
+            importer = importer.frame_rate(frame_rate);
+        }
+        Ok(importer)
+    }
+}
+
+/// The library's options from the JSON that `mocap.Options` writes.
+pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::Options> {
+    serde_json::from_str(json).map_err(|error| PyValueError::new_err(format!("options: {error}")))
+}

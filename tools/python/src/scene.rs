@@ -1,0 +1,153 @@
+//! A scene and its nodes.
+
+use std::sync::Arc;
+
+use mocap::arrays::{Arrays, Rotation, arrays, table};
+use mocap::glam::Mat4;
+use mocap::scene::{NodeKind, RotationOrder};
+use mocap::{Binding, Pose};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrow::ArrowTable;
+use crate::errors::to_python;
+use crate::options_from;
+
+#[pyclass(frozen, module = "mocap")]
+pub(crate) struct Scene {
+    scene: Arc<mocap::Scene>,
+}
+
+#[pyclass(frozen, get_all, module = "mocap")]
+pub(crate) struct Node {
+    name: String,
+    kind: &'static str,
+    parent: Option<usize>,
+    offset: [f32; 3],
+    rotation_order: Option<String>,
+}
+
+#[pymethods]
+impl Node {
+    fn __repr__(&self) -> String {
+        format!(
+            "Node(name={:?}, kind={:?}, parent={:?})",
+            self.name, self.kind, self.parent
+        )
+    }
+}
+
+impl Scene {
+    pub(crate) fn new(scene: mocap::Scene) -> Self {
+        Self { scene: Arc::new(scene) }
+    }
+
+    fn motion(&self, py: Python<'_>, options: &str) -> PyResult<Arrays> {
+        let options = options_from(options)?;
+        py.detach(|| arrays(&self.scene, &options))
+            .map_err(|error| to_python(py, &error))
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[getter]
+    fn nodes(&self) -> Vec<Node> {
+        let node = |node: &mocap::scene::Node| Node {
+            name: node.name.clone(),
+            kind: match node.kind {
+                NodeKind::Joint => "joint",
+                NodeKind::EndSite => "end_site",
+                _ => "group",
+            },
+            parent: node.parent.map(mocap::scene::NodeId::index),
+            offset: node.transform.w_axis.truncate().to_array(),
+            rotation_order: node.rotation_order.map(letters),
+        };
+        self.scene.nodes.iter().map(node).collect()
+    }
+
+    #[getter]
+    fn frames(&self) -> usize {
+        self.scene
+            .animations
+            .first()
+            .map_or(0, mocap::scene::Animation::frame_count)
+    }
+
+    #[getter]
+    fn frame_rate(&self) -> f64 {
+        self.scene
+            .animations
+            .first()
+            .map_or(0.0, |animation| animation.ticks_per_second)
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        let warning = |warning: &mocap::Diagnostic| format!("{}: {warning}", warning.code);
+        self.scene.warnings.iter().map(warning).collect()
+    }
+
+    #[getter]
+    fn metadata_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.scene.metadata)
+            .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))
+    }
+
+    fn pose_matrices<'py>(&self, py: Python<'py>, tick: f64, world: bool) -> PyResult<Bound<'py, PyAny>> {
+        let mut pose = Pose::rest(&self.scene);
+        if let Some(animation) = self.scene.animations.first() {
+            pose.sample(&Binding::new(&self.scene, animation), animation, tick);
+        }
+        let matrices = if world {
+            &pose.node_to_world
+        } else {
+            &pose.node_to_parent
+        };
+        // NumPy reads row by row, the library stores column by column.
+        let rows = |matrix: &Mat4| matrix.transpose().to_cols_array();
+        let values: Vec<f32> = matrices.iter().flat_map(rows).collect();
+        Ok(PyArray1::from_vec(py, values)
+            .reshape([matrices.len(), 4, 4])?
+            .into_any())
+    }
+
+    fn arrays<'py>(&self, py: Python<'py>, options: &str) -> PyResult<Bound<'py, PyDict>> {
+        let motion = self.motion(py, options)?;
+        let (frames, joints) = (motion.frames, motion.joints().len());
+        let width = motion.header.rotation.width();
+        let result = PyDict::new(py);
+        result.set_item("header_json", motion.header.to_json())?;
+        result.set_item(
+            "positions",
+            PyArray1::from_vec(py, motion.positions).reshape([frames, joints, 3])?,
+        )?;
+        let rotations = PyArray1::from_vec(py, motion.rotations);
+        if motion.header.rotation == Rotation::Matrix {
+            result.set_item("rotations", rotations.reshape([frames, joints, 3, 3])?)?;
+        } else {
+            result.set_item("rotations", rotations.reshape([frames, joints, width])?)?;
+        }
+        let velocities = motion
+            .velocities
+            .map(|values| PyArray1::from_vec(py, values).reshape([frames, joints, 3]));
+        result.set_item("velocities", velocities.transpose()?)?;
+        let contacts = motion
+            .contacts
+            .map(|values| PyArray1::from_vec(py, values).reshape([frames, joints]));
+        result.set_item("contacts", contacts.transpose()?)?;
+        Ok(result)
+    }
+
+    fn arrow(&self, py: Python<'_>, options: &str, clip: &str) -> PyResult<ArrowTable> {
+        let motion = self.motion(py, options)?;
+        let rows = py.detach(|| table::with_header(table::long(&motion, clip), &motion.header));
+        Ok(ArrowTable::new(rows))
+    }
+}
+
+fn letters(order: RotationOrder) -> String {
+    order.axes().into_iter().map(|axis| ["X", "Y", "Z"][axis]).collect()
+}

@@ -1,0 +1,40 @@
+"""Where the files are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).parents[3]
+REAL = REPOSITORY / "fixtures" / "real"
+
+# Five dialects: a plain file, one whose root adds to its OFFSET, one with six channels a joint that move, one whose
+# joints turn in different orders, and one with NaN among the values.
+DIALECTS = {
+    "cmu_12_01_walk.bvh": False,
+    "additive_root_walk.bvh": True,
+    "perception_neuron_moving_positions.bvh": False,
+    "cmu_mixed_rotation_orders.bvh": False,
+    "nan_tokens.bvh": True,
+}
+
+
+@pytest.fixture(params=DIALECTS)
+def dialect(request: pytest.FixtureRequest) -> tuple[Path, bool]:
+    """A file, and whether its root adds to its OFFSET."""
+    return REAL / request.param, DIALECTS[request.param]
+
+
+@pytest.fixture
+def walk() -> Path:
+    return REAL / "cmu_12_01_walk.bvh"
+
+
+@pytest.fixture(scope="session")
+def program() -> Path:
+    """The command line, with Parquet; `check` builds it."""
+    path = REPOSITORY / "target" / "debug" / "mocap"
+    if not path.exists():
+        pytest.skip("cargo build --features parquet has not been run")
+    return path

@@ -1,0 +1,121 @@
+"""What the package promises beyond numbers."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import polars
+import pyarrow as pa
+import pytest
+from conftest import REAL
+
+import mocap
+
+
+def test_shapes(walk: Path) -> None:
+    scene = mocap.read(walk)
+    joints = len(scene.nodes)
+    for rot, shape in {"quat": (4,), "6d": (6,), "matrix": (3, 3), "euler": (3,)}.items():
+        motion = scene.to_numpy(rot=rot, velocities=True, contacts=True)
+        assert motion.rotations.shape == (scene.frames, joints, *shape)
+        assert motion.rotations.dtype == np.float32
+        assert motion.velocities is not None and motion.velocities.shape == (scene.frames, joints, 3)
+        assert motion.contacts is not None and motion.contacts.shape == (scene.frames, joints)
+        assert motion.contacts.dtype == np.bool_
+    assert motion.parents.tolist() == [-1 if node.parent is None else node.parent for node in scene.nodes]
+    assert motion.offsets.shape == (joints, 3)
+    assert motion.header["provenance"]["source"]["name"] == walk.name
+
+
+def test_six_numbers_are_the_columns_of_the_matrix(walk: Path) -> None:
+    scene = mocap.read(walk)
+    matrices = scene.to_numpy(rot="matrix").rotations
+    six = scene.to_numpy(rot="6d").rotations
+    np.testing.assert_array_equal(six[..., :3], matrices[..., :, 0])
+    np.testing.assert_array_equal(six[..., 3:], matrices[..., :, 1])
+
+
+def test_rate_unit_axis_and_part(walk: Path) -> None:
+    scene = mocap.read(walk)
+    plain = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate)
+    turned = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate, unit=1.0, file_unit=0.5, up="z", file_up="y")
+    x, y, z = np.moveaxis(plain.positions, -1, 0)
+    np.testing.assert_allclose(turned.positions, np.stack([0.5 * x, -0.5 * z, 0.5 * y], axis=-1), atol=1e-5)
+    slower = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate / 4)
+    np.testing.assert_allclose(slower.positions, plain.positions[::4], atol=1e-5)
+    assert slower.frame_rate == scene.frame_rate / 4
+
+
+def test_an_error_says_where() -> None:
+    text = b"HIERARCHY\nROOT a\n{\n  OFFSET 0 zero 0\n}\n"
+    with pytest.raises(mocap.MocapError, match="is not a number") as caught:
+        mocap.read_bytes(text, "a.bvh")
+    for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
+        assert (error.code, error.path) == ("invalid-number", "a.bvh")
+        assert (error.line, error.column, error.joint) == (4, 12, "a")
+    with pytest.raises(mocap.MocapError, match="no joint has a name") as caught:
+        mocap.read(REAL / "cmu_short.bvh").to_numpy(joints="nobody")
+    assert (caught.value.code, caught.value.line) == ("unknown-option", None)
+    with pytest.raises(ValueError, match="furlong"):
+        mocap.read(REAL / "cmu_short.bvh").to_numpy(unit="furlong")
+
+
+def test_options_pickle() -> None:
+    options = mocap.Options(rot="6d", contacts=mocap.Contacts(height=0.1), trim=(0.5, None))
+    assert pickle.loads(pickle.dumps(options)) == options
+    read_options = mocap.ReadOptions(root_offset="add")
+    assert pickle.loads(pickle.dumps(read_options)) == read_options
+
+
+def test_every_library_takes_the_table(walk: Path) -> None:
+    rows = mocap.read(walk).to_arrow(clip="walk", velocities=True)
+    arrow = pa.table(rows)
+    assert arrow.num_rows == len(rows) == 524 * 38
+    assert arrow.column_names == rows.column_names
+    assert json.loads(arrow.schema.metadata[b"mocap"])["joints"][0]["name"] == "Hips"
+    assert pa.record_batch(rows).equals(arrow.to_batches()[0])
+    frame = polars.DataFrame(rows)
+    assert frame["x"].to_list() == arrow["x"].to_pylist()
+    highest = duckdb.sql("select max(y) from arrow where joint = 'Head'").fetchall()
+    assert highest == [(frame.filter(polars.col("joint") == "Head")["y"].max(),)]
+
+
+def test_a_broken_file_is_a_row(walk: Path) -> None:
+    files = [("walk", walk.read_bytes()), ("broken", b"HIERARCHY\nROOT a\n{\n")]
+    for shape in ("clips", "inventory"):
+        table = pa.table(mocap.table(files, shape))
+        walked, broken = table.to_pylist()
+        assert (walked["clip"], walked["error"], walked["frames"], walked["joints"]) == ("walk", None, 524, 38)
+        assert broken["clip"] == "broken" and "unexpected-end" in broken["error"]
+        assert all(value is None for name, value in broken.items() if name not in ("clip", "error"))
+
+
+def test_threads_give_what_one_gives(walk: Path) -> None:
+    expected = mocap.read(walk).to_numpy().positions
+    with ThreadPoolExecutor(4) as pool:
+        for motion in pool.map(lambda _: mocap.read(walk).to_numpy(), range(8)):
+            np.testing.assert_array_equal(motion.positions, expected)
+
+
+def test_arrays_outlive_the_scene(walk: Path) -> None:
+    positions = mocap.read(walk).to_numpy().positions
+    assert positions.flags.writeable
+    assert np.isfinite(positions).all()
+
+
+def test_convert(walk: Path, tmp_path: Path) -> None:
+    output = tmp_path / "walk.glb"
+    size = mocap.convert(walk, output)
+    assert output.stat().st_size == size
+    back = mocap.read(output)
+    # Metres: the walk's figure is as tall as a person.
+    height = np.ptp(back.to_numpy().positions[0], axis=0).max()
+    assert 1.2 < height < 2.1
+    with pytest.raises(mocap.MocapError) as caught:
+        mocap.convert(REAL / "missing.bvh", output)
+    assert caught.value.code == "io"

@@ -1,0 +1,396 @@
+// Uses the pages of `mocap view` as a person does, and compares what they draw with what `mocap pose` says.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { launch, open, settled } from "./browser.js";
+
+const FILES = ["lecture_Test", "cmu_12_01_walk", "z_up_dab", "mocopi_jump_six_channels", "leap_hand_end_site_lowercase"];
+/** As a share of the figure's height. */
+const MAX_ERROR = 1e-3;
+
+const fixture = (name) => fileURLToPath(new URL(`../../fixtures/real/${name}.bvh`, import.meta.url));
+const folder = mkdtempSync(join(tmpdir(), "mocap-view-"));
+const pictures = process.argv[2] === "--pictures" ? process.argv[3] : null;
+if (pictures) mkdirSync(pictures, { recursive: true });
+
+function mocap(...args) {
+  return execFileSync(process.env.MOCAP, args, { encoding: "utf8", maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "pipe"] });
+}
+
+/** Writes a page of some fixtures and returns its address. */
+function pageOf(...names) {
+  const path = join(folder, `${names.join("+")}.html`);
+  mocap("view", ...names.map(fixture), "-o", path);
+  return pathToFileURL(path).href;
+}
+
+const worldPositions = (name, tick) =>
+  JSON.parse(mocap("pose", fixture(name), "--tick", String(tick), "--world", "--json")).nodes.map((node) => node.translation);
+
+/** The largest distance between two lists of places, as a share of the extent of the second. */
+function difference(found, expected) {
+  assert.equal(found.length, expected.length);
+  const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  const extent = Math.max(...expected.map((place) => distance(place, expected[0])));
+  return Math.max(...found.map((place, i) => distance(place, expected[i]))) / extent;
+}
+
+const tick = async (page) => Number(await page.inputValue("#scrub"));
+const chosen = (page) => page.evaluate(() => window.mocap.state.joint);
+const pressed = (page, id) => page.getAttribute(`#${id}`, "aria-pressed");
+const jointNamed = (page, name) => page.evaluate((name) => window.mocap.state.clips[0].nodes.findIndex((node) => node.name === name), name);
+const jointPlace = (page, joint, clip = 0) => page.evaluate(([j, c]) => window.mocap.onPage(j, c), [joint, clip]);
+
+const only = process.argv[2] === "--only" ? process.argv[3] : "";
+const checks = [];
+const check = (name, run) => name.includes(only) && checks.push([name, run]);
+
+for (const name of FILES) {
+  for (const renderer of ["WebGL", "Canvas 2D"]) {
+    check(`${name}: what ${renderer} draws is what the library says`, async (browser) => {
+      const address = pageOf(name) + (renderer === "WebGL" ? "" : "#canvas2d");
+      const { page, trouble, close } = await open(browser, address);
+      assert.equal(await page.evaluate(() => window.mocap.renderer), renderer);
+      const last = Number(await page.getAttribute("#scrub", "max"));
+      for (const at of new Set([0, 1, Math.floor(last / 3), last / 2, last - 1, last])) {
+        await page.evaluate((tick) => window.mocap.seek(tick), at);
+        await settled(page);
+        const drawn = await page.evaluate(() => window.mocap.drawn());
+        const error = difference(drawn, worldPositions(name, at));
+        assert.ok(error < MAX_ERROR, `tick ${at}: ${error} of the height`);
+      }
+      assert.deepEqual(trouble, []);
+      await close();
+    });
+  }
+}
+
+check("something is drawn, and moves", async (browser) => {
+  for (const hash of ["", "#canvas2d"]) {
+    const { page, close } = await open(browser, pageOf("cmu_12_01_walk") + hash);
+    const first = await page.locator("#view").screenshot();
+    await page.keyboard.press("End");
+    await settled(page);
+    const last = await page.locator("#view").screenshot();
+    assert.ok(!first.equals(last));
+    assert.ok(first.length > 10_000, `a picture of ${first.length} bytes is empty`);
+    await close();
+  }
+});
+
+check("play goes at the speed of life, faster and slower, and stops", async (browser) => {
+  const { page, close } = await open(browser, pageOf("mocopi_jump_six_channels"));
+  const atFrame = () => page.evaluate(() => new Promise((done) => requestAnimationFrame((now) => done([window.mocap.state.time, now]))));
+  const pace = async () => {
+    const [before, start] = await atFrame();
+    await page.waitForTimeout(2500);
+    const [after, end] = await atFrame();
+    return (after - before) / ((end - start) / 1000);
+  };
+  await page.click("#play");
+  const one = await pace();
+  await page.selectOption("#speed", "2");
+  const two = await pace();
+  await page.keyboard.press("Escape");
+  await page.click("#play");
+  assert.ok(Math.abs(one - 1) < 0.1, `${one} seconds a second`);
+  assert.ok(Math.abs(two - 2) < 0.2, `${two} seconds a second`);
+  assert.equal(await pace(), 0);
+  await close();
+});
+
+check("keys play, step, seek, loop and choose", async (browser) => {
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"));
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowLeft");
+  await settled(page);
+  assert.equal(await tick(page), 1);
+  await page.keyboard.press("Shift+ArrowRight");
+  await settled(page);
+  assert.equal(await tick(page), 11);
+  await page.keyboard.press("End");
+  await settled(page);
+  assert.equal(await tick(page), 523);
+  await page.keyboard.press("l");
+  assert.equal(await pressed(page, "loop"), "false");
+  await page.keyboard.press("Home");
+  await page.keyboard.press("Space");
+  await page.waitForFunction(() => window.mocap.state.time > 0.1);
+  await page.keyboard.press("Space");
+  await page.keyboard.press("/");
+  await page.keyboard.type("rightfoot");
+  assert.equal(await page.locator("#tree > div:visible").count(), 1);
+  await page.keyboard.press("Enter");
+  assert.equal(await page.textContent("#joint-name"), "RightFoot");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press("j");
+  assert.equal(await page.textContent("#joint-name"), "RightToeBase");
+  await page.keyboard.press("t");
+  assert.equal(await pressed(page, "trail"), "true");
+  const theme = await page.getAttribute("html", "data-theme");
+  await page.keyboard.press("n");
+  assert.notEqual(await page.getAttribute("html", "data-theme"), theme);
+  await page.keyboard.press("?");
+  assert.ok(await page.isVisible("#help"));
+  await page.keyboard.press("Escape");
+  assert.ok(!(await page.isVisible("#help")));
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("the tree is walked and chosen in by keys", async (browser) => {
+  const { page, close } = await open(browser, pageOf("lecture_Test"));
+  await page.focus("#tree > div");
+  await page.keyboard.press("ArrowDown");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.getAttribute("#tree > div:nth-child(2)", "aria-selected"), "true");
+  assert.equal(await page.textContent("#joint-name"), "Elbow");
+  await close();
+});
+
+check("a mouse hovers, chooses, turns, moves, zooms and scrubs", async (browser) => {
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"));
+  await page.keyboard.press("f");
+  const hand = await jointNamed(page, "LeftHand");
+  const [x, y] = await jointPlace(page, 4);
+  await page.mouse.move(x, y);
+  await settled(page);
+  assert.match(await page.textContent("#tip"), /^LeftFoot\nlocal .*\nworld /);
+  await page.mouse.click(x, y);
+  assert.equal(await page.textContent("#joint-name"), "LeftFoot");
+  for (const [act, what] of [
+    [async () => { await page.mouse.down(); await page.mouse.move(x + 90, y + 30, { steps: 4 }); await page.mouse.up(); }, "turned"],
+    [async () => { await page.keyboard.down("Shift"); await page.mouse.down(); await page.mouse.move(x, y, { steps: 4 }); await page.mouse.up(); await page.keyboard.up("Shift"); }, "moved"],
+    [async () => { await page.mouse.wheel(0, -300); }, "zoomed"],
+  ]) {
+    const before = await jointPlace(page, hand);
+    await act();
+    await settled(page);
+    const after = await jointPlace(page, hand);
+    assert.ok(Math.hypot(after[0] - before[0], after[1] - before[1]) > 5, `not ${what}`);
+  }
+  assert.equal(await page.textContent("#joint-name"), "LeftFoot");
+  const bar = await page.locator("#scrub").boundingBox();
+  await page.mouse.click(bar.x + bar.width / 2, bar.y + bar.height / 2);
+  await settled(page);
+  assert.ok(Math.abs((await tick(page)) - 261) < 15, `tick ${await tick(page)}`);
+  const curves = await page.locator("#euler-curves").boundingBox();
+  await page.mouse.click(curves.x + curves.width / 4, curves.y + 10);
+  await settled(page);
+  assert.ok(Math.abs((await tick(page)) - 131) < 5, `tick ${await tick(page)}`);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("fingers choose, turn and pinch on a phone", async (browser) => {
+  const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"), phone);
+  const size = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+  assert.ok(size[0] <= size[1], "the page is wider than the phone");
+  const hand = await jointNamed(page, "LeftHand");
+  const [x, y] = await jointPlace(page, 10);
+  await page.touchscreen.tap(x, y);
+  assert.ok((await chosen(page)) >= 0);
+  const touch = await page.context().newCDPSession(page);
+  const send = (type, points) =>
+    touch.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const before = await jointPlace(page, hand);
+  await send("touchStart", [[180, 200]]);
+  await send("touchMove", [[230, 200]]);
+  await send("touchMove", [[280, 210]]);
+  await send("touchEnd", []);
+  await settled(page);
+  const turned = await jointPlace(page, hand);
+  assert.ok(Math.hypot(turned[0] - before[0], turned[1] - before[1]) > 5, "not turned");
+  const spread = async () => {
+    const [a, b] = [await jointPlace(page, 0), await jointPlace(page, hand)];
+    return Math.hypot(a[0] - b[0], a[1] - b[1]);
+  };
+  const small = await spread();
+  await send("touchStart", [[170, 200], [220, 200]]);
+  await send("touchMove", [[140, 200], [250, 200]]);
+  await send("touchMove", [[110, 200], [280, 200]]);
+  await send("touchEnd", []);
+  await settled(page);
+  assert.ok((await spread()) > 1.5 * small, "not zoomed");
+  await page.tap("#panel-button");
+  await page.tap("#tree > div:nth-child(1)");
+  assert.equal(await page.textContent("#joint-name"), "Hips");
+  await page.tap("#play");
+  await page.waitForFunction(() => window.mocap.state.time > 0.1);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("the chain names the lines of the file, and the values of the tick", async (browser) => {
+  const { page, close } = await open(browser, pageOf("lecture_Test"));
+  await page.keyboard.press("End");
+  await page.click("#tree > div:nth-child(3)");
+  await settled(page);
+  assert.equal((await page.textContent("#chain-product")).trim(), "T = J0 L1 J1 L2 J2");
+  const rows = await page.locator("#chain tr").evaluateAll((rows) =>
+    rows.map((row) => [...row.children].slice(2).map((cell) => cell.textContent.replaceAll("\u00a0", " "))));
+  // The last row of the file is 1.0 0.18 0 50 0 0 100 0 0 80 0 0.
+  assert.deepEqual(rows, [
+    ["5", "1  0.18  0  ·  Z 50°  Y 0°  X 0°"],
+    ["8", "2  0  0"],
+    ["9", "Z 100°  Y 0°  X 0°"],
+    ["12", "1.5  0  0"],
+    ["13", "Z 80°  Y 0°  X 0°"],
+  ]);
+  const [wrist] = worldPositions("lecture_Test", 9).slice(2, 3);
+  const shown = (await page.textContent("#world-position")).replaceAll("−", "-").trim().split(/\s+/).map(Number);
+  shown.forEach((value, axis) => assert.ok(Math.abs(value - wrist[axis]) < 1e-3, `${shown} is not ${wrist}`));
+  await close();
+});
+
+check("several files stand side by side, or over one another where their files put them", async (browser) => {
+  const names = ["cmu_12_01_walk", "mocopi_jump_six_channels", "z_up_dab"];
+  const { page, trouble, close } = await open(browser, pageOf(...names));
+  const roots = async () => Promise.all(names.map((_, clip) => jointPlace(page, 0, clip)));
+  const apart = await roots();
+  assert.ok(apart[1][0] - apart[0][0] > 60 && apart[2][0] - apart[1][0] > 60, "not side by side");
+  await page.click("#arrange");
+  await settled(page);
+  const over = await roots();
+  assert.ok(Math.abs(over[1][0] - over[0][0]) < Math.abs(apart[1][0] - apart[0][0]), "not overlaid");
+  await page.click("#files .file:nth-child(2) .file-name");
+  await page.evaluate(() => window.mocap.seek(300));
+  await settled(page);
+  // One time for all: 300 ticks of the second clip are 5 seconds, which is after the end of the first.
+  for (const [clip, at] of [[0, 523], [1, 300], [2, 150]]) {
+    const drawn = await page.evaluate((clip) => window.mocap.drawn(clip), clip);
+    assert.ok(difference(drawn, worldPositions(names[clip], at)) < MAX_ERROR, names[clip]);
+  }
+  const [x, y] = await jointPlace(page, 5, 2);
+  await page.mouse.click(x, y);
+  assert.ok((await chosen(page)) >= 0);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("the download is a GLB", async (browser) => {
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"));
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
+  assert.equal(download.suggestedFilename(), "cmu_12_01_walk.glb");
+  const bytes = readFileSync(await download.path());
+  assert.equal(bytes.toString("latin1", 0, 4), "glTF");
+  assert.equal(bytes.readUInt32LE(8), bytes.length);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("a folder's list opens its clips", async (browser) => {
+  const path = join(folder, "list.html");
+  // Some of the fixtures cannot be read, which is exit code 3.
+  assert.throws(() => mocap("view", fileURLToPath(new URL("../../fixtures/real", import.meta.url)), "-o", path), { status: 3 });
+  const { page, trouble, close } = await open(browser, pathToFileURL(path).href);
+  const cards = await page.locator("[data-name]").count();
+  assert.ok(cards > 20);
+  assert.match(await page.locator("[data-name='cmu_12_01_walk.bvh']").textContent(), /4\.36 s, 524 frames/);
+  assert.match(await page.locator("[data-name='brackets_in_numbers.bvh']").textContent(), /is not a number/);
+  await page.fill("input", "walk");
+  assert.ok((await page.locator("[data-name]:visible").count()) < cards);
+  assert.deepEqual(trouble, []);
+  if (pictures) await page.screenshot({ path: join(pictures, "list.png") });
+  await page.click("[data-name='cmu_12_01_walk.bvh'] a");
+  await page.waitForFunction(() => window.mocap?.drawn().length > 30);
+  await close();
+});
+
+check("a page opens without a word whatever is in the file", async (browser) => {
+  // Small, still, motionless, moving in every joint, with several roots, and much that is odd.
+  const path = join(folder, "dialects.html");
+  mocap("view", fileURLToPath(new URL("../../fixtures/dialects", import.meta.url)), "-o", path);
+  const list = await open(browser, pathToFileURL(path).href);
+  const links = await list.page.locator("[data-name] a").evaluateAll((links) => links.map((link) => link.href));
+  await list.close();
+  assert.ok(links.length > 60);
+  for (const link of links) {
+    const { page, trouble, close } = await open(browser, `${link}#canvas2d`);
+    await page.keyboard.press("Space");
+    await page.keyboard.press("k");
+    await page.keyboard.press("t");
+    await settled(page);
+    const places = (await page.evaluate(() => window.mocap.drawn())).flat();
+    assert.ok(places.length > 0 && places.every(Number.isFinite), link);
+    assert.deepEqual(trouble, [], link);
+    await close();
+  }
+});
+
+check("every control has a name, and words stand out from what is behind them", async (browser) => {
+  for (const colorScheme of ["light", "dark"]) {
+    const { page, close } = await open(browser, pageOf("cmu_12_01_walk"), { colorScheme });
+    await page.keyboard.press("j");
+    const faults = await page.evaluate(() => {
+      const channels = (color) => color.match(/[\d.]+/g).map(Number);
+      const luminance = (color) => {
+        const [r, g, b] = channels(color).map((part) => part / 255).map((part) => (part <= 0.03928 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      };
+      const behind = (element) => {
+        for (let e = element; e; e = e.parentElement) {
+          const color = getComputedStyle(e).backgroundColor;
+          if (/^rgb\(/.test(color)) return color;
+        }
+        return "rgb(255, 255, 255)";
+      };
+      const faults = [];
+      for (const element of document.querySelectorAll("button, input, select, canvas")) {
+        const label = element.ariaLabel || element.textContent.trim() || element.labels?.[0]?.textContent;
+        if (!label) faults.push(`no name: ${element.outerHTML}`);
+      }
+      for (const element of document.querySelectorAll("body *:not(script, option)")) {
+        const hasText = [...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+        if (!hasText || !element.checkVisibility() || element.disabled) continue;
+        const [a, b] = [luminance(getComputedStyle(element).color), luminance(behind(element))];
+        const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+        if (contrast < 4.5) faults.push(`contrast ${contrast.toFixed(2)}: ${element.textContent.trim().slice(0, 30)}`);
+      }
+      return faults;
+    });
+    assert.deepEqual(faults, [], colorScheme);
+    await close();
+  }
+});
+
+if (pictures) {
+  check("pictures for a person to look at", async (browser) => {
+    const take = async (name, files, options, act) => {
+      const { page, close } = await open(browser, pageOf(...files), options);
+      await act(page);
+      await settled(page);
+      await page.screenshot({ path: join(pictures, `${name}.png`) });
+      await close();
+    };
+    const seek = (at) => (page) => page.evaluate((tick) => window.mocap.seek(tick), at);
+    const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
+    const choose = async (page) => { await seek(200)(page); await settled(page); await page.mouse.click(...(await jointPlace(page, 3))); await page.keyboard.press("t"); };
+    await take("light", ["cmu_12_01_walk"], {}, choose);
+    await take("dark", ["cmu_12_01_walk"], { colorScheme: "dark" }, choose);
+    await take("phone", ["cmu_12_01_walk"], phone, seek(100));
+    await take("compare", ["cmu_12_01_walk", "mocopi_jump_six_channels"], {}, seek(200));
+  });
+}
+
+const browser = await launch();
+let failed = 0;
+for (const [name, run] of checks) {
+  try {
+    await run(browser);
+    console.log(`ok      ${name}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED  ${name}\n        ${String(error.message).replaceAll("\n", "\n        ")}`);
+  }
+}
+await browser.close();
+rmSync(folder, { recursive: true });
+console.log(`${checks.length - failed} passed, ${failed} failed`);
+process.exitCode = failed ? 1 : 0;
