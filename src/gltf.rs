@@ -13,6 +13,7 @@
 //! | [`Scene::materials`] | `materials`, in [`BASE_COLOR`] |
 //! | a channel's track that moves | a `LINEAR` sampler of 32-bit floats |
 //! | a track that does not move | the node's own translation, rotation or scale |
+//! | with a [`Compression`] or a largest error | fewer keys, and integers that a reader takes for floats |
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
@@ -26,11 +27,14 @@
 mod animation;
 mod buffer;
 mod build;
+mod compression;
 mod container;
 mod mesh;
+mod meshopt;
 mod names;
 mod provenance;
 pub(crate) mod read;
+mod streams;
 
 use std::path::Path;
 
@@ -40,6 +44,7 @@ use crate::error::Result;
 use crate::export::write_file;
 use crate::scene::Scene;
 
+pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub use self::provenance::Provenance;
 
 /// The colour of every material: an orange that stands out on white, grey and black, as linear red, green, blue and alpha.
@@ -56,13 +61,20 @@ pub enum BufferPlace {
 }
 
 /// What a caller can ask of the writer.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Write a track that does not move as a channel with one key too, for engines that blend clips channel by
     /// channel. Default: off, its value stands in the node.
     pub keep_constant: bool,
     /// Where a `.gltf` file has its numbers. A `.glb` file has them inside.
     pub buffer: BufferPlace,
+    /// How the keys are stored.
+    pub compression: Compression,
+    /// How far any joint or end site may be from its place in the scene, in metres, at any whole tick and at any key of
+    /// the scene, for a reader of the file. Where this is given, keys are left out, and numbers are rounded as
+    /// [`Options::compression`] says, as long as it holds; what was reached is in [`Report::achieved`]. Default: none
+    /// for [`Compression::None`], which then keeps every key as it is, else [`DEFAULT_MAX_ERROR`].
+    pub max_error: Option<f64>,
 }
 
 /// A node whose name had to change.
@@ -80,7 +92,7 @@ pub struct Renamed {
 }
 
 /// What was written.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Report {
     /// The nodes whose name had to change.
@@ -96,6 +108,8 @@ pub struct Report {
     /// Keys whose time is the same 32-bit number as the key before, and which no file can hold. Not 0 only in takes
     /// of more than 16 million frames.
     pub dropped_keys: usize,
+    /// How far the file is from the scene, of all animations the worst. Absent where every key was kept as it is.
+    pub achieved: Option<Achieved>,
     /// Bytes of all files together.
     pub bytes: usize,
 }
@@ -113,7 +127,9 @@ impl Document {
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// rotation is none; [`Code::FrameTime`](crate::Code::FrameTime) where ticks have no length.
+    /// rotation is none; [`Code::FrameTime`](crate::Code::FrameTime) where ticks have no length;
+    /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
+    /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self> {
         build::document(scene, options)
     }

@@ -19,6 +19,7 @@ pub mod bvh;
 pub mod dump;
 pub mod error;
 pub mod export;
+mod fit;
 pub mod format;
 pub mod gltf;
 pub mod import;

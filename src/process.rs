@@ -1,7 +1,7 @@
 //! Steps that change a scene after it is read.
 //!
 //! A step is a function on `&mut Scene` that does one thing; a pipeline is a list of calls. No step calls another,
-//! none fails, and each leaves a valid scene valid: [`validate()`] lists what valid means and says what is broken.
+//! none but [`reduce_keys()`] fails, and each leaves a valid scene valid: [`validate()`] lists what valid means and says what is broken.
 //!
 //! The recommended order gives what Assimp gives for its preset "maximum quality" with "debone":
 //!
@@ -15,7 +15,7 @@
 //!
 //! What else can be done to a motion, in the order in which it is best done: [`trim()`], [`resample()`],
 //! [`convert_units()`] (after which lengths are metres and +Y is up), [`in_place()`] or [`root_motion()`],
-//! [`rest_pose()`]. [`survey`](crate::survey) guesses what a file does not say: its unit, its up axis, its cuts.
+//! [`rest_pose()`], [`reduce_keys()`]. [`survey`](crate::survey) guesses what a file does not say: its unit, its up axis, its cuts.
 //!
 //! The mesh steps read the rest pose from the node transforms, so they come before any
 //! [`Scene::update_node_matrices`](crate::scene::Scene::update_node_matrices). Assimp also reorders faces for the
@@ -26,6 +26,7 @@ mod convert_units;
 mod debone;
 mod find_degenerates;
 mod join_identical_vertices;
+mod reduce_keys;
 mod remove_sizeless_meshes;
 mod resample;
 mod rest_pose;
@@ -40,6 +41,7 @@ pub use self::convert_units::convert_units;
 pub use self::debone::debone;
 pub use self::find_degenerates::find_degenerates;
 pub use self::join_identical_vertices::join_identical_vertices;
+pub use self::reduce_keys::reduce_keys;
 pub use self::remove_sizeless_meshes::remove_sizeless_meshes;
 pub use self::resample::resample;
 pub use self::rest_pose::rest_pose;

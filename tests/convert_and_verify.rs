@@ -36,7 +36,10 @@ fn extras(path: &Path) -> serde_json::Value {
 
 #[test]
 fn a_converted_file_verifies_and_says_how_it_was_made() {
-    let (_folder, path, output) = convert("cmu_short.bvh", &["--verify", "--max-error", "0.00002"]);
+    let (_folder, path, output) = convert(
+        "cmu_short.bvh",
+        &["--verify", "--compress", "none", "--max-error", "0.02mm"],
+    );
     assert!(output.status.success(), "{}", words(&output));
     assert!(output.stdout.is_empty(), "words go to standard error");
     for said in [
@@ -117,6 +120,84 @@ fn another_frame_rate_keeps_the_jump_and_can_fail_the_check() {
 }
 
 #[test]
+fn a_largest_error_makes_a_file_smaller_and_says_how_far_it_is() {
+    let (_folder, plain, _) = convert("cmu_short.bvh", &[]);
+    let (_other, path, output) = convert("cmu_short.bvh", &["--max-error", "1mm", "--verify"]);
+    assert!(output.status.success(), "{}", words(&output));
+    for said in [
+        "compress: int16",
+        "mm at most,",
+        "times smaller than the",
+        "75 frames, 38 joints:",
+    ] {
+        assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
+    }
+    let size = |path: &Path| std::fs::metadata(path).unwrap().len();
+    assert!(
+        size(&path) < size(&plain) * 2 / 3,
+        "{} of {}",
+        size(&path),
+        size(&plain)
+    );
+    let (_third, _, output) = convert("cmu_short.bvh", &["--compress", "int16"]);
+    assert!(
+        words(&output).contains("max-error: 1.0000 mm, because none was named"),
+        "{}",
+        words(&output)
+    );
+}
+
+#[test]
+fn a_largest_error_that_cannot_be_kept_leaves_no_output() {
+    let (_folder, path, output) = convert("cmu_short.bvh", &["--max-error", "0.00001mm"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output).contains("error[error-bound]"), "{}", words(&output));
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_folder_has_what_each_file_reached_in_its_manifest() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let (first, second) = (fixture("cmu_short.bvh"), fixture("lecture_Test.bvh"));
+    let output = mocap(&[
+        "convert",
+        &first,
+        &second,
+        "-o",
+        out.to_str().unwrap(),
+        "--max-error",
+        "2mm",
+    ]);
+    assert!(output.status.success(), "{}", words(&output));
+    let manifest = std::fs::read_to_string(out.join("mocap-manifest.jsonl")).unwrap();
+    for line in manifest.lines() {
+        let record: serde_json::Value = serde_json::from_str(line).unwrap();
+        let reached = record["max_error"].as_f64().unwrap();
+        assert!(0.0 < reached && reached <= 0.002, "{record}");
+    }
+    assert_eq!(manifest.lines().count(), 2);
+}
+
+#[test]
+fn bvh_has_no_compression() {
+    for option in [["--max-error", "1mm"], ["--compress", "int16"]] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.bvh");
+        let arguments = [
+            "convert",
+            &fixture("cmu_short.bvh"),
+            path.to_str().unwrap(),
+            option[0],
+            option[1],
+        ];
+        let output = mocap(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+        assert!(!path.exists());
+    }
+}
+
+#[test]
 fn a_broken_file_leaves_no_output_and_an_older_one_in_peace() {
     let folder = tempfile::tempdir().unwrap();
     let [broken, output] = ["broken.bvh", "broken.glb"].map(|name| folder.path().join(name));
@@ -154,6 +235,9 @@ fn what_no_option_means_is_wrong_usage() {
         ["--rest", "frame"],
         ["--fps", "0"],
         ["--up", "x"],
+        ["--max-error", "1inch"],
+        ["--max-error", "-1mm"],
+        ["--compress", "zip"],
     ] {
         let (_folder, path, output) = convert("lecture_Test.bvh", &options);
         assert_eq!(output.status.code(), Some(2), "{options:?}");

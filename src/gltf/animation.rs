@@ -1,14 +1,17 @@
 //! Channels as glTF tracks: what moves becomes a sampler, what does not becomes part of its node.
 
 use glam::{Quat, Vec3};
-use gltf::json::accessor::Accessor;
+use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node, scene::UnitQuaternion};
 
 use super::buffer::{Buffer, Usage};
+use super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
+use super::meshopt::{self, Filter};
 use super::{Options, Report};
 use crate::error::{Code, Diagnostic, Result};
+use crate::fit::{Fitted, Rotation, RotationCode, Translation, TranslationCode, fit};
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
 
@@ -39,6 +42,8 @@ struct Writer<'a> {
     buffer: &'a mut Buffer,
     report: &'a mut Report,
     clocks: Vec<Clock<'a>>,
+    /// The frames with keys, and the accessor of their times, of tracks within a bound.
+    grids: Vec<(Vec<u32>, Index<Accessor>)>,
     samplers: Vec<Sampler>,
     channels: Vec<Channel>,
 }
@@ -68,7 +73,7 @@ pub(super) fn write(
         let message = format!("{ticks_per_second} ticks per second give the keys no time");
         return Err(Diagnostic::new(Code::FrameTime, message).into());
     }
-    let (clocks, samplers, channels) = Default::default();
+    let (clocks, grids, samplers, channels) = Default::default();
     let mut writer = Writer {
         scene,
         ticks_per_second,
@@ -76,17 +81,28 @@ pub(super) fn write(
         buffer,
         report,
         clocks,
+        grids,
         samplers,
         channels,
     };
+    let fitted = fitted(scene, animation, options)?;
+    if let Some(fitted) = &fitted {
+        writer.report.fold(scene, fitted);
+    }
     let mut first_driven = None;
     for (node, channel) in Binding::new(scene, animation).driven() {
         let node = node.index();
         first_driven.get_or_insert(node);
         let channel = &animation.channels[channel];
         let place = &mut rest[node];
-        place.translation = writer.track(node, Property::Translation, &channel.position_keys, place.translation)?;
-        place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
+        match &fitted {
+            Some(fitted) => writer.fitted(node, fitted, place),
+            None => {
+                place.translation =
+                    writer.track(node, Property::Translation, &channel.position_keys, place.translation)?;
+                place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
+            }
+        }
         // A scale that does not move is part of the node even where constant tracks are kept.
         let moves = !is_constant(&channel.scaling_keys);
         if moves || !options.keep_constant {
@@ -109,6 +125,38 @@ pub(super) fn write(
         extensions: None,
         extras: None,
     }))
+}
+
+/// The animation within the largest error that `options` allow; nothing where they ask for it as it is.
+fn fitted(scene: &Scene, animation: &scene::Animation, options: &Options) -> Result<Option<Fitted>> {
+    if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
+        return Err(meshopt::missing());
+    }
+    let bound = match (options.max_error, options.compression) {
+        (None, Compression::None) => return Ok(None),
+        (bound, _) => bound.unwrap_or(DEFAULT_MAX_ERROR),
+    };
+    fit(scene, animation, bound, options.compression.container()).map(Some)
+}
+
+impl Report {
+    /// Takes in how far one more animation is from its source.
+    fn fold(&mut self, scene: &Scene, fitted: &Fitted) {
+        let achieved = self.achieved.get_or_insert_default();
+        achieved.keys += fitted.keys();
+        achieved.rms_error = achieved.rms_error.max(fitted.measured.rms);
+        if fitted.measured.max > achieved.max_error || achieved.joint.is_empty() {
+            *achieved = Achieved {
+                max_error: fitted.measured.max,
+                joint: scene
+                    .nodes
+                    .get(fitted.measured.node)
+                    .map_or_else(String::new, |node| node.name.clone()),
+                tick: fitted.measured.tick,
+                ..*achieved
+            };
+        }
+    }
 }
 
 impl<'a> Writer<'a> {
@@ -156,7 +204,8 @@ impl<'a> Writer<'a> {
             .map(|tick| [(tick / self.ticks_per_second) as f32])
             .collect();
         let input = self.buffer.push_bounded(Usage::Keys, &times);
-        self.sampler(node, Property::Rotation, input, &vec![rotation.to_array(); times.len()]);
+        let output = self.buffer.push(Usage::Keys, &vec![rotation.to_array(); times.len()]);
+        self.sampler(node, Property::Rotation, input, output);
     }
 
     /// The clock for keys at `ticks`, one for all tracks that have the same.
@@ -191,17 +240,79 @@ impl<'a> Writer<'a> {
 
     fn channel<const N: usize>(&mut self, node: usize, property: Property, clock: usize, values: &[[f32; N]]) {
         let input = self.clocks[clock].accessor;
-        self.sampler(node, property, input, values);
+        let output = self.buffer.push(Usage::Keys, values);
+        self.sampler(node, property, input, output);
     }
 
-    fn sampler<const N: usize>(
-        &mut self,
-        node: usize,
-        property: Property,
-        input: Index<Accessor>,
-        values: &[[f32; N]],
-    ) {
-        let output = self.buffer.push(Usage::Keys, values);
+    /// Writes what drives one node, and gives it the values that do not move.
+    fn fitted(&mut self, node: usize, fitted: &Fitted, place: &mut Rest) {
+        let track = &fitted.tracks[node];
+        match &track.translation {
+            Translation::Still(value) => {
+                place.translation = *value + Vec3::ZERO;
+                self.still(node, Property::Translation, &[place.translation.to_array()]);
+            }
+            Translation::Moving { code, grid, keys } => {
+                let values = || keys.iter().map(|key| key.value.to_array()).collect::<Vec<_>>();
+                let output = match code {
+                    TranslationCode::Float => self.buffer.push(Usage::Keys, &values()),
+                    TranslationCode::Filtered(_) => {
+                        let codes: Vec<_> = keys.iter().map(|key| key.code).collect();
+                        self.buffer.push_stream(Filter::Exponential, ComponentType::F32, &codes)
+                    }
+                };
+                self.moving(node, Property::Translation, fitted, grid, output);
+            }
+        }
+        match &track.rotation {
+            Rotation::Still(value) => {
+                place.rotation = unit(*value).unwrap_or(*value);
+                self.still(node, Property::Rotation, &[place.rotation.to_array()]);
+            }
+            Rotation::Moving { code, grid, keys } => {
+                let codes = || keys.iter().map(|key| key.code).collect::<Vec<_>>();
+                let output = match code {
+                    RotationCode::Float => {
+                        let values: Vec<_> = keys.iter().map(|key| key.value.to_array().map(|c| c + 0.0)).collect();
+                        self.buffer.push(Usage::Keys, &values)
+                    }
+                    RotationCode::Short => self.buffer.push_normalized(Usage::Keys, &codes()),
+                    RotationCode::Filtered(_) => {
+                        self.buffer
+                            .push_stream(Filter::Quaternion, ComponentType::I16, &codes())
+                    }
+                };
+                self.moving(node, Property::Rotation, fitted, grid, output);
+            }
+        }
+    }
+
+    fn still<const N: usize>(&mut self, node: usize, property: Property, value: &[[f32; N]]) {
+        self.report.constant_tracks += 1;
+        // A node has one rest pose, and what stands still in one take may stand elsewhere in the next.
+        if self.options.keep_constant || self.scene.animations.len() > 1 {
+            let clock = self.clock(None, 1);
+            self.channel(node, property, clock, value);
+        }
+    }
+
+    fn moving(&mut self, node: usize, property: Property, fitted: &Fitted, grid: &[u32], output: Index<Accessor>) {
+        let known = self.grids.iter().find(|(other, _)| *other == grid);
+        let input = match known {
+            Some((_, accessor)) => *accessor,
+            None => {
+                let time = |frame: &u32| [(fitted.ticks[*frame as usize] / self.ticks_per_second) as f32];
+                let times: Vec<_> = grid.iter().map(time).collect();
+                let accessor = self.buffer.push_times(self.options.compression, &times);
+                self.grids.push((grid.to_vec(), accessor));
+                accessor
+            }
+        };
+        self.report.animated_tracks += 1;
+        self.sampler(node, property, input, output);
+    }
+
+    fn sampler(&mut self, node: usize, property: Property, input: Index<Accessor>, output: Index<Accessor>) {
         let interpolation = Checked::Valid(Interpolation::Linear);
         self.samplers.push(Sampler {
             input,

@@ -6,6 +6,10 @@ use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Index, Root};
 use serde_json::{Value, json};
 
+use super::compression::{Compression, KHR};
+use super::meshopt::{self, Filter};
+use crate::error::Result;
+
 /// What values are for. glTF wants views to keep to one use, and only vertex data to say so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Usage {
@@ -35,7 +39,7 @@ macro_rules! components {
         })*
     };
 }
-components!(f32 => F32, u8 => U8, u16 => U16, u32 => U32);
+components!(f32 => F32, u8 => U8, i16 => I16, u16 => U16, u32 => U32);
 
 /// Grows the buffer of a file.
 #[derive(Default)]
@@ -44,7 +48,20 @@ pub(super) struct Buffer {
     views: Vec<View>,
     last_usage: Option<Usage>,
     accessors: Vec<Accessor>,
+    streams: [Stream; 3],
 }
+
+/// Elements that go into one stream: those of all tracks that have the same filter, for a stream and its view cost some
+/// 200 bytes.
+#[derive(Default)]
+struct Stream {
+    /// Before any filter.
+    bytes: Vec<u8>,
+    accessors: Vec<usize>,
+}
+
+/// The streams of a buffer: their filters, and bytes of an element.
+const STREAMS: [(Filter, usize); 3] = [(Filter::Quaternion, 8), (Filter::Exponential, 12), (Filter::None, 4)];
 
 impl Buffer {
     /// Appends elements of `N` components. The slice is never empty: glTF has no empty accessor.
@@ -57,14 +74,19 @@ impl Buffer {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let view = self.view(usage, start);
         let view_start = self.views[view].byte_offset.map_or(0, |offset| offset.0);
+        let accessor = self.accessor(T::TYPE, N, elements.len());
+        self.place(accessor, view, start - view_start as usize);
+        Index::new(accessor as u32)
+    }
+
+    /// An accessor that has no place yet.
+    fn accessor(&mut self, component: ComponentType, components: usize, count: usize) -> usize {
         self.accessors.push(Accessor {
-            buffer_view: Some(Index::new(view as u32)),
-            byte_offset: Some(start as u64 - view_start)
-                .filter(|offset| *offset > 0)
-                .map(USize64),
-            count: USize64::from(elements.len()),
-            component_type: Checked::Valid(GenericComponentType(T::TYPE)),
-            type_: Checked::Valid(match N {
+            buffer_view: None,
+            byte_offset: None,
+            count: USize64::from(count),
+            component_type: Checked::Valid(GenericComponentType(component)),
+            type_: Checked::Valid(match components {
                 1 => Type::Scalar,
                 3 => Type::Vec3,
                 4 => Type::Vec4,
@@ -78,7 +100,44 @@ impl Buffer {
             extensions: None,
             extras: None,
         });
-        Index::new(self.accessors.len() as u32 - 1)
+        self.accessors.len() - 1
+    }
+
+    fn place(&mut self, accessor: usize, view: usize, offset: usize) {
+        let accessor = &mut self.accessors[accessor];
+        accessor.buffer_view = Some(Index::new(view as u32));
+        accessor.byte_offset = Some(USize64::from(offset)).filter(|offset| offset.0 > 0);
+    }
+
+    /// Appends elements of `N` numbers to the stream with `filter`, as they are before it. Where a reader has numbers of
+    /// another type than these, that is `component`.
+    pub(super) fn push_stream<T: Component, const N: usize>(
+        &mut self,
+        filter: Filter,
+        component: ComponentType,
+        elements: &[[T; N]],
+    ) -> Index<Accessor> {
+        let accessor = self.accessor(component, N, elements.len());
+        self.accessors[accessor].normalized = component == ComponentType::I16;
+        let stream = STREAMS.iter().position(|(other, _)| *other == filter).unwrap_or(0);
+        let stream = &mut self.streams[stream];
+        stream.accessors.push(accessor);
+        for number in elements.iter().flatten() {
+            number.append(&mut stream.bytes);
+        }
+        Index::new(accessor as u32)
+    }
+
+    /// As [`Self::push_bounded`], with the times in a stream where `compression` has streams.
+    pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
+        if compression.extension().is_none() {
+            return self.push_bounded(Usage::Keys, times);
+        }
+        let index = self.push_stream(Filter::None, ComponentType::F32, times);
+        let accessor = &mut self.accessors[index.value()];
+        accessor.min = times.first().map(|time| json!(time.map(f64::from)));
+        accessor.max = times.last().map(|time| json!(time.map(f64::from)));
+        index
     }
 
     /// As [`Self::push`], with bounds: the exact decimal value of the smallest and the largest stored number.
@@ -97,7 +156,11 @@ impl Buffer {
     }
 
     /// As [`Self::push`], where the largest integer stands for 1.
-    pub(super) fn push_normalized<const N: usize>(&mut self, usage: Usage, elements: &[[u8; N]]) -> Index<Accessor> {
+    pub(super) fn push_normalized<T: Component, const N: usize>(
+        &mut self,
+        usage: Usage,
+        elements: &[[T; N]],
+    ) -> Index<Accessor> {
         let index = self.push(usage, elements);
         self.accessors[index.value()].normalized = true;
         index
@@ -129,19 +192,86 @@ impl Buffer {
         last
     }
 
+    /// Compresses the streams. The views say where their elements would stand in a buffer without compression, which is
+    /// not there: it is marked as the fallback that only readers without the extension would need.
+    fn finish_streams(&mut self, root: &mut Root, extension: &str) -> Result<()> {
+        let version = i32::from(extension == KHR);
+        let mut fallback = 0;
+        for (stream, (filter, stride)) in std::iter::zip(std::mem::take(&mut self.streams), STREAMS) {
+            if stream.bytes.is_empty() {
+                continue;
+            }
+            let start = self.bytes.len();
+            self.bytes.extend(meshopt::encode(&stream.bytes, stride, version)?);
+            let mut settings = json!({
+                "buffer": 0,
+                "byteOffset": start,
+                "byteLength": self.bytes.len() - start,
+                "byteStride": stride,
+                "mode": "ATTRIBUTES",
+                "count": stream.bytes.len() / stride,
+            });
+            if let Some(filter) = filter.name() {
+                settings["filter"] = filter.into();
+            }
+            self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+            let mut others = serde_json::Map::new();
+            others.insert(extension.to_owned(), settings);
+            self.views.push(View {
+                buffer: Index::new(1),
+                byte_length: USize64::from(stream.bytes.len()),
+                byte_offset: Some(USize64::from(fallback)).filter(|offset| offset.0 > 0),
+                byte_stride: None,
+                name: None,
+                target: None,
+                extensions: Some(gltf::json::extensions::buffer::View { others }),
+                extras: None,
+            });
+            fallback += stream.bytes.len().next_multiple_of(8);
+            let mut offset = 0;
+            for accessor in stream.accessors {
+                self.place(accessor, self.views.len() - 1, offset);
+                offset += self.accessors[accessor].count.0 as usize * stride;
+            }
+        }
+        if fallback > 0 {
+            root.buffers.push(placeholder(fallback, extension));
+            root.extensions_used.push(extension.to_owned());
+            root.extensions_required.push(extension.to_owned());
+        }
+        Ok(())
+    }
+
     /// Hands views, accessors and the buffer to `root`, and gives the bytes.
-    pub(super) fn finish(self, root: &mut Root) -> Vec<u8> {
+    pub(super) fn finish(mut self, root: &mut Root, compression: Compression) -> Result<Vec<u8>> {
+        if let Some(extension) = compression.extension() {
+            self.finish_streams(root, extension)?;
+        }
         root.accessors = self.accessors;
         root.buffer_views = self.views;
         if !self.bytes.is_empty() {
-            root.buffers.push(gltf::json::Buffer {
+            let buffer = gltf::json::Buffer {
                 byte_length: USize64::from(self.bytes.len()),
                 name: None,
                 uri: None,
                 extensions: None,
                 extras: None,
-            });
+            };
+            root.buffers.insert(0, buffer);
         }
-        self.bytes
+        Ok(self.bytes)
+    }
+}
+
+/// A buffer that is not there, and says so.
+fn placeholder(length: usize, extension: &str) -> gltf::json::Buffer {
+    let mut others = serde_json::Map::new();
+    others.insert(extension.to_owned(), json!({ "fallback": true }));
+    gltf::json::Buffer {
+        byte_length: USize64::from(length),
+        name: None,
+        uri: None,
+        extensions: Some(gltf::json::extensions::buffer::Buffer { others }),
+        extras: None,
     }
 }

@@ -45,7 +45,7 @@ pub(super) fn document(scene: &Scene, options: &Options) -> Result<Document> {
         report,
         ..
     } = builder;
-    let bin = buffer.finish(&mut root);
+    let bin = buffer.finish(&mut root, options.compression)?;
     Ok(Document { root, bin, report })
 }
 

@@ -12,7 +12,7 @@ use gltf::animation::{Channel, Interpolation, Property};
 use gltf::json::validation::Checked;
 use gltf::{Accessor, Document, Gltf, buffer};
 
-use super::Provenance;
+use super::{Provenance, streams};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Bytes of the header of a `.glb` file, and of the header of its first chunk.
@@ -22,6 +22,8 @@ const GLB_HEADERS: u32 = 12 + 8;
 pub(crate) struct File {
     pub(crate) document: Document,
     buffers: Vec<Vec<u8>>,
+    /// The bytes of those views that were compressed.
+    views: HashMap<usize, Vec<u8>>,
 }
 
 /// The keys of one property of one node.
@@ -45,10 +47,16 @@ impl File {
     /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
     pub(crate) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         check_length(bytes)?;
-        let Gltf { document, mut blob } = Gltf::from_slice(bytes).map_err(|error| invalid(error.to_string()))?;
+        let Gltf { document, mut blob } =
+            Gltf::from_slice_without_validation(bytes).map_err(|error| invalid(error.to_string()))?;
+        let document = streams::known(document)?;
         check_words(&document)?;
         let mut buffers = Vec::new();
         for buffer in document.buffers() {
+            if streams::is_placeholder(&document, &buffer) {
+                buffers.push(Vec::new());
+                continue;
+            }
             let data = match buffer.source() {
                 buffer::Source::Bin => blob.take().ok_or_else(|| invalid("the binary chunk is missing"))?,
                 buffer::Source::Uri(uri) => match uri.split_once(";base64,") {
@@ -67,7 +75,12 @@ impl File {
             }
             buffers.push(data);
         }
-        Ok(Self { document, buffers })
+        let views = streams::decode(&document, &buffers)?;
+        Ok(Self {
+            document,
+            buffers,
+            views,
+        })
     }
 
     /// What this crate wrote about where the file comes from; absent in the files of others.
@@ -187,11 +200,13 @@ impl File {
             .count()
             .checked_sub(1)
             .and_then(|rows| rows.checked_mul(stride)?.checked_add(size));
-        let start = view.offset().checked_add(accessor.offset()).ok_or_else(outside)?;
+        let (buffer, start) = match self.views.get(&view.index()) {
+            Some(decoded) => (decoded, 0),
+            None => (&self.buffers[view.buffer().index()], view.offset()),
+        };
+        let start = start.checked_add(accessor.offset()).ok_or_else(outside)?;
         let end = start.checked_add(length.unwrap_or(0)).ok_or_else(outside)?;
-        let bytes = self.buffers[view.buffer().index()]
-            .get(start..end)
-            .ok_or_else(outside)?;
+        let bytes = buffer.get(start..end).ok_or_else(outside)?;
         let rows = bytes.chunks(stride.max(1)).map(|row| &row[..size]);
         let number: fn(&[u8]) -> f32 = match accessor.data_type() {
             DataType::F32 => |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]),

@@ -4,6 +4,7 @@ mod arrays;
 mod batch;
 mod bvh;
 mod change;
+mod compress;
 
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ use mocap::{Importer, RootOffset};
 pub(crate) use self::batch::{BatchArgs, FormatArg, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, Moment, RestArg, TrimArg, UnitArg, UpArg};
+pub(crate) use self::compress::{CompressArg, CompressArgs};
 
 /// Motion capture into an Assimp-style scene: convert it to animated glTF, look into it, drive it from a tick.
 #[derive(Debug, Parser)]
@@ -160,7 +162,7 @@ pub(crate) struct ConvertArgs {
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]
-    pub(crate) tolerance: ToleranceArgs,
+    pub(crate) compress: CompressArgs,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
     #[command(flatten)]
@@ -171,8 +173,9 @@ pub(crate) struct ConvertArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Verifying")]
 pub(crate) struct ToleranceArgs {
-    /// Largest distance of a joint from its place in the source, in metres; beyond it the exit code is 1
-    #[arg(long, value_name = "METRES", default_value = "0.001")]
+    /// Largest distance of a joint from its place in the source, in metres or with a unit, as 1mm; beyond it the exit
+    /// code is 1
+    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = compress::parse_length)]
     pub(crate) max_error: f64,
 }
 

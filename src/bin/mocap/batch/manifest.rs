@@ -32,6 +32,9 @@ pub(crate) struct Record {
     /// The warnings, each as one line of text.
     pub(crate) warnings: Vec<String>,
     pub(crate) error: Option<String>,
+    /// The largest distance of a joint from its place, in metres, where the output is within a bound.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) max_error: Option<f64>,
     /// How long it took.
     pub(crate) seconds: f64,
 }
@@ -48,6 +51,7 @@ impl Record {
             options: options.to_owned(),
             warnings: Vec::new(),
             error: None,
+            max_error: None,
             seconds: 0.0,
         }
     }

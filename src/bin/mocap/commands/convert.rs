@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use mocap::bvh;
-use mocap::gltf::{self, BufferPlace, Renamed};
+use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Scene, Warning};
 use mocap::verify::{Verification, verify_files};
 use mocap::{Code, Importer};
 
 use super::{change, convert_many, verify};
-use crate::args::{ConvertArgs, FormatArg};
+use crate::args::{CompressArg, ConvertArgs, FormatArg};
 use crate::batch::thread_count;
 use crate::{Failure, report};
 
@@ -18,7 +18,12 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
     if let Some(rate) = args.change.fps.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
         return Err(Failure::Usage(format!("--fps {rate} is no frame rate")));
     }
+    if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
+    {
+        return Err(Failure::Usage("--max-error 0: integers cannot be exact".to_owned()));
+    }
     if let Some(folder) = &args.batch.out_dir {
+        refuse_bvh(args, args.batch.to)?;
         return convert_many::run(args, folder, options);
     }
     let (input, output) = match args.paths.as_slice() {
@@ -37,25 +42,54 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
     if args.verify && matches!(format, FormatArg::Bvh) {
         return Err(Failure::Usage("--verify compares glTF files, not BVH".to_owned()));
     }
+    refuse_bvh(args, format)?;
     let converted = convert(args, input, &output)?;
     report::warnings(Some(input), &converted.warnings);
     if !args.batch.spread.quiet {
         tell(input, &output, &converted);
     }
     match &converted.verification {
-        Some(verification) => verify::require(verification, args.tolerance.max_error),
+        Some(verification) => verify::require(verification, args.compress.tolerance()),
         None => Ok(()),
     }
+}
+
+/// Half of what to know about a smaller file was said; this is the other half.
+fn choice(args: &ConvertArgs) -> Option<String> {
+    match (args.compress.compress, args.compress.max_error) {
+        (None, Some(_)) => {
+            Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
+        }
+        (Some(kind), None) if kind != CompressArg::None => Some(format!(
+            "max-error: {} mm, because none was named",
+            verify::millimetres(args.compress.tolerance())
+        )),
+        _ => None,
+    }
+}
+
+/// BVH has decimal numbers and a row a frame, so that there is nothing to leave out.
+fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
+    if matches!(format, FormatArg::Bvh) && args.compress.asks() {
+        let message = "--compress and --max-error are for glTF; BVH has --digits";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    Ok(())
 }
 
 /// What is worth saying about a file that was written.
 pub(crate) struct Converted {
     pub(crate) warnings: Vec<Warning>,
     pub(crate) verification: Option<Verification>,
+    /// What was chosen of how to store keys.
+    choice: Option<String>,
     decisions: Vec<String>,
     renamed: Vec<Renamed>,
     dropped_keys: usize,
     bytes: usize,
+    pub(crate) achieved: Option<Achieved>,
+    /// Bytes without compression; counted for a single file alone.
+    plain_bytes: Option<usize>,
     nodes: usize,
     frames: usize,
 }
@@ -65,8 +99,10 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
     let mut scene = import(args, input)?;
     let is_bvh = matches!(FormatArg::of(output), Some(FormatArg::Bvh));
     let decisions = change::apply(&mut scene, &args.change, is_bvh);
-    let (renamed, dropped_keys, bytes) = if is_bvh {
-        (Vec::new(), 0, bvh::export(&scene, output, &args.bvh.options())?.bytes)
+    let mut plain_bytes = None;
+    let mut written = gltf::Report::default();
+    if is_bvh {
+        written.bytes = bvh::export(&scene, output, &args.bvh.options())?.bytes;
     } else {
         let options = gltf::Options {
             keep_constant: args.keep_constant,
@@ -75,10 +111,18 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
             } else {
                 BufferPlace::Beside
             },
+            compression: args.compress.compression(),
+            max_error: args.compress.max_error,
         };
-        let written = gltf::export(&scene, output, &options)?;
-        (written.renamed, written.dropped_keys, written.bytes)
-    };
+        written = gltf::export(&scene, output, &options)?;
+        if written.achieved.is_some() && args.batch.out_dir.is_none() {
+            let plain = gltf::Options {
+                keep_constant: args.keep_constant,
+                ..gltf::Options::default()
+            };
+            plain_bytes = Some(gltf::write_glb(&scene, &plain)?.len());
+        }
+    }
     let nodes = scene.nodes.len();
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
     let warnings = std::mem::take(&mut scene.warnings);
@@ -87,10 +131,13 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
     Ok(Converted {
         warnings,
         verification: args.verify.then(|| verify_files(input, output)).transpose()?,
+        choice: choice(args),
         decisions,
-        renamed,
-        dropped_keys,
-        bytes,
+        renamed: written.renamed,
+        dropped_keys: written.dropped_keys,
+        bytes: written.bytes,
+        achieved: written.achieved,
+        plain_bytes,
         nodes,
         frames,
     })
@@ -100,6 +147,9 @@ fn tell(input: &Path, output: &Path, converted: &Converted) {
     let Converted {
         nodes, frames, bytes, ..
     } = converted;
+    if let Some(decision) = &converted.choice {
+        report::say(decision);
+    }
     for decision in &converted.decisions {
         report::say(decision);
     }
@@ -120,9 +170,29 @@ fn tell(input: &Path, output: &Path, converted: &Converted) {
         input.display(),
         output.display(),
     ));
+    if let Some(achieved) = &converted.achieved {
+        report::say(&smaller(achieved, *bytes, converted.plain_bytes));
+    }
     if let Some(verification) = &converted.verification {
         report::say(&verify::summary(verification));
     }
+}
+
+/// How much was left out, and how far the file is from the scene for it.
+fn smaller(achieved: &Achieved, bytes: usize, plain_bytes: Option<usize>) -> String {
+    let (most, rms) = (
+        verify::millimetres(achieved.max_error),
+        verify::millimetres(achieved.rms_error),
+    );
+    let mut text = format!(
+        "{} keys, {most} mm at most, {rms} mm RMS; at most at \"{}\", frame {}",
+        achieved.keys, achieved.joint, achieved.tick
+    );
+    if let Some(plain) = plain_bytes {
+        let ratio = plain as f64 / bytes.max(1) as f64;
+        text += &format!("; {ratio:.1} times smaller than the {plain} bytes of a .glb without compression");
+    }
+    text
 }
 
 /// Imports a file at its own frame rate, `--fps` being the rate to write. Where the file states none, `--fps` is its

@@ -113,7 +113,8 @@ impl Run<'_> {
         let converted = convert::convert(self.args, &input.path, &path).map_err(|error| error.to_string())?;
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output = Some(output.clone());
-        let allowed = self.args.tolerance.max_error;
+        record.max_error = converted.achieved.map(|achieved| achieved.max_error);
+        let allowed = self.args.compress.tolerance();
         if let Some(verification) = converted
             .verification
             .filter(|found| !verify::is_within(found, allowed))

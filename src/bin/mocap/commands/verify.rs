@@ -83,6 +83,6 @@ pub(crate) fn summary(verification: &Verification) -> String {
     text
 }
 
-fn millimetres(metres: f64) -> String {
+pub(crate) fn millimetres(metres: f64) -> String {
     format!("{:.4}", metres * 1000.0)
 }

@@ -1,0 +1,76 @@
+//! Smaller files with a promise: how keys are stored, and how far that may move a joint.
+//!
+//! | | rotations | translations | times | who reads it |
+//! |---|---|---|---|---|
+//! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | everyone |
+//! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
+//! | [`Compression::Meshopt`] | QUATERNION filter, 5 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
+//! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
+//!
+//! Times are never rounded beyond the 32-bit floats that glTF has. The bits of a joint follow from how far it can move
+//! what hangs on it; the idea to measure by that, and to compress each track by a hierarchical error, is that of the
+//! Animation Compression Library (Nicholas Frechette). The formulas of the filters are those of
+//! EXT_meshopt_compression, appendix B.
+
+use serde::Serialize;
+
+use crate::fit::Container;
+
+/// How far a joint may be from its place where a [`Compression`] is chosen and no largest error: 1 mm, in metres.
+pub const DEFAULT_MAX_ERROR: f64 = 0.001;
+
+/// How the keys of animations are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compression {
+    /// As 32-bit floats, which every client reads.
+    #[default]
+    None,
+    /// Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads garbage.
+    Int16,
+    /// As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
+    Meshopt,
+    /// As streams of version 1 of `KHR_meshopt_compression`, a little smaller, which the file then requires. Needs the
+    /// feature `meshopt`.
+    MeshoptKhr,
+}
+
+impl Compression {
+    pub(super) fn container(self) -> Container {
+        match self {
+            Self::None => Container::Float,
+            Self::Int16 => Container::Short,
+            Self::Meshopt | Self::MeshoptKhr => Container::Filtered,
+        }
+    }
+
+    /// The extension that a file needs.
+    pub(super) fn extension(self) -> Option<&'static str> {
+        match self {
+            Self::None | Self::Int16 => None,
+            Self::Meshopt => Some(EXT),
+            Self::MeshoptKhr => Some(KHR),
+        }
+    }
+}
+
+pub(super) const EXT: &str = "EXT_meshopt_compression";
+pub(super) const KHR: &str = "KHR_meshopt_compression";
+
+/// How far a file is from the scene that it was written from, measured in double precision on what a reader decodes,
+/// at the 32-bit times of the file, and with both ways that readers go from key to key: along the arc, and component
+/// by component.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Achieved {
+    /// The largest distance of a joint or end site from its place, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// Where the largest is: the node's name in the scene.
+    pub joint: String,
+    /// When it is: the tick of the scene.
+    pub tick: f64,
+    /// The keys in the file, of all tracks.
+    pub keys: usize,
+}

@@ -1,0 +1,132 @@
+//! The codec of `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams of elements, and filters on them.
+//!
+//! The extension's bytes are claims as all others: the size of what comes out is held against what a stream of that
+//! length can hold before anything is allocated.
+
+#[cfg(not(feature = "meshopt"))]
+use crate::error::Result;
+use crate::error::{Code, Diagnostic, Error};
+
+/// How the elements of a stream become what accessors read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Filter {
+    /// As they are.
+    None,
+    /// Unit quaternions as four 16-bit integers.
+    Quaternion,
+    /// 32-bit floats as a mantissa and an exponent.
+    Exponential,
+}
+
+impl Filter {
+    /// Its name in the extension; nothing for the default.
+    pub(super) fn name(self) -> Option<&'static str> {
+        match self {
+            Self::None => None,
+            Self::Quaternion => Some("QUATERNION"),
+            Self::Exponential => Some("EXPONENTIAL"),
+        }
+    }
+}
+
+/// What a build without the feature says.
+#[cfg_attr(feature = "meshopt", allow(dead_code, reason = "for builds without the feature"))]
+pub(super) fn missing() -> Error {
+    Diagnostic::new(
+        Code::MissingFeature,
+        "this build neither writes nor reads streams of meshopt",
+    )
+    .help("build it with `--features meshopt`, which needs a C++ compiler")
+    .into()
+}
+
+#[cfg(feature = "meshopt")]
+pub(super) use self::codec::{decode, encode};
+
+#[cfg(feature = "meshopt")]
+mod codec {
+    use meshopt::{decode_vertex_buffer, encode_vertex_buffer_level};
+
+    use super::Filter;
+    use crate::error::Result;
+    use crate::gltf::read::invalid;
+
+    /// The smallest stream of so many bytes: of 256 elements every four bytes take at least one.
+    const MOST_PER_BYTE: usize = 1024;
+    /// What a stream may hold beyond that: its last block.
+    const LAST_BLOCK: usize = 256 * 256;
+    /// The slowest and best of the encoder's levels; they are for version 1 alone.
+    const LEVEL: i32 = 3;
+
+    /// The stream of `bytes`, elements of `stride` bytes: 4, 8 or 12.
+    pub(in crate::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>> {
+        fn stream<const N: usize>(bytes: &[u8], version: i32) -> meshopt::Result<Vec<u8>> {
+            encode_vertex_buffer_level(bytes.as_chunks::<N>().0, LEVEL, Some(version))
+        }
+        let stream = match stride {
+            4 => stream::<4>(bytes, version),
+            8 => stream::<8>(bytes, version),
+            _ => stream::<12>(bytes, version),
+        };
+        stream.map_err(|error| invalid(format!("meshopt: {error}")))
+    }
+
+    /// What accessors read of the `count` elements of `stride` bytes in `stream`.
+    pub(in crate::gltf) fn decode(stream: &[u8], count: usize, stride: usize, filter: Filter) -> Result<Vec<u8>> {
+        let length = count.checked_mul(stride);
+        let most = stream.len().saturating_mul(MOST_PER_BYTE).saturating_add(LAST_BLOCK);
+        if length.is_none_or(|length| length > most) || count == 0 {
+            return Err(invalid(format!(
+                "a meshopt stream of {} bytes cannot hold {count} elements",
+                stream.len()
+            )));
+        }
+        match (stride, filter) {
+            (4, Filter::None) => elements::<4>(stream, count),
+            (8, Filter::None) => elements::<8>(stream, count),
+            (12, Filter::None) => elements::<12>(stream, count),
+            (16, Filter::None) => elements::<16>(stream, count),
+            (8, Filter::Quaternion) => {
+                let mut values = decoded::<[i16; 4]>(stream, count)?;
+                meshopt::decode_filter_quat(&mut values);
+                Ok(values.iter().flatten().flat_map(|value| value.to_le_bytes()).collect())
+            }
+            (4, Filter::Exponential) => floats::<1>(stream, count),
+            (12, Filter::Exponential) => floats::<3>(stream, count),
+            (16, Filter::Exponential) => floats::<4>(stream, count),
+            _ => Err(invalid(format!(
+                "a meshopt stream has elements of {stride} bytes, which no animation has with its filter"
+            ))),
+        }
+    }
+
+    fn decoded<T: Clone + Default>(stream: &[u8], count: usize) -> Result<Vec<T>> {
+        decode_vertex_buffer(stream, count).map_err(|error| invalid(format!("a meshopt stream is broken: {error}")))
+    }
+
+    fn elements<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>>
+    where
+        [u8; N]: Default,
+    {
+        Ok(decoded::<[u8; N]>(stream, count)?.concat())
+    }
+
+    fn floats<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>>
+    where
+        [u32; N]: Default,
+    {
+        let mut values = decoded::<[u32; N]>(stream, count)?;
+        meshopt::decode_filter_exp(&mut values);
+        Ok(values.iter().flatten().flat_map(|value| value.to_le_bytes()).collect())
+    }
+}
+
+#[cfg(not(feature = "meshopt"))]
+pub(super) fn encode(_: &[u8], _: usize, _: i32) -> Result<Vec<u8>> {
+    Err(missing())
+}
+
+#[cfg(not(feature = "meshopt"))]
+pub(super) fn decode(_: &[u8], _: usize, _: usize, _: Filter) -> Result<Vec<u8>> {
+    Err(missing())
+}

@@ -1,0 +1,92 @@
+//! Views of a file that is read whose bytes are compressed.
+
+use std::collections::HashMap;
+
+use gltf::{Document, buffer};
+use serde::Deserialize;
+
+use super::compression::{EXT, KHR};
+use super::meshopt::{self, Filter};
+use super::read::invalid;
+use crate::error::Result;
+
+/// What a view says of its stream, in both extensions alike.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Settings {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: usize,
+    count: usize,
+    mode: String,
+    #[serde(default)]
+    filter: Option<String>,
+}
+
+/// The document, valid but for the extensions that are read here although the `gltf` crate does not know them.
+pub(super) fn known(document: Document) -> Result<Document> {
+    let mut root = document.into_json();
+    let is_meshopt = |name: &String| name == EXT || name == KHR;
+    if cfg!(not(feature = "meshopt")) && root.extensions_required.iter().any(is_meshopt) {
+        return Err(meshopt::missing());
+    }
+    root.extensions_required.retain(|name| !is_meshopt(name));
+    Document::from_json(root).map_err(|error| invalid(error.to_string()))
+}
+
+/// Whether a buffer only stands for what the streams hold, and has no bytes.
+pub(super) fn is_placeholder(document: &Document, buffer: &buffer::Buffer) -> bool {
+    let json = &document.as_json().buffers[buffer.index()];
+    let is_marked = json.extensions.as_ref().is_some_and(|extensions| {
+        let settings = [EXT, KHR].into_iter().find_map(|name| extensions.others.get(name));
+        settings.is_some_and(|settings| settings.get("fallback") == Some(&true.into()))
+    });
+    json.uri.is_none() && (is_marked || buffer.index() > 0)
+}
+
+/// The bytes of all compressed views that animations need, by their index.
+pub(super) fn decode(document: &Document, buffers: &[Vec<u8>]) -> Result<HashMap<usize, Vec<u8>>> {
+    let mut views = HashMap::new();
+    let samplers = document.animations().flat_map(|animation| {
+        let accessors = animation
+            .samplers()
+            .flat_map(|sampler| [sampler.input(), sampler.output()]);
+        accessors.collect::<Vec<_>>()
+    });
+    for view in samplers.filter_map(|accessor| accessor.view()) {
+        let json = &document.as_json().buffer_views[view.index()];
+        let extensions = json.extensions.as_ref().map(|extensions| &extensions.others);
+        let settings = [EXT, KHR].into_iter().find_map(|name| extensions?.get(name));
+        let (Some(settings), false) = (settings, views.contains_key(&view.index())) else {
+            continue;
+        };
+        // Who has no decoder takes what the file has for such readers, if it has it.
+        if cfg!(not(feature = "meshopt")) && !buffers[view.buffer().index()].is_empty() {
+            continue;
+        }
+        let broken = |what: &dyn std::fmt::Display| invalid(format!("view {}: {what}", view.index()));
+        let settings: Settings = serde_json::from_value(settings.clone()).map_err(|error| broken(&error))?;
+        let filter = match settings.filter.as_deref() {
+            None | Some("NONE") => Filter::None,
+            Some("QUATERNION") => Filter::Quaternion,
+            Some("EXPONENTIAL") => Filter::Exponential,
+            Some(_) => return Err(broken(&"its filter is none that animations have")),
+        };
+        if settings.mode != "ATTRIBUTES" {
+            return Err(broken(&"its mode is not that of animations, ATTRIBUTES"));
+        }
+        let end = settings.byte_offset.checked_add(settings.byte_length);
+        let stream = buffers
+            .get(settings.buffer)
+            .and_then(|bytes| bytes.get(settings.byte_offset..end?))
+            .ok_or_else(|| broken(&"its stream reaches beyond its buffer"))?;
+        let decoded = meshopt::decode(stream, settings.count, settings.byte_stride, filter)?;
+        if decoded.len() != view.length() {
+            return Err(broken(&"its length is not that of the elements in its stream"));
+        }
+        views.insert(view.index(), decoded);
+    }
+    Ok(views)
+}

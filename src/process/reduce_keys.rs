@@ -1,0 +1,69 @@
+//! As few keys as a largest error allows.
+
+use crate::error::Result;
+use crate::fit::{Container, Rotation, Translation, fit};
+use crate::pose::Binding;
+use crate::scene::{Keys, Scene};
+
+/// Leaves out keys of every animation as long as no joint or end site is more than `max_error` metres from its place,
+/// at any whole tick and at any tick that had a key. Gives the largest distance that came of it, in metres.
+///
+/// The scene has to be in metres: see [`convert_units`](crate::process::convert_units). Each joint keeps keys of its
+/// own, and their values change: a joint turns so that its children stand where they belong although what carries it is
+/// a little off, so that errors do not add up along a chain (measured in the world, by forward kinematics; the idea to
+/// measure that way is the Animation Compression Library's). Between keys positions go straight and rotations along the
+/// arc. A cut stays a cut: no key pair can bridge it within the bound. A track that `max_error` lets stand still has one
+/// key.
+///
+/// ```
+/// use mocap::process::{convert_units, reduce_keys};
+/// use mocap::scene::UpAxis;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// convert_units(&mut scene, 0.0254 / 0.45, UpAxis::Y);
+/// let keys = |scene: &mocap::Scene| -> usize {
+///     scene.animations[0].channels.iter().map(|channel| channel.rotation_keys.len()).sum()
+/// };
+/// let before = keys(&scene);
+/// let error = reduce_keys(&mut scene, 0.001)?;
+/// assert!(error <= 0.001 && keys(&scene) < before / 2);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a node that carries others scales over time or
+/// unevenly, or a value is not finite; [`Code::ErrorBound`](crate::Code::ErrorBound) where 32-bit floats cannot keep the
+/// bound. The scene is then as it was.
+pub fn reduce_keys(scene: &mut Scene, max_error: f64) -> Result<f64> {
+    let mut all = Vec::with_capacity(scene.animations.len());
+    for animation in &scene.animations {
+        let fitted = fit(scene, animation, max_error, Container::Float)?;
+        let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
+        all.push((fitted, driven));
+    }
+    let mut largest = 0.0;
+    for (animation, (fitted, driven)) in std::iter::zip(&mut scene.animations, all) {
+        largest = f64::max(largest, fitted.measured.max);
+        let ticks_of = |grid: &[u32]| grid.iter().map(|frame| fitted.ticks[*frame as usize]).collect();
+        for (node, place) in driven {
+            let (track, channel) = (&fitted.tracks[node.index()], &mut animation.channels[place]);
+            if !channel.position_keys.is_empty() {
+                channel.position_keys = match &track.translation {
+                    Translation::Still(value) => Keys::constant(*value),
+                    Translation::Moving { grid, keys, .. } => {
+                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(grid))
+                    }
+                };
+            }
+            if !channel.rotation_keys.is_empty() {
+                channel.rotation_keys = match &track.rotation {
+                    Rotation::Still(value) => Keys::constant(*value),
+                    Rotation::Moving { grid, keys, .. } => {
+                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(grid))
+                    }
+                };
+            }
+        }
+    }
+    Ok(largest)
+}

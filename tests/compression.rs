@@ -1,0 +1,442 @@
+//! Smaller files keep their promise. Every file is read back and compared with its source in double precision by
+//! `verify`, which knows nothing of how it was made.
+
+use std::fs;
+use std::path::PathBuf;
+
+use mocap::gltf::{Achieved, Compression, Document, Options, write_glb};
+use mocap::process::{convert_units, reduce_keys, trim};
+use mocap::scene::{NodeId, Scene};
+use mocap::survey::survey;
+use mocap::verify::verify;
+use mocap::{Code, Importer, Pose, SkeletonMesh};
+
+/// All that this build can write.
+fn containers() -> Vec<Compression> {
+    let mut all = vec![Compression::None, Compression::Int16];
+    if cfg!(feature = "meshopt") {
+        all.extend([Compression::Meshopt, Compression::MeshoptKhr]);
+    }
+    all
+}
+
+fn import(path: &str) -> Scene {
+    let path = format!("{}/fixtures/real/{path}", env!("CARGO_MANIFEST_DIR"));
+    Importer::new().skeleton_mesh(SkeletonMesh::None).import(path).unwrap()
+}
+
+/// In metres, as `mocap convert` brings it there.
+fn in_metres(source: &Scene) -> Scene {
+    let mut scene = source.clone();
+    let found = survey(source);
+    let metres = source.metadata.metres_per_unit.unwrap_or(found.unit.value.metres());
+    convert_units(&mut scene, metres, found.up.value);
+    scene
+}
+
+fn options(compression: Compression, max_error: f64) -> Options {
+    Options {
+        compression,
+        max_error: Some(max_error),
+        ..Options::default()
+    }
+}
+
+fn real_motions() -> Vec<(String, Scene)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fixtures/real");
+    let mut paths: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    paths.sort();
+    let is_motion = |path: &PathBuf| path.extension().is_some_and(|e| e == "bvh" || e == "amc" || e == "c3d");
+    let read = |path: PathBuf| {
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let scene = Importer::new().skeleton_mesh(SkeletonMesh::None).import(path).ok()?;
+        Some((name, scene))
+    };
+    paths.into_iter().filter(is_motion).filter_map(read).collect()
+}
+
+/// Links of 5 m and of 2 m, in metres by what the survey makes of them: a step of 16 bits is more than 0.1 mm there.
+const TOO_LONG_FOR_A_TENTH: [&str; 2] = ["repeated_offset_lines.bvh", "lecture_Test.bvh"];
+
+#[test]
+fn the_bound_holds_on_every_real_file() {
+    let motions = real_motions();
+    assert!(motions.len() > 25, "{}", motions.len());
+    for (name, source) in &motions {
+        let scene = in_metres(source);
+        for compression in containers() {
+            for millimetres in [0.1, 1.0, 5.0, 20.0] {
+                let what = format!("{name}, {compression:?}, {millimetres} mm");
+                let bound = millimetres / 1000.0;
+                let document = match Document::new(&scene, &options(compression, bound)) {
+                    Ok(document) => document,
+                    Err(error) => {
+                        assert_eq!(error.code(), Code::ErrorBound, "{what}: {error}");
+                        assert!(
+                            millimetres == 0.1 && TOO_LONG_FOR_A_TENTH.contains(&&**name),
+                            "{what}: {error}"
+                        );
+                        continue;
+                    }
+                };
+                let verified = verify(source, &document.to_glb().unwrap()).unwrap();
+                assert!(verified.max_error <= bound, "{what}: {verified:?}");
+                assert!(
+                    verified.missing.is_empty() && verified.missing_end_sites.is_empty(),
+                    "{what}"
+                );
+                let frames = source
+                    .animations
+                    .first()
+                    .map_or(verified.frames, mocap::scene::Animation::frame_count);
+                assert_eq!(verified.frames, frames, "{what}");
+                if let Some(achieved) = &document.report().achieved {
+                    // What is reported is never less than what is there; the rest is what decoders may differ by.
+                    assert!(
+                        verified.max_error <= achieved.max_error + 2e-6,
+                        "{what}: {verified:?}, {achieved:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn sizes_are_what_they_are_meant_to_be() {
+    let scene = in_metres(&import("cmu_01_01.bvh"));
+    let mut limits = vec![(Compression::Int16, 1.0, 560_000)];
+    if cfg!(feature = "meshopt") {
+        limits.extend([
+            (Compression::Meshopt, 1.0, 140_000),
+            (Compression::Meshopt, 5.0, 80_000),
+        ]);
+    }
+    let plain = write_glb(&scene, &Options::default()).unwrap().len();
+    assert!(plain > 1_200_000);
+    for (compression, millimetres, limit) in limits {
+        let glb = write_glb(&scene, &options(compression, millimetres / 1000.0)).unwrap();
+        assert!(glb.len() <= limit, "{compression:?}, {millimetres} mm: {}", glb.len());
+    }
+}
+
+#[test]
+fn what_cannot_be_kept_is_an_error() {
+    let scene = in_metres(&import("cmu_short.bvh"));
+    for compression in containers() {
+        let error = write_glb(&scene, &options(compression, 1e-8)).unwrap_err();
+        assert_eq!(error.code(), Code::ErrorBound, "{compression:?}: {error}");
+        assert!(error.joint().is_some());
+        assert_eq!(error.diagnostic().expected.as_deref(), Some("0.000010 mm"), "{error}");
+    }
+}
+
+/// The T-pose that the CMU conversions have as their first frame is gone in the next, and nothing stands between.
+#[test]
+fn a_cut_stays_between_its_two_frames() {
+    let source = import("cmu_short.bvh");
+    let scene = in_metres(&source);
+    for compression in containers() {
+        let glb = write_glb(&scene, &options(compression, 0.02)).unwrap();
+        let read = Importer::new().read(&glb, "cut.glb").unwrap();
+        let arm = |channel: &&mocap::scene::Channel| channel.node_name == "LeftArm";
+        let keys = &read.animations[0].channels.iter().find(arm).unwrap().rotation_keys;
+        assert!(
+            (keys.tick(0), keys.tick(1)) == (0.0, 1.0),
+            "{compression:?}: {}, {}",
+            keys.tick(0),
+            keys.tick(1)
+        );
+        // Frame 1 is the second frame of the motion itself, and not the end of a way from the T-pose.
+        let mut motion_alone = in_metres(&source);
+        trim(&mut motion_alone, 1.0, f64::INFINITY);
+        let (here, there) = (
+            Pose::at_tick(&read, 0, 1.0).unwrap(),
+            Pose::at_tick(&motion_alone, 0, 0.0).unwrap(),
+        );
+        for index in 0..motion_alone.nodes.len() {
+            let (a, b) = (here.position(NodeId::new(index)), there.position(NodeId::new(index)));
+            assert!(a.distance(b) < 0.02, "{compression:?}, node {index}");
+        }
+    }
+}
+
+#[test]
+fn the_report_says_how_far_and_where() {
+    let source = import("z_up_dab.bvh");
+    let scene = in_metres(&source);
+    let document = Document::new(&scene, &options(Compression::Int16, 0.005)).unwrap();
+    let Achieved {
+        max_error,
+        rms_error,
+        joint,
+        tick,
+        keys,
+        ..
+    } = document.report().achieved.clone().unwrap();
+    let verified = verify(&source, &document.to_glb().unwrap()).unwrap();
+    assert!(
+        (verified.max_error - max_error).abs() < 1e-5,
+        "{verified:?}, {max_error}"
+    );
+    assert!(
+        (verified.rms_error - rms_error).abs() < 1e-5,
+        "{verified:?}, {rms_error}"
+    );
+    assert!(scene.nodes.iter().any(|node| node.name == joint));
+    assert!(tick <= scene.animations[0].duration && keys > 100);
+    assert_eq!(
+        Document::new(&scene, &Options::default()).unwrap().report().achieved,
+        None
+    );
+}
+
+#[test]
+fn a_scene_with_fewer_keys_stands_where_it_stood() {
+    let before = in_metres(&import("rokoko_dance.bvh"));
+    let mut after = before.clone();
+    let error = reduce_keys(&mut after, 0.002).unwrap();
+    assert!(error <= 0.002);
+    assert!(mocap::process::validate(&after).is_empty());
+    for frame in 0..before.animations[0].frame_count() {
+        let [a, b] = [&before, &after].map(|scene| Pose::at_tick(scene, 0, frame as f64).unwrap());
+        for index in 0..before.nodes.len() {
+            let (a, b) = (a.position(NodeId::new(index)), b.position(NodeId::new(index)));
+            assert!(
+                a.distance(b) < 0.00201,
+                "frame {frame}, node {index}: {}",
+                a.distance(b)
+            );
+        }
+    }
+}
+
+/// Skeletons and motions that no one would capture: short and long links, fast turns, joints that slide.
+#[test]
+fn the_bound_holds_on_generated_motions() {
+    use mocap::glam::{Mat4, Quat, Vec3};
+    use mocap::scene::{Animation, Channel, Keys, Node, NodeKind};
+    let mut seed = 7u64;
+    let mut random = || {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 40) as f32 / f32::from(1u16 << 15) / 256.0 - 1.0
+    };
+    for round in 0..40 {
+        let joints = 1 + round % 9;
+        let frames = [1, 2, 3, 17, 120][round % 5];
+        let mut scene = Scene::default();
+        let mut channels = Vec::new();
+        for index in 0..joints {
+            let length = [0.0, 0.02, 0.3, 1.5][(round + index) % 4];
+            scene.nodes.push(Node {
+                name: format!("j{index}"),
+                kind: NodeKind::Joint,
+                parent: index.checked_sub(1 + index % 2).map(NodeId::new),
+                transform: Mat4::from_translation(Vec3::new(random(), random(), random()) * length),
+                ..Node::default()
+            });
+            let speed = [0.0, 0.001, 0.05, 1.0][(round / 3 + index) % 4];
+            let mut rotation = Quat::from_xyzw(random(), random(), random(), random()).normalize();
+            let rotations = (0..frames).map(|_| {
+                rotation = (rotation + Quat::from_xyzw(random(), random(), random(), random()) * speed).normalize();
+                if random() < 0.0 { -rotation } else { rotation }
+            });
+            let rotation_keys = Keys::every_tick(rotations.collect());
+            let mut position = scene.nodes[index].transform.w_axis.truncate();
+            let slides = index == 0 || (round + index) % 5 == 0;
+            let positions = (0..frames).map(|_| {
+                position += Vec3::new(random(), random(), random()) * speed;
+                position
+            });
+            channels.push(Channel {
+                node_name: format!("j{index}"),
+                position_keys: if slides {
+                    Keys::every_tick(positions.collect())
+                } else {
+                    Keys::default()
+                },
+                rotation_keys,
+                ..Channel::default()
+            });
+        }
+        // A node may have been put before its parent's last child: depth-first order is what a scene has.
+        if !mocap::process::validate(&scene).is_empty() {
+            for index in 1..joints {
+                scene.nodes[index].parent = Some(NodeId::new(index - 1));
+            }
+        }
+        scene.animations.push(Animation {
+            ticks_per_second: 60.0,
+            duration: frames as f64 - 1.0,
+            channels,
+            ..Animation::default()
+        });
+        for compression in containers() {
+            for bound in [0.002, 0.02] {
+                let what = format!("round {round}, {compression:?}, {bound} m");
+                let glb =
+                    write_glb(&scene, &options(compression, bound)).unwrap_or_else(|error| panic!("{what}: {error}"));
+                let verified = verify(&scene, &glb).unwrap();
+                assert!(verified.max_error <= bound, "{what}: {verified:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_build_without_meshopt_says_so() {
+    let text = br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],
+        "extensionsRequired":["EXT_meshopt_compression"],"scenes":[{}],"scene":0}"#;
+    let read = Importer::new().read(text, "needs_meshopt.gltf");
+    let scene = in_metres(&import("cmu_short.bvh"));
+    let written = write_glb(&scene, &options(Compression::Meshopt, 0.001));
+    if cfg!(feature = "meshopt") {
+        assert!(written.is_ok());
+    } else {
+        for error in [read.unwrap_err(), written.unwrap_err()] {
+            assert_eq!(error.code(), Code::MissingFeature, "{error}");
+            assert!(
+                error
+                    .diagnostic()
+                    .help
+                    .as_ref()
+                    .is_some_and(|help| help.contains("--features meshopt"))
+            );
+        }
+    }
+}
+
+#[cfg(feature = "meshopt")]
+mod streams {
+    use serde_json::Value;
+
+    use super::*;
+
+    /// The JSON text of a `.glb`, and its buffer.
+    fn parts(glb: &[u8]) -> (Value, Vec<u8>) {
+        let glb = gltf::binary::Glb::from_slice(glb).unwrap();
+        (
+            serde_json::from_slice(&glb.json).unwrap(),
+            glb.bin.unwrap().into_owned(),
+        )
+    }
+
+    fn glb(json: &Value, bin: &[u8]) -> Vec<u8> {
+        let glb = gltf::binary::Glb {
+            header: gltf::binary::Header {
+                magic: *b"glTF",
+                version: 2,
+                length: 0,
+            },
+            json: serde_json::to_vec(json).unwrap().into(),
+            bin: Some(bin.into()),
+        };
+        glb.to_vec().unwrap()
+    }
+
+    fn small(compression: Compression) -> (Value, Vec<u8>) {
+        let mut scene = in_metres(&import("cmu_short.bvh"));
+        trim(&mut scene, 0.0, 40.0);
+        parts(&write_glb(&scene, &options(compression, 0.001)).unwrap())
+    }
+
+    #[test]
+    fn they_are_what_the_extension_asks_for() {
+        for (compression, name, header) in [
+            (Compression::Meshopt, "EXT_meshopt_compression", 0xa0),
+            (Compression::MeshoptKhr, "KHR_meshopt_compression", 0xa1),
+        ] {
+            let (json, bin) = small(compression);
+            assert_eq!(json["extensionsUsed"], serde_json::json!([name]));
+            assert_eq!(json["extensionsRequired"], serde_json::json!([name]));
+            let buffers = json["buffers"].as_array().unwrap();
+            assert_eq!(buffers.len(), 2);
+            assert!(buffers[1].get("uri").is_none());
+            assert_eq!(buffers[1]["extensions"][name]["fallback"], true);
+            let mut filters = Vec::new();
+            for view in json["bufferViews"].as_array().unwrap() {
+                let length = view["byteLength"].as_u64().unwrap();
+                let start = view["byteOffset"].as_u64().unwrap_or(0);
+                let Some(stream) = view["extensions"].get(name) else {
+                    assert_eq!(view["buffer"], 0);
+                    continue;
+                };
+                assert_eq!((&view["buffer"], &stream["buffer"]), (&1.into(), &0.into()));
+                assert!(view.get("byteStride").is_none(), "tracks of an animation have none");
+                assert!(start + length <= buffers[1]["byteLength"].as_u64().unwrap());
+                let number = |key: &str| stream[key].as_u64().unwrap();
+                assert_eq!(length, number("byteStride") * number("count"));
+                assert_eq!((number("byteStride") % 4, start % 4), (0, 0));
+                assert!(number("byteOffset") + number("byteLength") <= bin.len() as u64);
+                assert_eq!(stream["mode"], "ATTRIBUTES");
+                assert_eq!(bin[number("byteOffset") as usize], header, "the version of the stream");
+                filters.push((number("byteStride"), stream.get("filter").cloned()));
+            }
+            filters.sort_by_key(|(stride, _)| *stride);
+            // Times have no filter, so that nothing is lost of them.
+            let expected = [
+                (4, None),
+                (8, Some("QUATERNION".into())),
+                (12, Some("EXPONENTIAL".into())),
+            ];
+            assert_eq!(filters, expected);
+            for accessor in json["accessors"].as_array().unwrap() {
+                assert_eq!(accessor["byteOffset"].as_u64().unwrap_or(0) % 4, 0);
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_ones_are_an_error_or_another_motion() {
+        let (json, bin) = small(Compression::Meshopt);
+        let read = |json: &Value, bin: &[u8]| Importer::new().read(&glb(json, bin), "damaged.glb");
+        assert!(read(&json, &bin).is_ok());
+        for place in 0..bin.len() {
+            for change in [0x01, 0x80, 0xff] {
+                let mut damaged = bin.clone();
+                damaged[place] ^= change;
+                if let Ok(scene) = read(&json, &damaged) {
+                    assert!(mocap::process::validate(&scene).is_empty(), "byte {place}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn false_claims_about_them_are_errors() {
+        let (json, bin) = small(Compression::MeshoptKhr);
+        let place = json["bufferViews"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .position(|view| view["extensions"]["KHR_meshopt_compression"]["filter"] == "QUATERNION")
+            .unwrap();
+        let claims: [(&str, Value); 14] = [
+            ("count", 0.into()),
+            ("count", 1.into()),
+            ("count", (1u64 << 40).into()),
+            ("count", u64::MAX.into()),
+            ("count", (-1).into()),
+            ("byteStride", 0.into()),
+            ("byteStride", 7.into()),
+            ("byteStride", 16.into()),
+            ("byteLength", 0.into()),
+            ("byteLength", u64::MAX.into()),
+            ("byteOffset", (1u64 << 33).into()),
+            ("buffer", 1.into()),
+            ("filter", "OCTAHEDRAL".into()),
+            ("mode", "TRIANGLES".into()),
+        ];
+        for (key, value) in claims {
+            let mut json = json.clone();
+            json["bufferViews"][place]["extensions"]["KHR_meshopt_compression"][key] = value.clone();
+            let error = Importer::new().read(&glb(&json, &bin), "false.glb").unwrap_err();
+            assert_eq!(error.code(), Code::InvalidGltf, "{key}: {value}: {error}");
+        }
+    }
+}
