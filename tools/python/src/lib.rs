@@ -70,6 +70,7 @@ pub(crate) struct ReadOptions {
     all_rows: bool,
     frame_rate: Option<f64>,
     strict: bool,
+    hash: bool,
 }
 
 impl ReadOptions {
@@ -87,6 +88,7 @@ impl ReadOptions {
             .root_offset(root_offset)
             .all_rows(self.all_rows)
             .strict(self.strict)
+            .hash(self.hash)
             .skeleton_mesh(SkeletonMesh::None);
         if let Some(format) = &self.format {
             importer = importer.format(format);
