@@ -122,8 +122,10 @@ impl<'a> Chain<'a> {
     }
 
     /// The rotation of the node to the parent in the scene.
+    #[inline]
     pub(super) fn rotation(&self, place: usize, frame: usize) -> Quat {
-        Quat::from_array(self.links[place].rotation.map(|lanes| lanes[frame]))
+        let lanes = &self.links[place].rotation;
+        Quat::from_array([0, 1, 2, 3].map(|row| lanes[row][frame]))
     }
 
     /// Node to an ancestor, through the nodes between them.

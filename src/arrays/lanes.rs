@@ -32,6 +32,7 @@ impl Transforms {
         }
     }
 
+    #[inline]
     pub(super) fn origin(&self, frame: usize) -> Vec3 {
         Vec3::from_array([0, 1, 2].map(|row| self.origin[row][frame]))
     }
@@ -41,6 +42,7 @@ impl Transforms {
         Mat4::from_cols(axis(0), axis(1), axis(2), self.origin(frame).extend(1.0))
     }
 
+    #[inline]
     pub(super) fn set_origin(&mut self, frame: usize, origin: Vec3) {
         for (lanes, value) in self.origin.iter_mut().zip(origin.to_array()) {
             lanes[frame] = value;
