@@ -108,7 +108,8 @@ impl Header {
     }
 }
 
-/// The first animation of `scene` as arrays.
+/// The first animation of `scene` as arrays. Long motions are divided among the processor's cores; the values are the
+/// same with any number of them.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays};

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +14,7 @@ from . import _mocap
 from ._options import Options
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Motion:
     """A motion as arrays of F frames and J joints. Coordinates are right-handed.
 
@@ -38,7 +38,11 @@ class Motion:
     parents: NDArray[np.int32]
     offsets: NDArray[np.float32]
     frame_rate: float
-    header_json: str = field(repr=False)
+    header_json: str
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.positions)} frames and {len(self.names)} joints"
+        return f"<mocap.Motion of {counts} at {self.frame_rate:g} a second>"
 
     @cached_property
     def header(self) -> dict[str, Any]:
