@@ -105,7 +105,9 @@ pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::Options> {
     serde_json::from_str(json).map_err(|error| {
         // Where in the JSON it is means nothing to whoever wrote Python.
         let message = error.to_string();
-        let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
+        let message = message
+            .rsplit_once(" at line ")
+            .map_or(message.as_str(), |(what, _)| what);
         PyValueError::new_err(format!("options: {message}"))
     })
 }
