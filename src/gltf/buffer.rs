@@ -48,7 +48,7 @@ pub(super) struct Buffer {
     views: Vec<View>,
     last_usage: Option<Usage>,
     accessors: Vec<Accessor>,
-    streams: [Stream; 3],
+    streams: [Stream; STREAMS.len()],
 }
 
 /// Elements that go into one stream: those of all tracks that have the same filter, for a stream and its view cost some
@@ -61,7 +61,12 @@ struct Stream {
 }
 
 /// The streams of a buffer: their filters, and bytes of an element.
-const STREAMS: [(Filter, usize); 3] = [(Filter::Quaternion, 8), (Filter::Exponential, 12), (Filter::None, 4)];
+const STREAMS: [(Filter, usize); 4] = [
+    (Filter::Quaternion, 8),
+    (Filter::Exponential, 12),
+    (Filter::None, size_of::<f32>()),
+    (Filter::None, size_of::<[f32; 16]>()),
+];
 
 impl Buffer {
     /// Appends elements of `N` components. The slice is never empty: glTF has no empty accessor.
@@ -119,13 +124,22 @@ impl Buffer {
     ) -> Index<Accessor> {
         let accessor = self.accessor(component, N, elements.len());
         self.accessors[accessor].normalized = component == ComponentType::I16;
-        let stream = STREAMS.iter().position(|(other, _)| *other == filter).unwrap_or(0);
+        let kind = (filter, size_of::<[T; N]>());
+        let stream = STREAMS.iter().position(|other| *other == kind).unwrap_or(0);
         let stream = &mut self.streams[stream];
         stream.accessors.push(accessor);
         for number in elements.iter().flatten() {
             number.append(&mut stream.bytes);
         }
         Index::new(accessor as u32)
+    }
+
+    /// Inverse bind matrices, in a stream where `compression` has streams; nothing is lost of them.
+    pub(super) fn push_matrices(&mut self, compression: Compression, matrices: &[[f32; 16]]) -> Index<Accessor> {
+        match compression.extension() {
+            None => self.push(Usage::BindMatrices, matrices),
+            Some(_) => self.push_stream(Filter::None, ComponentType::F32, matrices),
+        }
     }
 
     /// As [`Self::push_bounded`], with the times in a stream where `compression` has streams.

@@ -8,7 +8,7 @@ use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
 use super::animation::{self, Rest, unit};
-use super::buffer::{Buffer, Usage};
+use super::buffer::Buffer;
 use super::names::Names;
 use super::{BASE_COLOR, Document, Options, Provenance, Report, mesh};
 use crate::error::{Code, Diagnostic, Result};
@@ -234,7 +234,7 @@ impl Builder<'_> {
             .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
             .collect();
         self.report.joints = joints.len();
-        let accessor = self.buffer.push(Usage::BindMatrices, &matrices);
+        let accessor = self.buffer.push_matrices(self.options.compression, &matrices);
         self.root.push(Skin {
             inverse_bind_matrices: Some(accessor),
             joints: joints.iter().map(|&joint| Index::new(joint as u32)).collect(),

@@ -58,7 +58,7 @@ mod codec {
     /// The slowest and best of the encoder's levels; they are for version 1 alone.
     const LEVEL: i32 = 3;
 
-    /// The stream of `bytes`, elements of `stride` bytes: 4, 8 or 12.
+    /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
     pub(in crate::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>> {
         fn stream<const N: usize>(bytes: &[u8], version: i32) -> meshopt::Result<Vec<u8>> {
             encode_vertex_buffer_level(bytes.as_chunks::<N>().0, LEVEL, Some(version))
@@ -66,7 +66,8 @@ mod codec {
         let stream = match stride {
             4 => stream::<4>(bytes, version),
             8 => stream::<8>(bytes, version),
-            _ => stream::<12>(bytes, version),
+            12 => stream::<12>(bytes, version),
+            _ => stream::<64>(bytes, version),
         };
         stream.map_err(|error| invalid(format!("meshopt: {error}")))
     }
