@@ -120,7 +120,9 @@ impl Track {
             .iter()
             .map(|&(axis, column)| (axis, block.column(column)))
             .collect();
-        lanes::append(&angles, block.frames(), &mut self.rotation_keys);
+        let start = self.rotation_keys.len();
+        self.rotation_keys.resize(start + block.frames(), Quat::IDENTITY);
+        lanes::fill(&angles, &mut self.rotation_keys[start..]);
         if columns.has_position() {
             self.position_keys
                 .extend(frames.clone().map(|frame| columns.position_at(block, frame)));
