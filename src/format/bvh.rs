@@ -101,13 +101,31 @@ impl rows::Sink for Count {
         self.0 += block.frames();
     }
 
-    fn part(&self) -> Self {
-        Self(0)
+    type Frames<'a> = Uncounted;
+
+    fn extend(&mut self, frames: usize) -> Uncounted {
+        self.0 += frames;
+        Uncounted
     }
 
-    fn extend(&mut self, part: Self) {
-        self.0 += part.0;
+    fn truncate(&mut self, frames: usize) {
+        self.0 = frames;
     }
+
+    fn frames(&self) -> usize {
+        self.0
+    }
+}
+
+/// Room that takes no memory.
+struct Uncounted;
+
+impl rows::Frames for Uncounted {
+    fn split_off(&mut self, _: usize) -> Self {
+        Self
+    }
+
+    fn fill(&mut self, _: &rows::Block) {}
 }
 
 /// An error in the making. Boxed, because every step of the reader may return one and almost none does.
