@@ -23,10 +23,13 @@ use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use glam::Quat;
+
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::text::{Cursor, Word, decode};
 use crate::format::warnings::Warnings;
 use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::rotation::{Axis, lanes};
 use crate::scene::Scene;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -91,6 +94,12 @@ pub fn scan(text: &[u8]) -> Result<usize> {
         )?;
     }
     Ok(frames.0)
+}
+
+/// Fills `keys` with the rotations that columns of degrees about z, x and y stand for. For `tools/bench` too.
+#[doc(hidden)]
+pub fn turn([z, x, y]: [&[f64]; 3], keys: &mut [Quat]) {
+    lanes::fill(&[(Axis::Z, z), (Axis::X, x), (Axis::Y, y)], keys);
 }
 
 /// Frames, and nothing of what is in them.
