@@ -222,7 +222,7 @@ pub struct Animation {
 impl Animation {
     /// How many frames there are: the whole ticks from 0 to [`duration`](Self::duration), both counted.
     pub fn frame_count(&self) -> usize {
-        self.duration as usize + 1
+        (self.duration as usize).saturating_add(1)
     }
 }
 

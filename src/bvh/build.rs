@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
 
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{Channels, Options, Report};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Channel, NodeId, NodeKind, RotationOrder, Scene};
 
@@ -147,8 +148,9 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
             turns: !is_end_site && is_animated,
             order: options.order.or(node.rotation_order).unwrap_or(USUAL_ORDER),
         };
-        if !joint.offset.is_finite() {
-            return Err(unrepresentable(&joint, "the place at rest is not finite".to_owned()));
+        if !joint.offset.abs().as_dvec3().cmple(DVec3::splat(FARTHEST)).all() {
+            let message = format!("the place at rest is not finite, or beyond {FARTHEST:e}");
+            return Err(unrepresentable(&joint, message));
         }
         joints.push(joint);
     }

@@ -20,6 +20,7 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{FormatInfo, ReadOptions, Source};
 use crate::gltf::read::{File, Track, Values, invalid};
+use crate::limits::limit_exceeded;
 use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -80,7 +81,15 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
                 .push(Diagnostic::new(Code::Interpolation, message).times(bent as u64));
         }
         let step = frame_time.unwrap_or_else(|| shortest_step(&tracks));
+        let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let mut animation = build_animation(name, tracks, step, &node_of, &scene.nodes);
+        let frames = animation.frame_count() as u64;
+        let most = limits.expanded_values(source.bytes);
+        if frames.saturating_mul(values_a_frame) > most {
+            let found = format!("{frames} frames of {values_a_frame}");
+            let expected = format!("at most {most} values in a file of this size");
+            return Err(limit_exceeded(expected, found).into());
+        }
         if let Some(frame_rate) = options.frame_rate {
             animation.ticks_per_second = frame_rate;
         }
