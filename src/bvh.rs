@@ -2,7 +2,7 @@
 //!
 //! | scene | BVH |
 //! |---|---|
-//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order |
+//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order; several, where the scene was read from several |
 //! | the translation of a node's rest transform | OFFSET |
 //! | positions that move | position channels, as [`Channels`] says; the ROOT has them always |
 //! | rotations | three rotation channels, in the node's [`rotation_order`](crate::scene::Node::rotation_order) |

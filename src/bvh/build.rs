@@ -10,7 +10,7 @@ use super::{Channels, Options, Report};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
-use crate::scene::{Animation, Channel, NodeId, NodeKind, RotationOrder, Scene};
+use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
 
 /// What joints without an order of their own get, which most programs write.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
@@ -160,21 +160,32 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
     Ok(joints)
 }
 
-/// A node that only holds one other is left out, so that the skeleton begins with its own root.
+/// A node that only holds one other is left out, so that the skeleton begins with its own root; and so is the group that
+/// a reader puts over several roots, so that they are several again.
 fn first_written(motion: &Motion<'_>) -> usize {
     let nodes = &motion.scene.nodes;
-    let holds_one = |index: usize| {
-        let children = nodes.iter().filter(|node| node.parent == Some(NodeId::new(index)));
-        children.count() == 1
+    let children = |index: usize| {
+        let parent = Some(NodeId::new(index));
+        nodes.iter().filter(move |node| node.parent == parent)
     };
     let is_plain = |index: usize| {
         let node = &nodes[index];
         node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && motion.channels[index].is_none()
     };
     // Depth first, so that an only child comes right behind its parent.
-    (0..nodes.len())
-        .take_while(|&index| is_plain(index) && holds_one(index))
-        .count()
+    let first = (0..nodes.len())
+        .take_while(|&index| is_plain(index) && children(index).count() == 1)
+        .count();
+    let holds_roots = |index: usize| {
+        nodes[index].name == GROUP_OF_ROOTS
+            && children(index).count() > 1
+            && children(index).all(|node| node.kind != NodeKind::EndSite)
+    };
+    if first < nodes.len() && is_plain(first) && holds_roots(first) {
+        first + 1
+    } else {
+        first
+    }
 }
 
 /// A joint without position channels stands where its first frame has it.

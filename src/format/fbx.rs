@@ -25,7 +25,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
+use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "fbx",
@@ -61,6 +61,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     };
     scene.metadata.format = FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
     let mut values_left = options.limits.expanded_values(source.bytes);
     for stack in &file.anim_stacks {
         let animation = read_stack(stack, &file, &nodes, options, &mut values_left, &mut warnings)?;

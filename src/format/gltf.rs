@@ -21,7 +21,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::{FormatInfo, ReadOptions, Source};
 use crate::gltf::read::{File, Track, Values, invalid};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "gltf",
@@ -69,6 +69,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut scene = Scene::default();
     "gltf".clone_into(&mut scene.metadata.format);
     scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
     let node_of = build_nodes(&file, &listed, &clips, &mut scene)?;
     let frame_time = file.provenance().map(|provenance| provenance.frame_time);
     let frame_time = frame_time.filter(|time| PLAUSIBLE_FRAME_TIMES.contains(time));
@@ -133,7 +134,7 @@ fn build_nodes(
     let kept = || listed.iter().enumerate().filter(|(_, (node, _))| !only_shows(node));
     if kept().filter(|(_, (_, parent))| parent.is_none()).count() > 1 {
         scene.nodes.push(Node {
-            name: "Roots".to_owned(),
+            name: GROUP_OF_ROOTS.to_owned(),
             kind: NodeKind::Group,
             ..Node::default()
         });

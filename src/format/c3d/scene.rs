@@ -17,6 +17,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
     scene.metadata.format = super::FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = parameters.text("POINT", "UNITS").and_then(metres);
     let (up, reason) = up_axis(parameters);
+    scene.metadata.up = Some(UpAxis::Y);
     let mut assume = |topic: &str, choice: &str, reason: &str| {
         scene.metadata.assumptions.push(Assumption {
             topic: topic.to_owned(),
