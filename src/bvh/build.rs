@@ -112,6 +112,9 @@ impl Joint<'_> {
 /// The nodes in their order, with what each has in the hierarchy.
 fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> {
     let first = first_written(motion);
+    // Some programs add position channels to the OFFSET. What comes from other formats is written so that they read the
+    // same as those in which positions replace it; a BVH file is to be read back as it was.
+    let keeps_offsets = motion.scene.metadata.format == "bvh";
     let rest = motion.rest();
     let mut start = rest.clone();
     motion.sample(0, &mut start);
@@ -124,12 +127,17 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
         let is_end_site = node.kind == NodeKind::EndSite;
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
+        let place = if keeps_offsets {
+            offset
+        } else {
+            scale * start[index].translation
+        };
         let leaves_offset = || {
             let positions = channel.map(|channel| channel.position_keys.values.as_slice());
             positions
                 .unwrap_or_default()
                 .iter()
-                .any(|&position| scale * position != offset)
+                .any(|&position| scale * position != place)
         };
         let moves = !is_end_site
             && match options.channels {
@@ -142,7 +150,10 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
             node: index,
             is_end_site,
             depth: above.map_or(0, |above| above.depth + 1),
-            offset: written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+            offset: match parent.is_none() && !keeps_offsets {
+                true => Vec3::ZERO,
+                false => written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+            },
             scale,
             moves,
             turns: !is_end_site && is_animated,

@@ -252,7 +252,7 @@ fn check_meshes(json: &gltf::json::Root) -> Result<()> {
     for primitive in json.meshes.iter().flat_map(|mesh| &mesh.primitives) {
         let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
         if let Some(index) = positions
-            .map(|accessor| accessor.value())
+            .map(gltf::json::Index::value)
             .filter(|&index| index >= json.accessors.len())
         {
             return Err(invalid(format!(
