@@ -228,11 +228,14 @@ fn broken_files_are_refused_with_their_message() {
         (&b""[..], "tiny.fbx: error[empty-file]: the file holds nothing"),
         (
             &binary[..binary.len() / 2],
-            "tiny.fbx: error[unexpected-end]: the file is cut off",
+            "tiny.fbx: error[unexpected-end]: the file is cut off; expected the rest of an FBX file; found 331696 bytes; \
+             help: export or download the file again",
         ),
         (
             &b"1, 2, 3\n".repeat(100),
-            "tiny.fbx: error[invalid-fbx]: the FBX file cannot be read: Not an FBX file",
+            "tiny.fbx: error[invalid-fbx]: the file is not FBX; expected \"Kaydara FBX Binary\" or \"; FBX\" at its \
+             beginning; found something else; help: check that the file is what its name says, and that it is not \
+             compressed",
         ),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), message);

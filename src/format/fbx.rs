@@ -112,17 +112,22 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         target_unit_meters: 1.0,
         ..LoadOpts::default()
     };
-    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error)))
+    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-fn refusal(error: &ufbx::Error) -> Diagnostic {
+fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     let message = format!("the FBX file cannot be read: {}", &*error.description);
     match error.type_ {
         ErrorType::EmptyFile => Diagnostic::new(Code::EmptyFile, "the file holds nothing"),
-        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off"),
         ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit => {
             Diagnostic::new(Code::LimitExceeded, message)
         }
+        _ if !sniff(bytes) => Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
+            .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", "something else")
+            .help("check that the file is what its name says, and that it is not compressed"),
+        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
+            .expected_found("the rest of an FBX file", format!("{} bytes", bytes.len()))
+            .help("export or download the file again"),
         _ => Diagnostic::new(Code::InvalidFbx, message),
     }
 }
