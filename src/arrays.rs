@@ -14,15 +14,18 @@
 //! [`Importer::root_offset`](crate::Importer::root_offset) says; both happen when the file is read, and the scene's
 //! warnings and the provenance tell of them.
 
+mod chain;
 mod contacts;
 pub mod csv;
 mod frame;
 mod joints;
+mod lanes;
 pub mod npz;
 mod options;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 mod rotation;
+mod rows;
 #[cfg(feature = "arrow")]
 pub mod table;
 mod timeline;
@@ -33,7 +36,6 @@ use serde::Serialize;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::gltf::Provenance;
 use crate::limits::Limits;
-use crate::pose::{Binding, Pose};
 use crate::scene::{Scene, UpAxis};
 
 pub use self::joints::Joint;
@@ -106,7 +108,8 @@ impl Header {
     }
 }
 
-/// The first animation of `scene` as arrays.
+/// The first animation of `scene` as arrays. Long motions are divided among the processor's cores; the values are the
+/// same with any number of them.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays};
@@ -134,30 +137,25 @@ pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
     provenance.frames = timeline.frames as u64;
     provenance.frame_time = timeline.frame_time();
 
-    let mut positions = Vec::with_capacity(timeline.frames * joints.nodes.len() * 3);
-    let mut rotations = Vec::with_capacity(timeline.frames * joints.nodes.len() * options.rotation.width());
-    let mut feet = contacts::Feet::new(&joints, options)?;
-    if let Some(animation) = scene.animations.first() {
-        let binding = Binding::new(scene, animation);
-        let mut pose = Pose::rest(scene);
-        for tick in timeline.ticks() {
-            pose.sample(&binding, animation, tick);
-            for index in 0..joints.nodes.len() {
-                let position = match options.space {
-                    Space::World => joints.to_world(&pose, &frame, index),
-                    Space::Root => joints.relative_to_root(&pose, &frame, index),
-                    Space::Local => joints.to_parent(&pose, &frame, index),
-                };
-                positions.extend_from_slice(&(position.w_axis.truncate() * frame.scale).to_array());
-                let rotation = match options.rotation_space {
-                    RotationSpace::World => joints.to_world(&pose, &frame, index),
-                    RotationSpace::Local => joints.to_parent(&pose, &frame, index),
-                };
-                let order = joints.joints[index].rotation_order;
-                options.rotation.push(&rotation, order, &mut rotations);
-            }
-            feet.push(|index| joints.to_world(&pose, &frame, index).w_axis.truncate() * frame.scale);
-        }
+    let rows = timeline.frames * joints.nodes.len();
+    let mut positions = vec![0.0; rows * 3];
+    let mut rotations = vec![0.0; rows * options.rotation.width()];
+    let mut feet = contacts::Feet::new(&joints, options, timeline.frames)?;
+    if let Some(animation) = scene.animations.first().filter(|_| rows > 0) {
+        let source = rows::Source {
+            scene,
+            animation,
+            options,
+            frame: &frame,
+            joints: &joints,
+            timeline: &timeline,
+            feet: &feet.joints,
+        };
+        source.fill(rows::Rows {
+            positions: &mut positions,
+            rotations: &mut rotations,
+            feet: &mut feet.positions,
+        });
     }
     let frame_rate = timeline.frame_rate;
     let velocities = options

@@ -6,8 +6,9 @@ use std::fs;
 
 use kinematics::{Capture, Column, Root, distance, multiply, turn};
 use mocap::arrays::{Arrays, Contacts, Moment, Options, Rotation, RotationSpace, Space, arrays, csv, npz};
-use mocap::scene::{RotationOrder, UpAxis};
-use mocap::{Code, Importer, Scene, SkeletonMesh};
+use mocap::glam::{Quat, Vec3};
+use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};
+use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
 
 /// As a share of the skeleton's height.
 const TOLERANCE: f64 = 1e-5;
@@ -400,4 +401,65 @@ fn options_without_a_meaning_are_refused() {
         ..Options::default()
     };
     assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
+}
+
+/// Blocks of frames against one frame after the other, for what the independent kinematics does not read: formats with
+/// groups and scales, frames between frames, and a number of frames that two threads share.
+#[test]
+fn blocks_of_frames_are_as_good_as_single_poses() {
+    let files = [
+        "cmu_short.bvh",
+        "perception_neuron_moving_positions.bvh",
+        "cmu_02_01.amc",
+        "run.fbx",
+        "optotrak.c3d",
+    ];
+    let named = files.map(|file| mocap::import(format!("fixtures/real/{file}")).unwrap());
+    let large = import("cmu_01_01");
+    let mut scaled = import("cmu_short");
+    for (index, channel) in scaled.animations[0].channels.iter_mut().enumerate() {
+        let scale = |key: usize| Vec3::splat(1.0 + 0.01 * (index + key) as f32);
+        channel.scaling_keys = match index % 2 {
+            0 => Keys::constant(scale(0)),
+            _ => Keys::every_tick((0..40).map(scale).collect()),
+        };
+    }
+    for scene in named.iter().chain([&large, &scaled]) {
+        for frames_per_second in [None, Some(47.0)] {
+            let options = Options {
+                frames_per_second,
+                rotation_space: RotationSpace::World,
+                ..Options::default()
+            };
+            let motion = arrays(scene, &options).unwrap();
+            let joints: Vec<usize> = (0..scene.nodes.len())
+                .filter(|&node| scene.nodes[node].kind != NodeKind::Group)
+                .collect();
+            assert_eq!(motion.joints().len(), joints.len());
+            let animation = &scene.animations[0];
+            let binding = Binding::new(scene, animation);
+            let mut pose = Pose::rest(scene);
+            let cuts = mocap::survey::cuts(scene, 0);
+            for frame in 0..motion.frames {
+                let tick = frame as f64 * animation.ticks_per_second / motion.frame_rate();
+                if cuts.contains(&(tick as usize)) {
+                    continue;
+                }
+                pose.sample(&binding, animation, tick);
+                let places = joints.iter().map(|&node| pose.node_to_world[node].w_axis.truncate());
+                let farthest = places.map(Vec3::length).fold(0.0, f32::max);
+                for (joint, &node) in joints.iter().enumerate() {
+                    let row = frame * joints.len() + joint;
+                    let expected = pose.node_to_world[node];
+                    let position = Vec3::from_slice(&motion.positions[3 * row..]);
+                    let error = position.distance(expected.w_axis.truncate());
+                    assert!(error <= 1e-6 * farthest, "{frame} {joint}: {error}");
+                    let rotation = Quat::from_slice(&motion.rotations[4 * row..]);
+                    let alike = rotation.dot(Trs::from_matrix(expected).rotation).abs();
+                    assert!(alike > 1.0 - 1e-5, "{frame} {joint}: {alike}");
+                }
+            }
+        }
+    }
+    assert!(large.animations[0].frame_count() * large.nodes.len() * 7 > 1 << 19);
 }

@@ -13,13 +13,13 @@ pub(super) struct Feet {
     thresholds: Option<Contacts>,
     joint_count: usize,
     /// Indices of the feet among the joints.
-    feet: Vec<usize>,
-    /// Frames x feet x 3.
-    positions: Vec<f32>,
+    pub(super) joints: Vec<usize>,
+    /// Frames x feet x 3, to be filled.
+    pub(super) positions: Vec<f32>,
 }
 
 impl Feet {
-    pub(super) fn new(joints: &Selection<'_>, options: &Options) -> Result<Self> {
+    pub(super) fn new(joints: &Selection, options: &Options, frames: usize) -> Result<Self> {
         let mut feet = Vec::new();
         if let Some(thresholds) = &options.contacts {
             for value in [thresholds.height, thresholds.speed] {
@@ -50,31 +50,24 @@ impl Feet {
         Ok(Self {
             thresholds: options.contacts.clone(),
             joint_count: joints.joints.len(),
-            feet,
-            positions: Vec::new(),
+            positions: vec![0.0; frames * feet.len() * 3],
+            joints: feet,
         })
-    }
-
-    /// Takes in the next frame.
-    pub(super) fn push(&mut self, position: impl Fn(usize) -> Vec3) {
-        for &foot in &self.feet {
-            self.positions.extend_from_slice(&position(foot).to_array());
-        }
     }
 
     /// Frames x joints.
     pub(super) fn contacts(&self, frame: &Frame, frame_rate: f64) -> Option<Vec<bool>> {
         let thresholds = self.thresholds.as_ref()?;
         let metres = frame.metres_per_unit.unwrap_or(1.0);
-        let speeds = velocities(&self.positions, 3 * self.feet.len(), frame_rate);
+        let speeds = velocities(&self.positions, 3 * self.joints.len(), frame_rate);
         let heights: Vec<f32> = points(&self.positions).map(|point| frame.height(point)).collect();
-        let frames = heights.len() / self.feet.len().max(1);
-        let ground = ground(&heights, self.feet.len());
+        let frames = heights.len() / self.joints.len().max(1);
+        let ground = ground(&heights, self.joints.len());
         let mut contacts = vec![false; frames * self.joint_count];
         for (index, (height, speed)) in heights.iter().zip(points(&speeds)).enumerate() {
             let is_low = f64::from(height - ground) * metres <= thresholds.height;
             let is_slow = f64::from(speed.length()) * metres <= thresholds.speed;
-            let (frame, foot) = (index / self.feet.len(), self.feet[index % self.feet.len()]);
+            let (frame, foot) = (index / self.joints.len(), self.joints[index % self.joints.len()]);
             contacts[frame * self.joint_count + foot] = is_low && is_slow;
         }
         Some(contacts)

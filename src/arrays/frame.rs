@@ -12,7 +12,7 @@ pub(super) struct Frame {
     /// Units of the output in one of the scene.
     pub(super) scale: f32,
     /// The scene's axes to those of the output, where they differ.
-    turn: Option<Mat4>,
+    pub(super) turn: Option<Mat4>,
     /// Metres in one unit of the output, where the file, the caller or a need for it says so.
     pub(super) metres_per_unit: Option<f64>,
     /// The axis of the output that points up, likewise.
@@ -51,11 +51,6 @@ impl Frame {
             metres_per_unit: options.metres_per_unit.or(file_metres),
             up: options.up.or(file_up),
         })
-    }
-
-    /// What maps to the world of the scene, to the world of the output.
-    pub(super) fn turned(&self, node_to_world: Mat4) -> Mat4 {
-        self.turn.map_or(node_to_world, |turn| turn * node_to_world)
     }
 
     /// How high a point of the output is.

@@ -4,7 +4,6 @@ use glam::{Mat4, Vec3};
 use regex_lite::Regex;
 use serde::Serialize;
 
-use crate::arrays::frame::Frame;
 use crate::arrays::{Options, unknown_option};
 use crate::error::Result;
 use crate::pose::Pose;
@@ -28,12 +27,11 @@ pub struct Joint {
 }
 
 /// The nodes of the output.
-pub(super) struct Selection<'a> {
-    scene: &'a Scene,
+pub(super) struct Selection {
     pub(super) nodes: Vec<NodeId>,
     pub(super) joints: Vec<Joint>,
     /// For each, the joint that its chain begins with; it need not be in the output.
-    roots: Vec<NodeId>,
+    pub(super) roots: Vec<NodeId>,
 }
 
 /// A regular expression of the caller.
@@ -44,13 +42,12 @@ pub(super) fn pattern(pattern: &str) -> Result<Regex> {
     })
 }
 
-impl<'a> Selection<'a> {
-    pub(super) fn new(scene: &'a Scene, options: &Options, scale: f32) -> Result<Self> {
+impl Selection {
+    pub(super) fn new(scene: &Scene, options: &Options, scale: f32) -> Result<Self> {
         let wanted = options.joints.as_deref().map(pattern).transpose()?;
         let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.is_match(name));
         let rest = Pose::rest(scene);
         let mut selection = Self {
-            scene,
             nodes: Vec::new(),
             joints: Vec::new(),
             roots: Vec::new(),
@@ -88,27 +85,6 @@ impl<'a> Selection<'a> {
                 format!("{pattern:?}"),
             )),
             _ => Ok(selection),
-        }
-    }
-
-    /// The node of joint `index` to the world of the output, in the unit of the scene.
-    pub(super) fn to_world(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
-        frame.turned(pose.node_to_world[self.nodes[index].index()])
-    }
-
-    /// The same, seen from the place of its root.
-    pub(super) fn relative_to_root(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
-        let mut matrix = self.to_world(pose, frame, index);
-        let root = frame.turned(pose.node_to_world[self.roots[index].index()]);
-        matrix.w_axis -= root.w_axis.truncate().extend(0.0);
-        matrix
-    }
-
-    /// The node of joint `index` to the parent that the output lists; to the world where there is none.
-    pub(super) fn to_parent(&self, pose: &Pose, frame: &Frame, index: usize) -> Mat4 {
-        match self.joints[index].parent {
-            Some(parent) => to_ancestor(self.scene, pose, self.nodes[index], Some(self.nodes[parent])),
-            None => self.to_world(pose, frame, index),
         }
     }
 }

@@ -1,9 +1,8 @@
 //! Ways to write a rotation down.
 
-use glam::{Mat3, Mat4};
+use glam::{Mat3, Quat};
 use serde::{Deserialize, Serialize};
 
-use crate::pose::Trs;
 use crate::rotation::euler_rot;
 use crate::scene::RotationOrder;
 
@@ -56,21 +55,18 @@ impl Rotation {
         }
     }
 
-    /// Appends the rotation of `matrix`, without its scale.
-    pub(super) fn push(self, matrix: &Mat4, order: Option<RotationOrder>, values: &mut Vec<f32>) {
-        let rotation = Trs::from_matrix(*matrix).rotation;
+    /// Writes a rotation down; `values` is as long as it is wide.
+    pub(super) fn write(self, rotation: Quat, order: Option<RotationOrder>, values: &mut [f32]) {
         match self {
-            Self::Quaternion => values.extend_from_slice(&rotation.to_array()),
-            Self::SixD => values.extend_from_slice(&Mat3::from_quat(rotation).to_cols_array()[..6]),
-            Self::Matrix => values.extend_from_slice(&Mat3::from_quat(rotation).transpose().to_cols_array()),
+            Self::Quaternion => values.copy_from_slice(&rotation.to_array()),
+            Self::SixD => values.copy_from_slice(&Mat3::from_quat(rotation).to_cols_array()[..6]),
+            Self::Matrix => values.copy_from_slice(&Mat3::from_quat(rotation).transpose().to_cols_array()),
             Self::Euler => {
                 let order = order.unwrap_or(RotationOrder::Xyz);
                 let (first, second, third) = rotation.as_dquat().normalize().to_euler(euler_rot(order));
-                let mut angles = [0.0; 3];
                 for (axis, angle) in order.axes().into_iter().zip([first, second, third]) {
-                    angles[axis] = angle.to_degrees() as f32;
+                    values[axis] = angle.to_degrees() as f32;
                 }
-                values.extend_from_slice(&angles);
             }
         }
     }

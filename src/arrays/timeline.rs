@@ -77,16 +77,14 @@ impl Timeline {
         }
     }
 
-    /// The tick of each frame.
-    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
-        (0..self.frames).map(|frame| {
-            let tick = self.first + frame as f64 * self.step;
-            // What lies inside of a cut belongs to neither side.
-            if self.cuts.binary_search(&(tick as usize)).is_ok() {
-                tick.round()
-            } else {
-                tick
-            }
-        })
+    /// The tick of a frame.
+    pub(super) fn tick(&self, frame: usize) -> f64 {
+        let tick = self.first + frame as f64 * self.step;
+        // What lies inside of a cut belongs to neither side.
+        if self.cuts.binary_search(&(tick as usize)).is_ok() {
+            tick.round()
+        } else {
+            tick
+        }
     }
 }

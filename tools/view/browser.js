@@ -1,24 +1,11 @@
 // Chromium without a screen, and pages in it that may neither talk to the console nor ask for anything.
 
-import { execFileSync } from "node:child_process";
 import { chromium } from "playwright-core";
+import { launchOptions } from "../chromium.mjs";
 
 /** A browser that draws WebGL in software and talks to nobody on its own account. */
 export function launch() {
-  return chromium.launch({
-    executablePath: execFileSync("sh", ["-c", "command -v chromium"], { encoding: "utf8" }).trim(),
-    args: [
-      "--no-sandbox",
-      "--use-gl=angle",
-      "--use-angle=swiftshader",
-      "--enable-unsafe-swiftshader",
-      "--disable-quic",
-      "--no-first-run",
-      "--disable-background-networking",
-      "--disable-component-update",
-      "--disable-sync",
-    ],
-  });
+  return chromium.launch(launchOptions());
 }
 
 /** Opens a page. `trouble` collects every console message, every error and every request but the one for the page. */

@@ -9,22 +9,10 @@ import { fileURLToPath } from "node:url";
 
 import { chromium } from "playwright-core";
 
+import { launchOptions } from "../../chromium.mjs";
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, subfolder } from "../mocap.js";
 
-const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
-/** A processor draws in place of a graphics card, and nothing goes over the network. */
-const FLAGS = [
-  "--no-sandbox",
-  "--use-gl=angle",
-  "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader",
-  "--disable-quic",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--disable-component-update",
-  "--disable-sync",
-];
 const VIEWPORT = { width: 480, height: 480 };
 /** How far the figure in the picture may be from its computed height, in pixels: lines fade out at tips. */
 const SIZE_TOLERANCE = 12;
@@ -94,9 +82,8 @@ export async function run(results, folder) {
   const profile = mkdtempSync(join(tmpdir(), "mocap-chromium-"));
   const { server, address } = await serve(outputs);
   const context = await chromium.launchPersistentContext(profile, {
-    executablePath: CHROMIUM,
+    ...launchOptions(),
     headless: true,
-    args: FLAGS,
     viewport: VIEWPORT,
   });
   try {

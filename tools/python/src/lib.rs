@@ -70,6 +70,7 @@ pub(crate) struct ReadOptions {
     all_rows: bool,
     frame_rate: Option<f64>,
     strict: bool,
+    hash: bool,
 }
 
 impl ReadOptions {
@@ -87,6 +88,7 @@ impl ReadOptions {
             .root_offset(root_offset)
             .all_rows(self.all_rows)
             .strict(self.strict)
+            .hash(self.hash)
             .skeleton_mesh(SkeletonMesh::None);
         if let Some(format) = &self.format {
             importer = importer.format(format);
@@ -100,5 +102,12 @@ impl ReadOptions {
 
 /// The library's options from the JSON that `mocap.Options` writes.
 pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::Options> {
-    serde_json::from_str(json).map_err(|error| PyValueError::new_err(format!("options: {error}")))
+    serde_json::from_str(json).map_err(|error| {
+        // Where in the JSON it is means nothing to whoever wrote Python.
+        let message = error.to_string();
+        let message = message
+            .rsplit_once(" at line ")
+            .map_or(message.as_str(), |(what, _)| what);
+        PyValueError::new_err(format!("options: {message}"))
+    })
 }

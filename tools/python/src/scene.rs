@@ -8,7 +8,7 @@ use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 
 use crate::arrow::ArrowTable;
 use crate::errors::to_python;
@@ -120,6 +120,15 @@ impl Scene {
         let width = motion.header.rotation.width();
         let result = PyDict::new(py);
         result.set_item("header_json", motion.header.to_json())?;
+        result.set_item("frame_rate", motion.frame_rate())?;
+        let listed = motion.joints();
+        result.set_item("names", PyList::new(py, listed.iter().map(|joint| &joint.name))?)?;
+        let parents = listed
+            .iter()
+            .map(|joint| joint.parent.map_or(-1, |parent| parent as i32));
+        result.set_item("parents", PyArray1::from_iter(py, parents))?;
+        let offsets: Vec<f32> = listed.iter().flat_map(|joint| joint.offset.to_array()).collect();
+        result.set_item("offsets", PyArray1::from_vec(py, offsets).reshape([joints, 3])?)?;
         result.set_item(
             "positions",
             PyArray1::from_vec(py, motion.positions).reshape([frames, joints, 3])?,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -63,6 +64,23 @@ def test_shards_come_together(program: Path, clips: Path, packed: Path, tmp_path
     records = [json.loads(line) for line in (tmp_path / "mocap-manifest.jsonl").read_text().splitlines()]
     assert len(records) == 2000
     assert [record["input"] for record in records if record["error"]] == ["clip_00007.bvh"]
+
+
+def test_the_tasks_of_a_slurm_array_pack_what_one_run_packs(program: Path, clips: Path, tmp_path: Path) -> None:
+    script = Path(__file__).parents[1] / "examples" / "pack.sbatch"
+    command = ["bash", script, clips, tmp_path / "array"]
+    for task in ("1", "2", "3"):
+        environment = {
+            "PATH": f"{program.parent}:{os.environ['PATH']}",
+            "SLURM_ARRAY_TASK_ID": task,
+            "SLURM_ARRAY_TASK_COUNT": "3",
+            "SLURM_CPUS_PER_TASK": "2",
+        }
+        assert subprocess.run(command, env=environment, check=False, capture_output=True).returncode == 0
+    options = ("--rot", "6d", "--fps", "30", "--unit", "m", "--up", "y")
+    assert pack(program, clips, tmp_path / "alone", *options) == 3
+    assert rows(tmp_path / "array").equals(rows(tmp_path / "alone"))
+    assert rows(tmp_path / "array").num_rows == 2000
 
 
 def test_the_package_gives_the_same_rows(clips: Path, packed: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -61,8 +62,26 @@ def test_an_error_says_where() -> None:
     with pytest.raises(mocap.MocapError, match="no joint has a name") as caught:
         mocap.read(REAL / "cmu_short.bvh").to_numpy(joints="nobody")
     assert (caught.value.code, caught.value.line) == ("unknown-option", None)
+    with pytest.raises(ValueError, match="expected one of `quat`, `6d`, `matrix`, `euler`$"):
+        mocap.read(REAL / "cmu_short.bvh").to_numpy(rot="7d")
     with pytest.raises(ValueError, match="furlong"):
         mocap.read(REAL / "cmu_short.bvh").to_numpy(unit="furlong")
+
+
+def test_motions_print_short_and_pickle_whole(walk: Path) -> None:
+    motion = mocap.read(walk).to_numpy()
+    assert repr(motion) == "<mocap.Motion of 524 frames and 38 joints at 120 a second>"
+    back = pickle.loads(pickle.dumps(motion))
+    np.testing.assert_array_equal(back.positions, motion.positions)
+    assert back.header == motion.header
+
+
+def test_the_hash_may_be_left_out(walk: Path) -> None:
+    with_hash, without = mocap.read(walk), mocap.read(walk, hash=False)
+    digest = hashlib.sha256(walk.read_bytes()).hexdigest()
+    assert with_hash.metadata["origin"]["sha256"] == digest
+    assert without.metadata["origin"]["sha256"] == ""
+    np.testing.assert_array_equal(with_hash.to_numpy().positions, without.to_numpy().positions)
 
 
 def test_options_pickle() -> None:

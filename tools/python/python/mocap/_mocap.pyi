@@ -1,13 +1,16 @@
 """The native half. Use the package `mocap` instead, which documents what is here."""
 
 import os
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._options import ReadOptions
 
+__all__ = ["ArrowTable", "Node", "Scene", "convert", "metres_in", "read", "read_bytes", "table"]
+
+@final
 class Node:
     name: str
     kind: str
@@ -15,6 +18,7 @@ class Node:
     offset: list[float]
     rotation_order: str | None
 
+@final
 class Scene:
     @property
     def nodes(self) -> list[Node]: ...
@@ -30,6 +34,7 @@ class Scene:
     def arrays(self, options: str) -> dict[str, Any]: ...
     def arrow(self, options: str, clip: str) -> ArrowTable: ...
 
+@final
 class ArrowTable:
     @property
     def num_rows(self) -> int: ...

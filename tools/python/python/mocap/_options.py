@@ -23,6 +23,7 @@ class ReadOptions:
         all_rows: Read rows beyond the declared number of frames too.
         frame_rate: Frames per second to take in place of the file's own.
         strict: Take every warning for an error.
+        hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
     """
 
     format: str | None = None
@@ -30,6 +31,7 @@ class ReadOptions:
     all_rows: bool = False
     frame_rate: float | None = None
     strict: bool = False
+    hash: bool = True
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from . import _mocap
 from ._options import Options
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Motion:
     """A motion as arrays of F frames and J joints. Coordinates are right-handed.
 
@@ -26,7 +27,7 @@ class Motion:
         parents: int32, (J,): places in ``names``; -1 where there is none.
         offsets: float32, (J, 3): from the parent at rest, in its axes, in the unit of the output.
         frame_rate: Frames per second; 0 where there is no motion.
-        header: What the numbers mean and where they come from: unit, axes, joints, source file, decisions, steps.
+        header_json: ``header`` as JSON.
     """
 
     positions: NDArray[np.float32]
@@ -37,7 +38,17 @@ class Motion:
     parents: NDArray[np.int32]
     offsets: NDArray[np.float32]
     frame_rate: float
-    header: dict[str, Any]
+    header_json: str
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.positions)} frames and {len(self.names)} joints"
+        return f"<mocap.Motion of {counts} at {self.frame_rate:g} a second>"
+
+    @cached_property
+    def header(self) -> dict[str, Any]:
+        """What the numbers mean and where they come from: unit, axes, joints, source file, decisions, steps."""
+        header: dict[str, Any] = json.loads(self.header_json)
+        return header
 
 
 class Scene:
@@ -101,19 +112,7 @@ class Scene:
         Raises:
             MocapError: Where an option has no meaning, such as a pattern that no joint's name matches.
         """
-        arrays = self._native.arrays(replace(options, **changes).to_json())
-        header = json.loads(arrays.pop("header_json"))
-        joints = header["joints"]
-        parents = [-1 if joint["parent"] is None else joint["parent"] for joint in joints]
-        offsets = [joint["offset"] for joint in joints]
-        return Motion(
-            names=[joint["name"] for joint in joints],
-            parents=np.array(parents, dtype=np.int32),
-            offsets=np.array(offsets, dtype=np.float32).reshape(-1, 3),
-            frame_rate=header["frame_rate"],
-            header=header,
-            **arrays,
-        )
+        return Motion(**self._native.arrays(replace(options, **changes).to_json()))
 
     def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.

@@ -1,0 +1,177 @@
+//! From the blocks of a [`Chain`] to rows, a frame each.
+
+use std::num::NonZeroUsize;
+use std::thread;
+
+use glam::{Quat, Vec3};
+
+use crate::arrays::chain::{Chain, Wanted};
+use crate::arrays::frame::Frame;
+use crate::arrays::joints::Selection;
+use crate::arrays::lanes::LANES;
+use crate::arrays::timeline::Timeline;
+use crate::arrays::{Options, RotationSpace, Space};
+use crate::pose::{Binding, Trs};
+use crate::scene::{Animation, Scene};
+
+/// Values from which on a second thread is worth its start.
+const LARGE: usize = 1 << 19;
+
+/// Everything that the rows depend on.
+pub(super) struct Source<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) animation: &'a Animation,
+    pub(super) options: &'a Options,
+    pub(super) frame: &'a Frame,
+    pub(super) joints: &'a Selection,
+    pub(super) timeline: &'a Timeline,
+    /// Indices of the joints whose places in the world are wanted besides.
+    pub(super) feet: &'a [usize],
+}
+
+/// Some frames of the output.
+pub(super) struct Rows<'a> {
+    /// Frames x joints x 3.
+    pub(super) positions: &'a mut [f32],
+    /// Frames x joints x the width of a rotation.
+    pub(super) rotations: &'a mut [f32],
+    /// Frames x feet x 3.
+    pub(super) feet: &'a mut [f32],
+}
+
+/// Where a joint of the output stands in the chain.
+struct Place {
+    node: usize,
+    root: usize,
+    parent: Option<usize>,
+    /// Whether nothing lies between the joint and what its rotation is relative to.
+    is_next_to_parent: bool,
+}
+
+impl Source<'_> {
+    /// Fills all rows. The values do not depend on how many threads do it.
+    pub(super) fn fill(&self, mut rows: Rows<'_>) {
+        let binding = Binding::new(self.scene, self.animation);
+        let frames = self.timeline.frames;
+        let threads = match rows.positions.len() + rows.rotations.len() {
+            ..LARGE => 1,
+            _ => thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        };
+        let part = frames.div_ceil(threads).next_multiple_of(LANES);
+        thread::scope(|scope| {
+            let mut first = 0;
+            while frames - first > part {
+                let (here, later) = self.split(rows, part);
+                let binding = &binding;
+                scope.spawn(move || self.fill_part(binding, first, here));
+                rows = later;
+                first += part;
+            }
+            self.fill_part(&binding, first, rows);
+        });
+    }
+
+    fn split<'r>(&self, rows: Rows<'r>, frames: usize) -> (Rows<'r>, Rows<'r>) {
+        let joints = self.joints.nodes.len();
+        let (positions, later_positions) = rows.positions.split_at_mut(frames * joints * 3);
+        let (rotations, later_rotations) = rows
+            .rotations
+            .split_at_mut(frames * joints * self.options.rotation.width());
+        let (feet, later_feet) = rows.feet.split_at_mut(frames * self.feet.len() * 3);
+        let here = Rows {
+            positions,
+            rotations,
+            feet,
+        };
+        let later = Rows {
+            positions: later_positions,
+            rotations: later_rotations,
+            feet: later_feet,
+        };
+        (here, later)
+    }
+
+    /// Fills the rows from frame `first` on.
+    fn fill_part(&self, binding: &Binding, first: usize, mut rows: Rows<'_>) {
+        let joints = 0..self.joints.nodes.len();
+        let wanted = Wanted {
+            nodes: &self.joints.nodes,
+            axes: self.options.rotation_space == RotationSpace::World
+                || joints.clone().any(|joint| !self.is_next_to_parent(joint)),
+            turn: self.frame.turn,
+        };
+        let mut chain = Chain::new(self.scene, self.animation, binding, &wanted);
+        let places: Vec<Place> = joints.map(|joint| self.place(&chain, joint)).collect();
+        let frames = rows.positions.len() / (3 * places.len());
+        for start in (0..frames).step_by(LANES) {
+            chain.sample(&std::array::from_fn(|frame| self.timeline.tick(first + start + frame)));
+            let (block, later) = self.split(rows, LANES.min(frames - start));
+            self.fill_block(&chain, &places, block);
+            rows = later;
+        }
+    }
+
+    fn place(&self, chain: &Chain<'_>, joint: usize) -> Place {
+        let parent = self.joints.joints[joint].parent;
+        Place {
+            node: chain.place(self.joints.nodes[joint]),
+            root: chain.place(self.joints.roots[joint]),
+            parent: parent.map(|parent| chain.place(self.joints.nodes[parent])),
+            is_next_to_parent: self.is_next_to_parent(joint),
+        }
+    }
+
+    fn is_next_to_parent(&self, joint: usize) -> bool {
+        let above = self.scene.nodes[self.joints.nodes[joint].index()].parent;
+        let listed = self.joints.joints[joint].parent.map(|parent| self.joints.nodes[parent]);
+        above == listed && (listed.is_some() || self.frame.turn.is_none())
+    }
+
+    fn fill_block(&self, chain: &Chain<'_>, places: &[Place], rows: Rows<'_>) {
+        let scale = self.frame.scale;
+        for (index, place) in places.iter().enumerate() {
+            let frames = rows.positions.chunks_exact_mut(3 * places.len()).enumerate();
+            for (frame, row) in frames {
+                let position = self.position(chain, place, frame) * scale;
+                row[3 * index..][..3].copy_from_slice(&position.to_array());
+            }
+            let width = self.options.rotation.width();
+            let order = self.joints.joints[index].rotation_order;
+            let frames = rows.rotations.chunks_exact_mut(width * places.len()).enumerate();
+            for (frame, row) in frames {
+                let rotation = self.rotation(chain, place, frame);
+                self.options
+                    .rotation
+                    .write(rotation, order, &mut row[width * index..][..width]);
+            }
+        }
+        for (foot, joint) in self.feet.iter().enumerate() {
+            let frames = rows.feet.chunks_exact_mut(3 * self.feet.len()).enumerate();
+            for (frame, row) in frames {
+                let position = chain.to_world(places[*joint].node).origin(frame) * scale;
+                row[3 * foot..][..3].copy_from_slice(&position.to_array());
+            }
+        }
+    }
+
+    #[inline]
+    fn position(&self, chain: &Chain<'_>, place: &Place, frame: usize) -> Vec3 {
+        let in_world = || chain.to_world(place.node).origin(frame);
+        match (self.options.space, place.parent) {
+            (Space::World, _) | (Space::Local, None) => in_world(),
+            (Space::Root, _) => in_world() - chain.to_world(place.root).origin(frame),
+            (Space::Local, Some(_)) if place.is_next_to_parent => chain.to_parent(place.node).origin(frame),
+            (Space::Local, Some(parent)) => chain.to_ancestor(place.node, parent, frame).w_axis.truncate(),
+        }
+    }
+
+    #[inline]
+    fn rotation(&self, chain: &Chain<'_>, place: &Place, frame: usize) -> Quat {
+        let matrix = match (self.options.rotation_space, place.parent) {
+            (RotationSpace::Local, _) if place.is_next_to_parent => return chain.rotation(place.node, frame),
+            (RotationSpace::Local, Some(parent)) => chain.to_ancestor(place.node, parent, frame),
+            _ => chain.to_world(place.node).matrix(frame),
+        };
+        Trs::from_matrix(matrix).rotation
+    }
+}
