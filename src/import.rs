@@ -120,10 +120,12 @@ impl Importer {
         self
     }
 
-    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`].
+    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file that has meshes of its own, as
+    /// FBX may, keeps those instead, but for [`SkeletonMesh::None`].
     #[must_use]
     pub fn skeleton_mesh(mut self, kind: SkeletonMesh) -> Self {
         self.skeleton_mesh = kind;
+        self.read.without_meshes = kind == SkeletonMesh::None;
         self
     }
 
@@ -272,7 +274,9 @@ impl Importer {
             return Err(Error::from(first).with_warnings(scene.warnings));
         }
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+        if scene.meshes.is_empty() {
+            process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+        }
         if self.collapse_keys {
             process::collapse_keys(&mut scene, KeyTolerance::default());
         }

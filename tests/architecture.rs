@@ -19,7 +19,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("process", &["scene", "pose", "survey"]),
     ("dump", &["error", "scene", "pose"]),
     ("export", &["error"]),
-    ("bvh", &["error", "scene", "pose", "rotation", "export"]),
+    ("bvh", &["error", "limits", "scene", "pose", "rotation", "export"]),
     ("gltf", &["error", "scene", "pose", "export"]),
     ("format", &["error", "limits", "scene", "rotation", "gltf"]),
     (

@@ -14,7 +14,7 @@ use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
 use crate::rotation::{Axis, lanes};
 use crate::scene::{
-    Animation, Channel, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
+    Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
 };
 
 /// The keys read so far, a track a joint. End sites have none.
@@ -377,7 +377,7 @@ pub(super) fn build(
 fn build_nodes(hierarchy: &Hierarchy) -> Vec<Node> {
     let roots = hierarchy.joints.iter().filter(|joint| joint.parent.is_none()).count();
     let group = (roots > 1).then(|| Node {
-        name: "Roots".to_owned(),
+        name: GROUP_OF_ROOTS.to_owned(),
         kind: NodeKind::Group,
         ..Node::default()
     });
