@@ -2,8 +2,9 @@
 //!
 //! | scene | BVH |
 //! |---|---|
-//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order |
-//! | the translation of a node's rest transform | OFFSET |
+//! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order; several, where the scene was read from several |
+//! | the translation of a node's rest transform | OFFSET, where the scene was read from BVH |
+//! | the place in the first frame | OFFSET of JOINTs, where the scene was read from another format; a ROOT has none then, for some programs add it to its position |
 //! | positions that move | position channels, as [`Channels`] says; the ROOT has them always |
 //! | rotations | three rotation channels, in the node's [`rotation_order`](crate::scene::Node::rotation_order) |
 //! | a rest transform that turns | nothing: OFFSETs are enough to put every node into its place in every frame |

@@ -75,6 +75,8 @@ pub struct ReadOptions {
     pub frame_rate: Option<f64>,
     /// Read every row of the motion, also those beyond the declared count.
     pub all_rows: bool,
+    /// Leave out the meshes of the file.
+    pub without_meshes: bool,
     /// Upper bounds.
     pub limits: Limits,
     /// Threads that may read one file; none stands for one a core.

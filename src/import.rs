@@ -1,15 +1,16 @@
 //! From a file to a scene: the one place of the library that opens input files.
 
 mod contents;
+mod sha256;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::thread;
 
-use sha2::{Digest, Sha256};
-
 use self::contents::Contents;
+use self::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
 use crate::limits::Limits;
@@ -18,8 +19,6 @@ use crate::scene::{Origin, RootOffset, Scene};
 
 /// Bytes from which on a file is mapped and worth a second thread.
 const LARGE: usize = 4 << 20;
-/// Bytes that are hashed before they are released.
-const PIECE: usize = 1 << 20;
 
 /// Imports a motion file with the default options.
 ///
@@ -121,10 +120,12 @@ impl Importer {
         self
     }
 
-    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`].
+    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file that has meshes of its own, as
+    /// FBX may, keeps those instead, but for [`SkeletonMesh::None`].
     #[must_use]
     pub fn skeleton_mesh(mut self, kind: SkeletonMesh) -> Self {
         self.skeleton_mesh = kind;
+        self.read.without_meshes = kind == SkeletonMesh::None;
         self
     }
 
@@ -142,7 +143,8 @@ impl Importer {
         self
     }
 
-    /// Whether to compute [`Origin::sha256`], which takes about as long as reading the numbers does. Default: yes.
+    /// Whether to compute [`Origin::sha256`], which takes about half as long as reading the numbers, in a thread of its own
+    /// where several may read. Default: yes.
     #[must_use]
     pub fn hash(mut self, hash: bool) -> Self {
         self.hash = hash;
@@ -231,26 +233,35 @@ impl Importer {
                 .expected_found("frames per second, above 0", format!("{frame_rate}"));
             return Err(Error::from(diagnostic).with_path(source.name));
         }
-        let read = || {
-            self.find_format(source.bytes, source.name)
+        let (bytes, release) = (source.bytes, source.release);
+        let mut sum = self.hash.then(|| Sha256Sum::new(bytes));
+        let read = |source: &Source<'_>| {
+            self.find_format(bytes, source.name)
                 .and_then(|format| (format.read)(source, &self.read))
         };
-        let (bytes, release) = (source.bytes, source.release);
-        let hash = || {
-            if self.hash {
-                sha256(bytes, release)
-            } else {
-                String::new()
-            }
-        };
-        let (scene, sha256) = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
-            (read(), hash())
+        let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
+            // What was read is in the processor's caches, and in memory: it is hashed before it is released.
+            let shared = Mutex::new(sum.as_mut());
+            let release = |range: Range<usize>| {
+                if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
+                    sum.add_up_to(range.end);
+                }
+                release(range);
+            };
+            read(&Source {
+                release: &release,
+                ..*source
+            })
         } else {
             thread::scope(|scope| {
-                let hash = scope.spawn(hash);
-                (read(), hash.join().expect("hashing does not panic"))
+                scope.spawn(|| sum.as_mut().map(|sum| sum.add_all(release)));
+                read(source)
             })
         };
+        let sha256 = sum.map_or_else(String::new, |mut sum| {
+            sum.add_all(release);
+            sum.finish()
+        });
         scene
             .and_then(|scene| self.finish(scene, source, sha256))
             .map_err(|error| error.with_path(source.name))
@@ -263,7 +274,9 @@ impl Importer {
             return Err(Error::from(first).with_warnings(scene.warnings));
         }
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+        if scene.meshes.is_empty() {
+            process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+        }
         if self.collapse_keys {
             process::collapse_keys(&mut scene, KeyTolerance::default());
         }
@@ -304,17 +317,6 @@ impl Importer {
             unknown(message, format!("the extension \"{extension}\""))
         })
     }
-}
-
-/// As `sha256sum` prints it.
-fn sha256(bytes: &[u8], release: &dyn Fn(Range<usize>)) -> String {
-    let mut hasher = Sha256::new();
-    for start in (0..bytes.len()).step_by(PIECE) {
-        let range = start..bytes.len().min(start + PIECE);
-        hasher.update(&bytes[range.clone()]);
-        release(range);
-    }
-    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// What tells the file again, and what motion was read from it.

@@ -25,7 +25,8 @@ pub struct Limits {
     pub max_depth: usize,
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
-    /// Animated values of one file: frames times channels. Default: 2^30.
+    /// Animated values of one file: frames times channels. Default: 2^30. A format in which few bytes can claim a long
+    /// take, FBX or glTF, may have 4 million, and 256 more for each byte of the file, where that is less.
     pub max_values: u64,
 }
 
@@ -40,6 +41,22 @@ impl Default for Limits {
         }
     }
 }
+
+impl Limits {
+    /// Values that a file may expand to, where few bytes can claim a long take: curves, or keys far apart.
+    ///
+    /// The limit grows with the file, so that the memory it takes does not leave all proportion to it. 256 a byte is
+    /// more than one joint of a hundred that moves, the others having one key.
+    pub(crate) fn expanded_values(&self, bytes: &[u8]) -> u64 {
+        const ANY_FILE: u64 = 4 << 20;
+        const PER_BYTE: u64 = 256;
+        self.max_values.min(ANY_FILE + PER_BYTE * bytes.len() as u64)
+    }
+}
+
+/// The farthest a joint may be from its parent, in the file's unit: kinematics squares and adds such numbers, and the
+/// results must still be finite in 32 bits.
+pub(crate) const FARTHEST: f64 = 1e18;
 
 /// What a reader says of a claim beyond the limits.
 pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {

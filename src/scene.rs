@@ -45,6 +45,9 @@ impl NodeId {
     }
 }
 
+/// The name of the group that a reader puts over several roots. Writers know it by this name, and take it off again.
+pub(crate) const GROUP_OF_ROOTS: &str = "Roots";
+
 /// What a node is in the file it comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -303,6 +306,9 @@ pub struct Metadata {
     pub format: String,
     /// Metres in one unit of length, where the file says so. BVH does not.
     pub metres_per_unit: Option<f64>,
+    /// The axis that points up, where the format or the file says so, or the reader has turned what it read. BVH and
+    /// Acclaim's files do not say.
+    pub up: Option<UpAxis>,
     /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
     pub root_offset: Option<RootOffsetUsed>,
     /// Everything else that was decided where the file leaves a choice.

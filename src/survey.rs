@@ -33,6 +33,8 @@ pub enum Unit {
     /// That of the CMU motion capture database and of what was converted from it: 5.6444 cm, an inch divided by the
     /// `length 0.45` of its ASF files.
     Cmu,
+    /// Decimetres, which MakeHuman writes.
+    Decimetre,
     /// Inches.
     Inch,
     /// Centimetres.
@@ -43,12 +45,20 @@ pub enum Unit {
 
 impl Unit {
     /// All of them, from the longest to the shortest.
-    pub const ALL: [Self; 5] = [Self::Metre, Self::Cmu, Self::Inch, Self::Centimetre, Self::Millimetre];
+    pub const ALL: [Self; 6] = [
+        Self::Metre,
+        Self::Decimetre,
+        Self::Cmu,
+        Self::Inch,
+        Self::Centimetre,
+        Self::Millimetre,
+    ];
 
     /// Metres in one.
     pub const fn metres(self) -> f64 {
         match self {
             Self::Metre => 1.0,
+            Self::Decimetre => 0.1,
             Self::Cmu => 0.0254 / 0.45,
             Self::Inch => 0.0254,
             Self::Centimetre => 0.01,
@@ -60,6 +70,7 @@ impl Unit {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Metre => "m",
+            Self::Decimetre => "dm",
             Self::Cmu => "cmu",
             Self::Inch => "inch",
             Self::Centimetre => "cm",
@@ -90,6 +101,9 @@ pub struct Survey {
     pub unit_is_stated: bool,
     /// The axis that points up.
     pub up: Guess<UpAxis>,
+    /// Whether the scene says its up axis, in [`Metadata::up`](crate::scene::Metadata::up), so that there is nothing to
+    /// guess.
+    pub up_is_stated: bool,
     /// The frames per second that the file means, where its frame time is a rounded one. Absent where the frame time
     /// is exact, or near no rate in use.
     pub frame_rate: Option<Guess<f64>>,
@@ -116,12 +130,22 @@ pub fn survey(scene: &Scene) -> Survey {
     Survey {
         unit: figure.unit(),
         unit_is_stated: scene.metadata.metres_per_unit.is_some(),
-        up: figure.up(),
+        up: scene.metadata.up.map_or_else(|| figure.up(), stated),
+        up_is_stated: scene.metadata.up.is_some(),
         frame_rate: scene
             .animations
             .first()
             .and_then(|animation| frame_rate(animation.ticks_per_second)),
         first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+    }
+}
+
+/// What the scene says itself.
+fn stated(up: UpAxis) -> Guess<UpAxis> {
+    Guess {
+        value: up,
+        confidence: Confidence::Sure,
+        reason: "the file says so, or it was turned when it was read".to_owned(),
     }
 }
 
@@ -147,8 +171,10 @@ impl Survey {
             let reason = format!("{} ({})", self.unit.reason, sure(self.unit.confidence));
             all.push(assumption("unit", self.unit.value.as_str().to_owned(), reason));
         }
-        let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));
-        all.push(assumption("up", up.to_owned(), reason));
+        if !self.up_is_stated {
+            let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));
+            all.push(assumption("up", up.to_owned(), reason));
+        }
         if let Some(rate) = &self.frame_rate {
             all.push(assumption("frame-rate", rate.value.to_string(), rate.reason.clone()));
         }

@@ -20,7 +20,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("process", &["error", "scene", "pose", "survey", "fit"]),
     ("dump", &["error", "scene", "pose"]),
     ("export", &["error"]),
-    ("bvh", &["error", "scene", "pose", "rotation", "export"]),
+    ("bvh", &["error", "limits", "scene", "pose", "rotation", "export"]),
     ("gltf", &["error", "scene", "pose", "export", "fit"]),
     ("format", &["error", "limits", "scene", "rotation", "gltf"]),
     (

@@ -300,13 +300,9 @@ fn a_skeleton_alone_stands_in_its_rest_pose() {
 }
 
 /// A root, an arm that turns about axes of its own, and a hand.
-const SKELETON: &str = "# A comment\n:version 1.10\n:name tiny\n:units\n  mass 1.0\n  length 1.0\n  angle deg\n\
-    :documentation\n  begin nothing\n:root\n  order TX TY TZ RX RY RZ\n  axis XYZ\n  position 0 0 0\n  \
-    orientation 0 0 0\n:bonedata\n  begin\n    id 1\n    name arm\n    direction 0 1 0\n    length 2\n    \
-    axis 0 0 90 XYZ\n    dof rx rz\n    limits (-90 90)\n           (-90 90)\n  end\n  begin\n    id 2\n    name hand\n    \
-    direction 1 0 0\n    length 0.5\n    axis 0 0 0 XYZ\n  end\n:hierarchy\n  begin\n    root arm\n    arm hand\n  end\n";
+const SKELETON: &str = include_str!("../fixtures/made/tiny.asf");
 
-const MOTION: &str = ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 2 3 0 0 90\narm 90 0\n2\nroot 1 2 3 0 0 0\narm 0 90\n";
+const MOTION: &str = include_str!("../fixtures/made/tiny.amc");
 
 /// A folder with a skeleton, in which motions can be read.
 struct Folder(tempfile::TempDir);

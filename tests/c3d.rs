@@ -332,7 +332,7 @@ fn broken_files_are_refused_with_their_message() {
         (
             // The number of blocks left open, and the file cut inside the value of a parameter.
             [&with(&[(514, &[0])])[..560], &[]].concat(),
-            "the file is cut off; expected 4 more bytes; found 3".to_owned(),
+            "the file is cut off; expected 4 more bytes at byte 557; found 3".to_owned(),
         ),
     ] {
         let error = read(&bytes).unwrap_err();

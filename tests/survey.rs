@@ -19,6 +19,9 @@ fn units_of_real_files() {
         ("perception_neuron_moving_positions.bvh", Unit::Centimetre),
         ("mocopi_jump_six_channels.bvh", Unit::Centimetre),
         ("kinect_openni.bvh", Unit::Centimetre),
+        // MakeHuman says that its unit is a decimetre.
+        ("makehuman_fly_one_frame.bvh", Unit::Decimetre),
+        ("makehuman_zombie_walk.bvh", Unit::Decimetre),
     ];
     for (file, unit) in files {
         let guess = survey(&import(file)).unit;
@@ -46,6 +49,48 @@ fn a_hand_and_an_arm_leave_the_unit_open() {
             "{file}"
         );
     }
+}
+
+/// A person of CMU's who squats all the time has the size of one who stands in decimetres; the rest pose does not squat.
+#[test]
+fn a_squat_in_the_unit_of_cmu_is_not_taken_for_decimetres() {
+    let mut scene = import("cmu_12_01_walk.bvh");
+    for channel in &mut scene.animations[0].channels {
+        let bend = match channel.node_name.as_str() {
+            "LeftUpLeg" | "RightUpLeg" => -2.2,
+            "LeftLeg" | "RightLeg" => 2.4,
+            "LowerBack" => 0.7,
+            _ => 0.0,
+        };
+        for rotation in &mut channel.rotation_keys.values {
+            *rotation *= Quat::from_rotation_x(bend);
+        }
+    }
+    let unit = survey(&scene).unit;
+    assert!(
+        unit.reason.contains(", which is 0.") || unit.reason.contains(", which is 1.1"),
+        "{}",
+        unit.reason
+    );
+    assert_eq!(unit.value, Unit::Cmu);
+}
+
+#[test]
+fn what_a_scene_states_is_not_guessed() {
+    for file in ["optotrak.c3d", "run.fbx"] {
+        let found = survey(&import(file));
+        assert_eq!(
+            (found.up.value, found.up_is_stated, found.unit_is_stated),
+            (UpAxis::Y, true, true),
+            "{file}"
+        );
+        assert_eq!(found.assumptions(), [], "{file}");
+    }
+    // Lying markers: the largest part of the way from the feet to the head is along z.
+    let mut lying = import("z_up_dab.bvh");
+    assert_eq!(survey(&lying).up.value, UpAxis::Z);
+    lying.metadata.up = Some(UpAxis::Y);
+    assert_eq!(survey(&lying).up.value, UpAxis::Y);
 }
 
 #[test]

@@ -94,3 +94,27 @@ fn fewer_frames_declared_than_there_are() {
     assert_eq!(scene.animations[0].frame_count(), 6001);
     assert_eq!(scene.warnings.len(), 1);
 }
+
+#[test]
+fn lines_that_are_no_rows_and_other_line_ends() {
+    let text = long_take(|_, row| row.to_owned());
+    // Another text has another SHA-256; its motion is the same.
+    let expected = read(&text, 1).animations;
+    let frames = expected[0].frame_count();
+    for line_end in ["\r", "\r\n"] {
+        assert!(
+            read_alike(&text.replace('\n', line_end)).animations == expected,
+            "{line_end:?}"
+        );
+    }
+    // Lines are counted to know the place of a row, so an empty one must not move those that follow.
+    let with_gaps = long_take(|frame, row| match frame {
+        3_000 | 5_000 => format!("\n{row}\n \t"),
+        _ => row.to_owned(),
+    });
+    assert!(read_alike(&(with_gaps + "\n\n \n")).animations == expected);
+    let claim = format!("Frames: {frames}");
+    let scene = read_alike(&text.replacen(&claim, "Frames: 1000000", 1));
+    assert!(scene.animations == expected);
+    assert_eq!(scene.warnings.len(), 1);
+}

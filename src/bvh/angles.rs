@@ -60,9 +60,9 @@ impl Angles {
 /// The key that the reader makes of three angles.
 fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
     let columns = std::array::from_fn::<_, 3, _>(|index| (axes[index], std::slice::from_ref(&angles[index])));
-    let mut keys = Vec::with_capacity(1);
-    lanes::append(&columns, 1, &mut keys);
-    keys[0]
+    let mut key = [Quat::IDENTITY];
+    lanes::fill(&columns, &mut key);
+    key[0]
 }
 
 /// A quaternion of length 1 that is `key` in single precision, if there is one.

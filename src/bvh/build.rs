@@ -2,14 +2,15 @@
 
 use std::fmt::Write;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
 
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{Channels, Options, Report};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
-use crate::scene::{Animation, Channel, NodeId, NodeKind, RotationOrder, Scene};
+use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
 
 /// What joints without an order of their own get, which most programs write.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
@@ -111,6 +112,9 @@ impl Joint<'_> {
 /// The nodes in their order, with what each has in the hierarchy.
 fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> {
     let first = first_written(motion);
+    // Some programs add position channels to the OFFSET. What comes from other formats is written so that they read the
+    // same as those in which positions replace it; a BVH file is to be read back as it was.
+    let keeps_offsets = motion.scene.metadata.format == "bvh";
     let rest = motion.rest();
     let mut start = rest.clone();
     motion.sample(0, &mut start);
@@ -123,12 +127,17 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
         let is_end_site = node.kind == NodeKind::EndSite;
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
+        let place = if keeps_offsets {
+            offset
+        } else {
+            scale * start[index].translation
+        };
         let leaves_offset = || {
             let positions = channel.map(|channel| channel.position_keys.values.as_slice());
             positions
                 .unwrap_or_default()
                 .iter()
-                .any(|&position| scale * position != offset)
+                .any(|&position| scale * position != place)
         };
         let moves = !is_end_site
             && match options.channels {
@@ -141,14 +150,18 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
             node: index,
             is_end_site,
             depth: above.map_or(0, |above| above.depth + 1),
-            offset: written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+            offset: match parent.is_none() && !keeps_offsets {
+                true => Vec3::ZERO,
+                false => written_offset(offset, scale * start[index].translation, moves, parent.is_none()),
+            },
             scale,
             moves,
             turns: !is_end_site && is_animated,
             order: options.order.or(node.rotation_order).unwrap_or(USUAL_ORDER),
         };
-        if !joint.offset.is_finite() {
-            return Err(unrepresentable(&joint, "the place at rest is not finite".to_owned()));
+        if !joint.offset.abs().as_dvec3().cmple(DVec3::splat(FARTHEST)).all() {
+            let message = format!("the place at rest is not finite, or beyond {FARTHEST:e}");
+            return Err(unrepresentable(&joint, message));
         }
         joints.push(joint);
     }
@@ -158,21 +171,32 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
     Ok(joints)
 }
 
-/// A node that only holds one other is left out, so that the skeleton begins with its own root.
+/// A node that only holds one other is left out, so that the skeleton begins with its own root; and so is the group that
+/// a reader puts over several roots, so that they are several again.
 fn first_written(motion: &Motion<'_>) -> usize {
     let nodes = &motion.scene.nodes;
-    let holds_one = |index: usize| {
-        let children = nodes.iter().filter(|node| node.parent == Some(NodeId::new(index)));
-        children.count() == 1
+    let children = |index: usize| {
+        let parent = Some(NodeId::new(index));
+        nodes.iter().filter(move |node| node.parent == parent)
     };
     let is_plain = |index: usize| {
         let node = &nodes[index];
         node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && motion.channels[index].is_none()
     };
     // Depth first, so that an only child comes right behind its parent.
-    (0..nodes.len())
-        .take_while(|&index| is_plain(index) && holds_one(index))
-        .count()
+    let first = (0..nodes.len())
+        .take_while(|&index| is_plain(index) && children(index).count() == 1)
+        .count();
+    let holds_roots = |index: usize| {
+        nodes[index].name == GROUP_OF_ROOTS
+            && children(index).count() > 1
+            && children(index).all(|node| node.kind != NodeKind::EndSite)
+    };
+    if first < nodes.len() && is_plain(first) && holds_roots(first) {
+        first + 1
+    } else {
+        first
+    }
 }
 
 /// A joint without position channels stands where its first frame has it.

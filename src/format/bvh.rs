@@ -23,10 +23,13 @@ use std::borrow::Cow;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 
+use glam::Quat;
+
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::text::{Cursor, Word, decode};
 use crate::format::warnings::Warnings;
 use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::rotation::{Axis, lanes};
 use crate::scene::Scene;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -93,6 +96,12 @@ pub fn scan(text: &[u8]) -> Result<usize> {
     Ok(frames.0)
 }
 
+/// Fills `keys` with the rotations that columns of degrees about z, x and y stand for. For `tools/bench` too.
+#[doc(hidden)]
+pub fn turn([z, x, y]: [&[f64]; 3], keys: &mut [Quat]) {
+    lanes::fill(&[(Axis::Z, z), (Axis::X, x), (Axis::Y, y)], keys);
+}
+
 /// Frames, and nothing of what is in them.
 struct Count(usize);
 
@@ -101,13 +110,31 @@ impl rows::Sink for Count {
         self.0 += block.frames();
     }
 
-    fn part(&self) -> Self {
-        Self(0)
+    type Frames<'a> = Uncounted;
+
+    fn extend(&mut self, frames: usize) -> Uncounted {
+        self.0 += frames;
+        Uncounted
     }
 
-    fn extend(&mut self, part: Self) {
-        self.0 += part.0;
+    fn truncate(&mut self, frames: usize) {
+        self.0 = frames;
     }
+
+    fn frames(&self) -> usize {
+        self.0
+    }
+}
+
+/// Room that takes no memory.
+struct Uncounted;
+
+impl rows::Frames for Uncounted {
+    fn split_off(&mut self, _: usize) -> Self {
+        Self
+    }
+
+    fn fill(&mut self, _: &rows::Block) {}
 }
 
 /// An error in the making. Boxed, because every step of the reader may return one and almost none does.

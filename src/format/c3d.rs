@@ -22,6 +22,8 @@ mod parameters;
 mod points;
 mod scene;
 
+use std::ops::Range;
+
 use self::bytes::{Bytes, Processor};
 use self::parameters::Parameters;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -64,14 +66,14 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 
 fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let (processor, section) = processor(bytes)?;
-    let parameters = parameters::read(section, processor)?;
+    let parameters = parameters::read(bytes, section, processor)?;
     let header = Header::read(bytes, processor, &parameters, options)?;
     let points = points::read(bytes, processor, &header, warnings)?;
     Ok(scene::build(&parameters, &header, points, warnings))
 }
 
-/// The processor whose numbers the file holds, and its parameter section.
-fn processor(bytes: &[u8]) -> Result<(Processor, &[u8]), Failure> {
+/// The processor whose numbers the file holds, and where its parameters stand.
+fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     let &[first, key, ..] = bytes else {
         return Err(not_a_c3d("a file of fewer than two bytes".to_owned()));
     };
@@ -91,7 +93,7 @@ fn processor(bytes: &[u8]) -> Result<(Processor, &[u8]), Failure> {
         0 => bytes.len(),
         blocks => bytes.len().min(start + usize::from(blocks) * BLOCK),
     };
-    Ok((processor, &bytes[start + 4..end]))
+    Ok((processor, start + 4..end))
 }
 
 fn not_a_c3d(found: String) -> Failure {

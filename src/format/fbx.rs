@@ -1,9 +1,22 @@
-//! FBX, through the C library ufbx: the skeleton and its animation.
+//! FBX, through the C library ufbx: the skeleton, its animation, and the meshes that its bones move.
 //!
-//! Every node that is a bone, or holds one, becomes a node; a file without bones gives all its nodes. Pivots,
-//! pre-rotations and rotation orders are resolved into one transform a node. Lengths are in metres and +Y is up,
-//! whatever the file has. An animation stack becomes an animation, sampled at the file's frame rate, so that curves of
-//! every kind end as keys. Meshes, materials, lights and cameras are left out.
+//! Every node that is a bone, moves a mesh, or holds such a node, becomes a node; a file without any gives all its
+//! nodes. Pivots, pre-rotations and rotation orders are resolved into one transform a node. Lengths are in metres and
+//! +Y is up, whatever the file has. An animation stack becomes an animation, sampled at the file's frame rate, so that
+//! curves of every kind end as keys.
+//!
+//! | of a mesh | here |
+//! |---|---|
+//! | positions and normals | where the mesh was bound to its bones, in the world |
+//! | polygons | triangles |
+//! | clusters of a skin | bones with offset matrices, and weights that sum to 1 a vertex |
+//! | a vertex without a weight | follows the first bone |
+//! | materials, textures, colours, blend shapes, a second skin | left out: one plain material |
+//! | a mesh without a skin | left out, which an assumption of the scene says: it is a prop or the scenery |
+//!
+//! Lights and cameras are left out.
+
+mod mesh;
 
 use glam::{Mat4, Quat, Vec3};
 use ufbx::{ErrorType, LoadOpts};
@@ -12,11 +25,11 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
+use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "fbx",
-    description: "Autodesk FBX: skeleton and animation",
+    description: "Autodesk FBX: skeleton, animation, skinned meshes",
     extensions: &["fbx"],
     sniff,
     read,
@@ -24,6 +37,11 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 
 /// An error in the making. Boxed, because every step of the reader may return one and almost none does.
 type Failure = Box<Diagnostic>;
+
+/// Bytes that ufbx may take, for any file and for each byte of it: packed numbers expand a thousandfold at most, and
+/// only those of broken files all do.
+const MEMORY: usize = 64 << 20;
+const MEMORY_PER_BYTE: usize = 256;
 
 /// How every binary FBX begins.
 const BINARY_HEAD: &[u8] = b"Kaydara FBX Binary";
@@ -43,10 +61,21 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     };
     scene.metadata.format = FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
+    let mut values_left = options.limits.expanded_values(source.bytes);
     for stack in &file.anim_stacks {
-        scene
-            .animations
-            .extend(read_stack(stack, &file, &nodes, options, &mut warnings)?);
+        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, &mut warnings)?;
+        scene.animations.extend(animation);
+    }
+    if !options.without_meshes {
+        let rigid = mesh::read(&file, &nodes, options, &mut scene, &mut warnings)?;
+        if rigid > 0 {
+            scene.metadata.assumptions.push(Assumption {
+                topic: "meshes".to_owned(),
+                choice: "skinned".to_owned(),
+                reason: format!("{rigid} meshes that no bone moves were left out"),
+            });
+        }
     }
     if scene.animations.is_empty() {
         warnings.push(Code::NoMotion, || {
@@ -61,7 +90,8 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 }
 
 fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure> {
-    let memory = usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX);
+    let memory = bytes.len().saturating_mul(MEMORY_PER_BYTE).saturating_add(MEMORY);
+    let memory = memory.min(usize::try_from(options.limits.max_bytes).unwrap_or(usize::MAX));
     let limited = || ufbx::AllocatorOpts {
         memory_limit: memory,
         ..ufbx::AllocatorOpts::default()
@@ -70,8 +100,10 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         temp_allocator: limited(),
         result_allocator: limited(),
         file_format: ufbx::FileFormat::Fbx,
-        ignore_geometry: true,
+        ignore_geometry: options.without_meshes,
         ignore_embedded: true,
+        generate_missing_normals: true,
+        skip_mesh_parts: true,
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
         // Nodes that inherit scale in ways of their own are brought to the usual way.
         inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
@@ -80,17 +112,22 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         target_unit_meters: 1.0,
         ..LoadOpts::default()
     };
-    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error)))
+    ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-fn refusal(error: &ufbx::Error) -> Diagnostic {
+fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     let message = format!("the FBX file cannot be read: {}", &*error.description);
     match error.type_ {
         ErrorType::EmptyFile => Diagnostic::new(Code::EmptyFile, "the file holds nothing"),
-        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off"),
         ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit => {
             Diagnostic::new(Code::LimitExceeded, message)
         }
+        _ if !sniff(bytes) => Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
+            .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", "something else")
+            .help("check that the file is what its name says, and that it is not compressed"),
+        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
+            .expected_found("the rest of an FBX file", format!("{} bytes", bytes.len()))
+            .help("export or download the file again"),
         _ => Diagnostic::new(Code::InvalidFbx, message),
     }
 }
@@ -99,6 +136,8 @@ fn refusal(error: &ufbx::Error) -> Diagnostic {
 struct Kept<'a> {
     source: &'a ufbx::Node,
     parent: Option<NodeId>,
+    /// Whether it is a bone, or moves vertices as one.
+    is_bone: bool,
 }
 
 impl Kept<'_> {
@@ -108,11 +147,7 @@ impl Kept<'_> {
         let transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
         Node {
             name: self.name(),
-            kind: if source.bone.is_some() {
-                NodeKind::Joint
-            } else {
-                NodeKind::Group
-            },
+            kind: if self.is_bone { NodeKind::Joint } else { NodeKind::Group },
             parent: self.parent,
             transform: if transform.is_finite() {
                 transform
@@ -136,9 +171,15 @@ impl Kept<'_> {
 
 /// The nodes to keep, depth-first.
 fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Kept<'a>>, Failure> {
-    let has_bones = file.nodes.iter().any(|node| node.bone.is_some());
+    let mut is_bone: Vec<bool> = file.nodes.iter().map(|node| node.bone.is_some()).collect();
+    for cluster in &file.skin_clusters {
+        if let Some(node) = &cluster.bone_node {
+            is_bone[node.element.typed_id as usize] = true;
+        }
+    }
+    let has_bones = is_bone.contains(&true);
     let mut holds_bone = vec![false; file.nodes.len()];
-    for node in file.nodes.iter().filter(|node| node.bone.is_some()) {
+    for (node, _) in std::iter::zip(&file.nodes, &is_bone).filter(|(_, is_bone)| **is_bone) {
         let mut above: Option<&ufbx::Node> = Some(node);
         // Stops where the way up is marked already, so that all ways together are no longer than the list.
         while let Some(node) = above.filter(|node| !holds_bone[node.element.typed_id as usize]) {
@@ -155,7 +196,11 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
             return Err(Box::new(diagnostic));
         }
         let id = NodeId::new(kept.len());
-        kept.push(Kept { source, parent });
+        kept.push(Kept {
+            source,
+            parent,
+            is_bone: is_bone[source.element.typed_id as usize],
+        });
         let is_kept = |child: &&ufbx::Node| !has_bones || holds_bone[child.element.typed_id as usize];
         let children: Vec<&'a ufbx::Node> = source.children.iter().map(|child| &**child).filter(is_kept).collect();
         open.extend(children.into_iter().rev().map(|child| (child, Some(id))));
@@ -169,6 +214,7 @@ fn read_stack(
     file: &ufbx::Scene,
     nodes: &[Kept<'_>],
     options: &ReadOptions,
+    values_left: &mut u64,
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
     let rate = options.frame_rate.unwrap_or(file.settings.frames_per_second);
@@ -186,12 +232,14 @@ fn read_stack(
     let frames = frames_in(seconds, rate);
     // A rotation, a translation and a scale.
     let values = frames.saturating_mul(10 * nodes.len() as u64);
-    if values > options.limits.max_values {
-        return Err(Box::new(limit_exceeded(
-            format!("at most {} values", options.limits.max_values),
-            format!("{frames} frames of {} nodes", nodes.len()),
+    let Some(left) = values_left.checked_sub(values) else {
+        let expected = format!("at most {values_left} values in a file of this size");
+        let found = format!("{values}: {frames} frames of {} nodes", nodes.len());
+        return Err(Box::new(limit_exceeded(expected, found).help(
+            "write fewer frames a second, with --fps or Importer::frame_rate, or a shorter take",
         )));
-    }
+    };
+    *values_left = left;
     let channels = nodes.iter().map(|node| {
         let transforms = (0..frames).map(|frame| {
             let time = stack.time_begin + frame as f64 / rate;

@@ -20,7 +20,8 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{FormatInfo, ReadOptions, Source};
 use crate::gltf::read::{File, Track, Values, invalid};
-use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+use crate::limits::limit_exceeded;
+use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "gltf",
@@ -68,6 +69,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut scene = Scene::default();
     "gltf".clone_into(&mut scene.metadata.format);
     scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
     let node_of = build_nodes(&file, &listed, &clips, &mut scene)?;
     let frame_time = file.provenance().map(|provenance| provenance.frame_time);
     let frame_time = frame_time.filter(|time| PLAUSIBLE_FRAME_TIMES.contains(time));
@@ -80,7 +82,15 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
                 .push(Diagnostic::new(Code::Interpolation, message).times(bent as u64));
         }
         let step = frame_time.unwrap_or_else(|| shortest_step(&tracks));
+        let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let mut animation = build_animation(name, tracks, step, &node_of, &scene.nodes);
+        let frames = animation.frame_count() as u64;
+        let most = limits.expanded_values(source.bytes);
+        if frames.saturating_mul(values_a_frame) > most {
+            let found = format!("{frames} frames of {values_a_frame}");
+            let expected = format!("at most {most} values in a file of this size");
+            return Err(limit_exceeded(expected, found).into());
+        }
         if let Some(frame_rate) = options.frame_rate {
             animation.ticks_per_second = frame_rate;
         }
@@ -124,7 +134,7 @@ fn build_nodes(
     let kept = || listed.iter().enumerate().filter(|(_, (node, _))| !only_shows(node));
     if kept().filter(|(_, (_, parent))| parent.is_none()).count() > 1 {
         scene.nodes.push(Node {
-            name: "Roots".to_owned(),
+            name: GROUP_OF_ROOTS.to_owned(),
             kind: NodeKind::Group,
             ..Node::default()
         });

@@ -1,7 +1,7 @@
 //! A document as bytes: one `.glb`, a `.gltf` that carries its buffer, or a `.gltf` with a `.bin`.
 
 use std::borrow::Cow;
-use std::io;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use base64::Engine;
@@ -29,10 +29,13 @@ impl Document {
     pub(super) fn write_glb(&self, path: &Path) -> Result<u64> {
         let glb = self.glb()?;
         write_file_with(path, |file| {
-            glb.to_writer(file).map_err(|error| match error {
+            // The header goes out number by number; all of a small file becomes one write.
+            let mut file = BufWriter::with_capacity(1 << 16, file);
+            glb.to_writer(&mut file).map_err(|error| match error {
                 gltf::Error::Io(error) => error,
                 error => io::Error::other(error),
-            })
+            })?;
+            file.flush()
         })
     }
 

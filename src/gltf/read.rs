@@ -9,6 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::{Quat, Vec3};
 use gltf::accessor::DataType;
 use gltf::animation::{Channel, Interpolation, Property};
+use gltf::json::mesh::Semantic;
 use gltf::json::validation::Checked;
 use gltf::{Accessor, Document, Gltf, buffer};
 
@@ -43,13 +44,25 @@ pub(crate) enum Values {
     Scales(Vec<Vec3>),
 }
 
+impl Values {
+    /// Numbers in one key.
+    pub(crate) fn components(&self) -> u64 {
+        match self {
+            Self::Translations(_) | Self::Scales(_) => 3,
+            Self::Rotations(_) => 4,
+        }
+    }
+}
+
 impl File {
     /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
     pub(crate) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         check_length(bytes)?;
         let Gltf { document, mut blob } =
             Gltf::from_slice_without_validation(bytes).map_err(|error| invalid(error.to_string()))?;
-        let document = streams::known(document)?;
+        let json = document.into_json();
+        check_meshes(&json)?;
+        let document = streams::known(json)?;
         check_words(&document)?;
         let mut buffers = Vec::new();
         for buffer in document.buffers() {
@@ -245,6 +258,22 @@ fn check_length(bytes: &[u8]) -> Result<()> {
         None => Err(invalid("the file ends within its header")),
         _ => Ok(()),
     }
+}
+
+/// The validation of the `gltf` crate looks the accessors of positions up before it knows that they are there.
+fn check_meshes(json: &gltf::json::Root) -> Result<()> {
+    for primitive in json.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        if let Some(index) = positions
+            .map(gltf::json::Index::value)
+            .filter(|&index| index >= json.accessors.len())
+        {
+            return Err(invalid(format!(
+                "a mesh has its positions in accessor {index}, which is not there"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The `gltf` crate takes some words of animations on trust, and panics later where they are none of glTF's.

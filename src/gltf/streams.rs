@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use gltf::json::Root;
 use gltf::{Document, buffer};
 use serde::Deserialize;
 
@@ -26,8 +27,7 @@ struct Settings {
 }
 
 /// The document, valid but for the extensions that are read here although the `gltf` crate does not know them.
-pub(super) fn known(document: Document) -> Result<Document> {
-    let mut root = document.into_json();
+pub(super) fn known(mut root: Root) -> Result<Document> {
     let is_meshopt = |name: &String| name == EXT || name == KHR;
     if cfg!(not(feature = "meshopt")) && root.extensions_required.iter().any(is_meshopt) {
         return Err(meshopt::missing());

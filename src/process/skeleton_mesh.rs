@@ -113,7 +113,7 @@ fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
         }
     }
     let mut pieces: Vec<_> = corners.into_iter().enumerate().collect();
-    pieces.retain(|(_, corners)| !corners.is_empty());
+    pieces.retain(|(_, corners)| !corners.is_empty() && corners.iter().all(|corner| corner.is_finite()));
     pieces
 }
 
@@ -200,6 +200,10 @@ fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
     for (node, corners) in pieces {
         let piece = mesh_of(corners);
         let node_to_mesh = offset_matrices[*node].inverse();
+        let is_placed = |vertex: &Vec3| node_to_mesh.transform_point3(*vertex).is_finite();
+        if offset_matrices[*node].determinant() == 0.0 || !corners.iter().all(is_placed) {
+            continue;
+        }
         let first = whole.vertices.len() as u32;
         let ids = first..first + corners.len() as u32;
         let turned = |normal: Vec3| node_to_mesh.transform_vector3(normal).normalize_or(Vec3::X);

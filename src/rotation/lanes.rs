@@ -2,8 +2,6 @@
 //!
 //! Every step is a loop over lanes without branches, which the compiler turns into vector instructions.
 
-use std::array::from_fn;
-
 use glam::Quat;
 
 use super::Axis;
@@ -14,9 +12,9 @@ const LANES: usize = 8;
 /// One number a frame.
 type Lanes = [f64; LANES];
 
-/// Appends the rotations that some columns of degrees stand for, one a frame: about each axis in turn, each axis turned
-/// by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns nothing turns.
-pub(crate) fn append(columns: &[(Axis, &[f64])], frames: usize, keys: &mut Vec<Quat>) {
+/// Fills `keys` with the rotations that some columns of degrees stand for, one a frame: about each axis in turn, each
+/// axis turned by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns nothing turns.
+pub(crate) fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         // SAFETY: the processor was asked, and has these instructions.
@@ -24,24 +22,24 @@ pub(crate) fn append(columns: &[(Axis, &[f64])], frames: usize, keys: &mut Vec<Q
             unsafe_code,
             reason = "twice as fast, and nothing else differs: `tools/bench/README.md`"
         )]
-        return unsafe { append_with_avx2(columns, frames, keys) };
+        return unsafe { fill_with_avx2(columns, keys) };
     }
-    append_lanes(columns, frames, keys);
+    fill_lanes(columns, keys);
 }
 
 /// The same code with vectors of four lanes in place of two. Sums and products are not fused, so that every processor
 /// gives the same bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn append_with_avx2(columns: &[(Axis, &[f64])], frames: usize, keys: &mut Vec<Quat>) {
-    append_lanes(columns, frames, keys);
+fn fill_with_avx2(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
+    fill_lanes(columns, keys);
 }
 
 // Everything from here on is inlined, because a function of its own would not be compiled for the wider vectors.
 #[inline(always)]
-fn append_lanes(columns: &[(Axis, &[f64])], frames: usize, keys: &mut Vec<Quat>) {
-    keys.reserve(frames);
-    for start in (0..frames).step_by(LANES) {
+fn fill_lanes(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
+    let frames = keys.len();
+    for (keys, start) in keys.chunks_mut(LANES).zip((0..).step_by(LANES)) {
         let mut rotations = Rotations::IDENTITY;
         if let Some((&(axis, column), others)) = columns.split_first() {
             rotations.begin(axis, lanes(&column[start..frames]));
@@ -49,8 +47,13 @@ fn append_lanes(columns: &[(Axis, &[f64])], frames: usize, keys: &mut Vec<Quat>)
                 rotations.rotate(axis, lanes(&column[start..frames]));
             }
         }
-        let count = LANES.min(frames - start);
-        keys.extend_from_slice(&rotations.with_assimp_sign()[..count]);
+        if let Ok(keys) = <&mut [Quat; LANES]>::try_from(&mut *keys) {
+            rotations.store(keys);
+        } else {
+            let mut all = [Quat::IDENTITY; LANES];
+            rotations.store(&mut all);
+            keys.copy_from_slice(&all[..keys.len()]);
+        }
     }
 }
 
@@ -62,6 +65,16 @@ fn lanes(column: &[f64]) -> Lanes {
         lanes[..column.len()].copy_from_slice(column);
         lanes
     })
+}
+
+/// A value for every lane. Unlike the standard library's `from_fn` it is inlined here, and becomes vector instructions.
+#[inline(always)]
+fn of_lanes(value: impl Fn(usize) -> f64) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    for (lane, to) in lanes.iter_mut().enumerate() {
+        *to = value(lane);
+    }
+    lanes
 }
 
 /// Quaternions, component by component.
@@ -103,14 +116,12 @@ impl Rotations {
             Axis::Y => (&mut self.y, &mut self.z, &mut self.x),
             Axis::Z => (&mut self.z, &mut self.x, &mut self.y),
         };
-        for lane in 0..LANES {
-            let (sin, cos) = (sin[lane], cos[lane]);
-            let (a, n, l, w) = (about[lane], next[lane], last[lane], self.w[lane]);
-            about[lane] = a * cos + w * sin;
-            next[lane] = n * cos + l * sin;
-            last[lane] = l * cos - n * sin;
-            self.w[lane] = w * cos - a * sin;
-        }
+        // Copies, because the compiler does not see that the three references are to three arrays.
+        let (a, n, l, w) = (*about, *next, *last, self.w);
+        *about = of_lanes(|i| a[i] * cos[i] + w[i] * sin[i]);
+        *next = of_lanes(|i| n[i] * cos[i] + l[i] * sin[i]);
+        *last = of_lanes(|i| l[i] * cos[i] - n[i] * sin[i]);
+        self.w = of_lanes(|i| w[i] * cos[i] - a[i] * sin[i]);
     }
 
     /// Of a rotation's two quaternions, the one that Assimp takes.
@@ -119,25 +130,24 @@ impl Rotations {
     /// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`,
     /// `z`.
     #[inline(always)]
-    fn with_assimp_sign(&self) -> [Quat; LANES] {
-        let sign: Lanes = from_fn(|lane| {
+    fn store(&self, keys: &mut [Quat; LANES]) {
+        let mut components = [[0.0_f32; LANES]; 4];
+        for lane in 0..LANES {
             let (x, y, z, w) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
             let (xx, yy, zz) = (x * x, y * y, z * z);
             let of_yz = if yy > zz { y } else { z };
             let of_xyz = if (xx > yy) & (xx > zz) { x } else { of_yz };
             let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
-            if positive < 0.0 { -1.0 } else { 1.0 }
-        });
-        from_fn(|lane| {
-            // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
-            let component = |of: &Lanes| (of[lane] * sign[lane] + 0.0) as f32;
-            Quat::from_xyzw(
-                component(&self.x),
-                component(&self.y),
-                component(&self.z),
-                component(&self.w),
-            )
-        })
+            let sign = if positive < 0.0 { -1.0 } else { 1.0 };
+            for (to, component) in components.iter_mut().zip([x, y, z, w]) {
+                // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
+                to[lane] = (component * sign + 0.0) as f32;
+            }
+        }
+        let [x, y, z, w] = components;
+        for lane in 0..LANES {
+            keys[lane] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
+        }
     }
 }
 
@@ -154,8 +164,9 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
     /// Beyond it `90 n` might not be exact.
     const LARGEST: f64 = 1e9;
-    if degrees.iter().any(|angle| angle.abs() > LARGEST) {
-        degrees = degrees.map(|angle| angle % 720.0);
+    // All lanes are looked at, for a loop that may end early is no vector instruction.
+    if degrees.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
+        degrees = without_whole_turns(degrees);
     }
     let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
@@ -174,37 +185,56 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     (sin, cos)
 }
 
+/// Out of the way, because no real file has such angles.
+#[cold]
+#[inline(never)]
+fn without_whole_turns(degrees: Lanes) -> Lanes {
+    degrees.map(|angle| angle % 720.0)
+}
+
 /// `x - x^3/3! + x^5/5! - ...`
 #[inline(always)]
 fn sin_near_zero(x: f64) -> f64 {
     const TERMS: [f64; 7] = [
-        -1.0 / 1_307_674_368_000.0,
-        1.0 / 6_227_020_800.0,
-        -1.0 / 39_916_800.0,
-        1.0 / 362_880.0,
-        -1.0 / 5_040.0,
-        1.0 / 120.0,
         -1.0 / 6.0,
+        1.0 / 120.0,
+        -1.0 / 5_040.0,
+        1.0 / 362_880.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 1_307_674_368_000.0,
     ];
     let square = x * x;
-    x + x * square * TERMS.into_iter().fold(0.0, |sum, term| sum * square + term)
+    x + x * square * polynomial(TERMS, square)
+}
+
+/// The even and the odd powers by themselves, two chains of sums that need not wait for each other.
+#[inline(always)]
+fn polynomial<const N: usize>(terms: [f64; N], x: f64) -> f64 {
+    let square = x * x;
+    let (mut even, mut odd) = (0.0, 0.0);
+    for power in (0..N).rev() {
+        let sum = if power % 2 == 0 { &mut even } else { &mut odd };
+        *sum = *sum * square + terms[power];
+    }
+    even + x * odd
 }
 
 /// `1 - x^2/2! + x^4/4! - ...`
 #[inline(always)]
 fn cos_near_zero(x: f64) -> f64 {
     const TERMS: [f64; 8] = [
-        1.0 / 20_922_789_888_000.0,
-        -1.0 / 87_178_291_200.0,
-        1.0 / 479_001_600.0,
-        -1.0 / 3_628_800.0,
-        1.0 / 40_320.0,
-        -1.0 / 720.0,
-        1.0 / 24.0,
         -1.0 / 2.0,
+        1.0 / 24.0,
+        -1.0 / 720.0,
+        1.0 / 40_320.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 87_178_291_200.0,
+        1.0 / 20_922_789_888_000.0,
     ];
     let square = x * x;
-    1.0 + square * TERMS.into_iter().fold(0.0, |sum, term| sum * square + term)
+    1.0 + square * polynomial(TERMS, square)
 }
 
 #[cfg(test)]
@@ -217,8 +247,8 @@ mod tests {
             .iter()
             .map(|(axis, angle)| (*axis, std::slice::from_ref(angle)))
             .collect();
-        let mut keys = Vec::new();
-        append(&columns, 1, &mut keys);
+        let mut keys = [Quat::NAN];
+        fill(&columns, &mut keys);
         keys[0]
     }
 
@@ -254,7 +284,7 @@ mod tests {
     fn sine_and_cosine_are_those_of_the_standard_library() {
         for step in -200_000..=200_000 {
             // 0.37 degrees are no fraction of a turn, so that every part of the circle is met.
-            let degrees: Lanes = from_fn(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
+            let degrees: Lanes = of_lanes(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
             let (sin, cos) = sin_cos_of_half(degrees);
             for lane in 0..LANES {
                 // In -360 to 360, without an error; as radians it is rounded twice, by 7e-16 at most.
@@ -294,17 +324,17 @@ mod tests {
     fn wider_vectors_give_the_same_bits() {
         let column: Vec<f64> = (0..1003).map(|frame| f64::from(frame) * 1.37 - 700.0).collect();
         let columns: [(Axis, &[f64]); 3] = [(Axis::Z, &column), (Axis::X, &column[1..]), (Axis::Y, &column[2..])];
-        let (mut here, mut anywhere) = (Vec::new(), Vec::new());
-        append(&columns, 1001, &mut here);
-        append_lanes(&columns, 1001, &mut anywhere);
+        let (mut here, mut anywhere) = ([Quat::NAN; 1001], [Quat::NAN; 1001]);
+        fill(&columns, &mut here);
+        fill_lanes(&columns, &mut anywhere);
         assert_eq!(here, anywhere);
     }
 
     #[test]
     fn a_key_does_not_depend_on_its_neighbours() {
         let column: Vec<f64> = (0..37).map(|frame| f64::from(frame) * 33.3).collect();
-        let mut together = Vec::new();
-        append(&[(Axis::Y, &column), (Axis::X, &column)], column.len(), &mut together);
+        let mut together = vec![Quat::NAN; column.len()];
+        fill(&[(Axis::Y, &column), (Axis::X, &column)], &mut together);
         let alone: Vec<Quat> = column
             .iter()
             .map(|&angle| key(&[(Axis::Y, angle), (Axis::X, angle)]))

@@ -28,6 +28,8 @@ const UPPER: [&str; 3] = ["head", "neck", "skull"];
 pub(super) struct Figure {
     /// The largest extent along an axis, in the middle of all poses; 0 where there is none.
     size: f64,
+    /// The same of the rest pose alone.
+    size_at_rest: f64,
     /// From the feet to the head, on average. Absent where no names say which nodes these are.
     feet_to_head: Option<Vec3>,
     /// The same in the rest pose.
@@ -48,6 +50,7 @@ impl Figure {
         let spread = floors().reduce(Vec3::max).zip(floors().reduce(Vec3::min));
         Self {
             size: sizes.get(sizes.len() / 2).map_or(0.0, |size| f64::from(*size)),
+            size_at_rest: f64::from(extent(scene, &Pose::rest(scene))),
             feet_to_head: (poses.iter().map(from_feet).sum::<Option<Vec3>>()).map(|sum| sum / poses.len() as f32),
             feet_to_head_at_rest: from_feet(&Pose::rest(scene)),
             floor_spread: spread.map_or(Vec3::ZERO, |(highest, lowest)| highest - lowest),
@@ -55,12 +58,18 @@ impl Figure {
     }
 
     /// The unit in which the figure is nearest to a person's height.
+    ///
+    /// Decimetres are rare, and not twice the unit of CMU: they are taken only where the rest pose agrees, which does
+    /// not crouch and has its arms spread in CMU's files.
     pub(super) fn unit(&self) -> Guess<Unit> {
-        let factor = |unit: &Unit| {
-            let ratio = self.size * unit.metres() / TYPICAL_HEIGHT;
+        let off = |size: f64, unit: &Unit| {
+            let ratio = size * unit.metres() / TYPICAL_HEIGHT;
             ratio.max(ratio.recip())
         };
-        let nearest = Unit::ALL.into_iter().min_by(|a, b| factor(a).total_cmp(&factor(b)));
+        let factor = |unit: &Unit| off(self.size, unit);
+        let is_likely = |unit: &Unit| *unit != Unit::Decimetre || off(self.size_at_rest, unit) <= SURE_WITHIN;
+        let units = Unit::ALL.into_iter().filter(is_likely);
+        let nearest = units.min_by(|a, b| factor(a).total_cmp(&factor(b)));
         let value = nearest.unwrap_or(Unit::Metre);
         if self.size == 0.0 || !self.size.is_finite() {
             let reason = "the skeleton has no size".to_owned();

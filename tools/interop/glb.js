@@ -27,7 +27,8 @@ export function readFloats(path, accessorIndex) {
 
 /**
  * What a file holds: the nodes of the skeleton in their order, which of them are joints of the skin, the frames and the
- * frame time. A node that several roots hang on, or the points of a C3D file, is in the skeleton, and no joint.
+ * frame time. A node that several roots hang on, or the points of a C3D file, is in the skeleton, and no joint; `between`
+ * lists such nodes that stand between the skin's root and its joints, as the armature of a Blender FBX does.
  */
 export function describe(path) {
   const json = readJson(path);
@@ -36,5 +37,6 @@ export function describe(path) {
   const nodes = json.nodes
     .map((node, index) => ({ ...node, index, isJoint: joints.has(index), sourceName: node.extras?.source_name ?? node.name }))
     .filter((node) => node.mesh === undefined);
-  return { json, provenance, nodes, frames: provenance.frames, frameTime: provenance.frame_time };
+  const between = nodes.filter(({ index, isJoint, children }) => index > 0 && !isJoint && children);
+  return { json, provenance, nodes, between, frames: provenance.frames, frameTime: provenance.frame_time };
 }

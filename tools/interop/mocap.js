@@ -6,7 +6,7 @@ import { basename, extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const FIXTURES = fileURLToPath(new URL("../../fixtures/", import.meta.url));
-const MOTION_FILES = [".bvh", ".amc", ".c3d"];
+const MOTION_FILES = [".bvh", ".amc", ".c3d", ".fbx"];
 /** The real files that mocap must refuse, each with the code of its error. */
 export const REFUSED = JSON.parse(readFileSync(new URL("exceptions.json", import.meta.url))).refused;
 

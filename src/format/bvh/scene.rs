@@ -2,18 +2,19 @@
 
 use std::collections::HashMap;
 
+use bytemuck::Zeroable;
 use glam::{Mat4, Quat, Vec3};
 
 use super::channel::ChannelKind;
 use super::hierarchy::{Hierarchy, Joint};
 use super::motion::Header;
-use super::rows::{Block, Sink};
+use super::rows::{self, Block, Sink};
 use crate::error::{Code, Diagnostic};
 use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
 use crate::rotation::{Axis, lanes};
 use crate::scene::{
-    Animation, Channel, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
+    Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
 };
 
 /// The keys read so far, a track a joint. End sites have none.
@@ -36,7 +37,6 @@ struct Track {
 }
 
 /// Where the values of one joint stand in a row, and what they mean.
-#[derive(Clone)]
 struct Columns {
     joint: usize,
     /// Stands where no column says otherwise; added to the position channels where `adds_offset`.
@@ -112,39 +112,44 @@ impl Track {
     }
 
     fn append(&mut self, block: &Block) {
-        let columns = &self.columns;
-        let frames = 0..block.frames();
-        // A joint without rotation channels keeps its rotation, which is a track like any other: a key a frame.
-        let angles: Vec<(Axis, &[f64])> = columns
-            .rotation
-            .iter()
-            .map(|&(axis, column)| (axis, block.column(column)))
-            .collect();
-        lanes::append(&angles, block.frames(), &mut self.rotation_keys);
-        if columns.has_position() {
-            self.position_keys
-                .extend(frames.clone().map(|frame| columns.position_at(block, frame)));
+        let frames = block.frames();
+        self.rotation_keys
+            .resize(self.rotation_keys.len() + frames, Quat::IDENTITY);
+        if self.columns.has_position() {
+            self.position_keys.resize(self.position_keys.len() + frames, Vec3::ZERO);
         }
-        if columns.has_scale() {
-            self.scaling_keys
-                .extend(frames.map(|frame| columns.scale_at(block, frame)));
+        if self.columns.has_scale() {
+            self.scaling_keys.resize(self.scaling_keys.len() + frames, Vec3::ONE);
+        }
+        self.last_frames(frames).fill(block);
+    }
+
+    /// The place of the last frames.
+    fn last_frames(&mut self, frames: usize) -> TrackFrames<'_> {
+        let start = self.rotation_keys.len() - frames;
+        TrackFrames {
+            columns: &self.columns,
+            position_keys: self.position_keys.get_mut(start..).unwrap_or_default(),
+            rotation_keys: &mut self.rotation_keys[start..],
+            scaling_keys: self.scaling_keys.get_mut(start..).unwrap_or_default(),
         }
     }
 
-    /// A track of the same joint without keys.
-    fn part(&self) -> Self {
-        Self {
-            columns: self.columns.clone(),
-            position_keys: Vec::new(),
-            rotation_keys: Vec::new(),
-            scaling_keys: Vec::new(),
+    /// Frames more, all of zeros.
+    fn extend(&mut self, frames: usize) {
+        extend_by_zeros(&mut self.rotation_keys, frames);
+        if self.columns.has_position() {
+            extend_by_zeros(&mut self.position_keys, frames);
+        }
+        if self.columns.has_scale() {
+            extend_by_zeros(&mut self.scaling_keys, frames);
         }
     }
 
-    fn extend(&mut self, part: &Self) {
-        self.position_keys.extend_from_slice(&part.position_keys);
-        self.rotation_keys.extend_from_slice(&part.rotation_keys);
-        self.scaling_keys.extend_from_slice(&part.scaling_keys);
+    fn truncate(&mut self, frames: usize) {
+        truncate(&mut self.position_keys, frames);
+        truncate(&mut self.rotation_keys, frames);
+        truncate(&mut self.scaling_keys, frames);
     }
 
     fn into_channel(self, node_name: &str) -> Channel {
@@ -161,6 +166,77 @@ impl Track {
             position_keys,
             rotation_keys: Keys::every_tick(self.rotation_keys),
             scaling_keys,
+        }
+    }
+}
+
+/// Fresh memory of zeros comes from the kernel, which hands it out page by page to the thread that first writes there.
+fn extend_by_zeros<T: Zeroable + Copy>(keys: &mut Vec<T>, frames: usize) {
+    let mut longer = bytemuck::zeroed_vec(keys.len() + frames);
+    longer[..keys.len()].copy_from_slice(keys);
+    *keys = longer;
+}
+
+fn truncate<T>(keys: &mut Vec<T>, frames: usize) {
+    if frames < keys.len() {
+        keys.truncate(frames);
+        keys.shrink_to_fit();
+    }
+}
+
+/// The place of some frames in the keys of one joint. Tracks that the joint does not have are empty.
+struct TrackFrames<'a> {
+    columns: &'a Columns,
+    position_keys: &'a mut [Vec3],
+    rotation_keys: &'a mut [Quat],
+    scaling_keys: &'a mut [Vec3],
+}
+
+impl TrackFrames<'_> {
+    fn fill(&mut self, block: &Block) {
+        let columns = self.columns;
+        // A joint without rotation channels keeps its rotation, which is a track like any other: a key a frame.
+        let angles: Vec<(Axis, &[f64])> = columns
+            .rotation
+            .iter()
+            .map(|&(axis, column)| (axis, block.column(column)))
+            .collect();
+        let frames = block.frames();
+        lanes::fill(&angles, &mut self.rotation_keys[..frames]);
+        for (frame, key) in self.position_keys.iter_mut().take(frames).enumerate() {
+            *key = columns.position_at(block, frame);
+        }
+        for (frame, key) in self.scaling_keys.iter_mut().take(frames).enumerate() {
+            *key = columns.scale_at(block, frame);
+        }
+    }
+
+    /// Takes the first frames away.
+    fn split_off(&mut self, frames: usize) -> Self {
+        Self {
+            columns: self.columns,
+            position_keys: split_off(&mut self.position_keys, frames),
+            rotation_keys: split_off(&mut self.rotation_keys, frames),
+            scaling_keys: split_off(&mut self.scaling_keys, frames),
+        }
+    }
+}
+
+fn split_off<'a, T>(keys: &mut &'a mut [T], frames: usize) -> &'a mut [T] {
+    keys.split_off_mut(..frames.min(keys.len())).unwrap_or_default()
+}
+
+/// The place of some frames in all tracks.
+pub(super) struct Frames<'a>(Vec<TrackFrames<'a>>);
+
+impl rows::Frames for Frames<'_> {
+    fn split_off(&mut self, frames: usize) -> Self {
+        Self(self.0.iter_mut().map(|track| track.split_off(frames)).collect())
+    }
+
+    fn fill(&mut self, block: &Block) {
+        for track in &mut self.0 {
+            track.split_off(block.frames()).fill(block);
         }
     }
 }
@@ -214,23 +290,29 @@ impl Sink for Tracks<'_> {
         }
     }
 
-    fn part(&self) -> Self {
-        Self {
-            hierarchy: self.hierarchy,
-            root_offset: self.root_offset,
-            // What the first frame has decided holds for all parts.
-            root_offset_used: self.root_offset_used.clone(),
-            is_begun: self.is_begun,
-            frames: 0,
-            joints: self.joints.iter().map(Track::part).collect(),
+    type Frames<'a>
+        = Frames<'a>
+    where
+        Self: 'a;
+
+    fn extend(&mut self, frames: usize) -> Frames<'_> {
+        self.frames += frames;
+        let extended = self.joints.iter_mut().map(|track| {
+            track.extend(frames);
+            track.last_frames(frames)
+        });
+        Frames(extended.collect())
+    }
+
+    fn truncate(&mut self, frames: usize) {
+        self.frames = frames;
+        for track in &mut self.joints {
+            track.truncate(frames);
         }
     }
 
-    fn extend(&mut self, part: Self) {
-        self.frames += part.frames;
-        for (track, part) in self.joints.iter_mut().zip(&part.joints) {
-            track.extend(part);
-        }
+    fn frames(&self) -> usize {
+        self.frames
     }
 }
 
@@ -295,7 +377,7 @@ pub(super) fn build(
 fn build_nodes(hierarchy: &Hierarchy) -> Vec<Node> {
     let roots = hierarchy.joints.iter().filter(|joint| joint.parent.is_none()).count();
     let group = (roots > 1).then(|| Node {
-        name: "Roots".to_owned(),
+        name: GROUP_OF_ROOTS.to_owned(),
         kind: NodeKind::Group,
         ..Node::default()
     });

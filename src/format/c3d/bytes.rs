@@ -77,7 +77,7 @@ impl<'a> Bytes<'a> {
         let Some(taken) = self.bytes.get(self.offset..end) else {
             return Err(Box::new(
                 Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
-                    .expected_found(format!("{length} more bytes"), self.rest()),
+                    .expected_found(format!("{length} more bytes at byte {}", self.offset), self.rest()),
             ));
         };
         self.offset = end;

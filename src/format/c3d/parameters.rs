@@ -1,6 +1,7 @@
 //! The parameter section: values by group and name.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::Failure;
 use super::bytes::{Bytes, Processor};
@@ -22,10 +23,11 @@ pub(super) struct Parameters {
     groups: HashMap<String, i8>,
 }
 
-/// Reads the section behind its first four bytes.
-pub(super) fn read(section: &[u8], processor: Processor) -> Result<Parameters, Failure> {
+/// Reads the section, which is those bytes of the file that stand in `section`.
+pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> Result<Parameters, Failure> {
     let mut parameters = Parameters::default();
-    let mut bytes = Bytes::new(section, processor);
+    let mut bytes = Bytes::new(&file[..section.end], processor);
+    bytes.set_offset(section.start);
     // A name of no letters, or the end of the section, ends the list.
     while let Ok(length @ 1..) = bytes.byte() {
         // A negative length says that the parameter is not to be changed, which is nothing to a reader.

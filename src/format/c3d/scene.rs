@@ -17,6 +17,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
     scene.metadata.format = super::FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = parameters.text("POINT", "UNITS").and_then(metres);
     let (up, reason) = up_axis(parameters);
+    scene.metadata.up = Some(UpAxis::Y);
     let mut assume = |topic: &str, choice: &str, reason: &str| {
         scene.metadata.assumptions.push(Assumption {
             topic: topic.to_owned(),
@@ -43,7 +44,12 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
         kind: NodeKind::Group,
         ..Node::default()
     });
-    let names = names(parameters, header.points, warnings);
+    // Where not one record is whole, a number of points is a claim that nothing holds but their labels.
+    let count = match points.frames {
+        0 => header.points.min(parameters.labels().len()),
+        _ => header.points,
+    };
+    let names = names(parameters, count, warnings);
     let mut channels = Vec::with_capacity(points.tracks.len());
     for (name, track) in std::iter::zip(names, points.tracks) {
         report_gap(&name, &track, points.frames, warnings);

@@ -1,4 +1,5 @@
-//! A fuzzer for the stable toolchain: changes the fixtures at random, for a number of seconds.
+//! A fuzzer for the stable toolchain: changes the fixtures of one format at random, for a number of seconds, or those
+//! of all formats in turn.
 //!
 //! It has no coverage to guide it. In its place, an input about which the library says something new joins the seeds.
 
@@ -11,90 +12,106 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use std::{env, fs, panic, thread};
 
+use mocap_fuzz::{FORMATS, Input, fixture};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// No input may need more memory than this plus [`FACTOR`] times its length. An export holds the scene, its buffer,
-/// and the file.
-const BASE: usize = 1 << 20;
-const FACTOR: usize = 512;
-
-/// Seeds beyond this length are left out: a change in a long file is mostly a change of one more number.
-const LONGEST_SEED: usize = 8 << 10;
-
 /// An input that takes longer is taken for an endless loop.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The input that is being tried, and since when.
-static CURRENT: Mutex<Option<(Vec<u8>, Instant)>> = Mutex::new(None);
+/// The input that is being tried, what it is called, and since when.
+static CURRENT: Mutex<Option<(Vec<u8>, &str, Instant)>> = Mutex::new(None);
 
 fn main() -> ExitCode {
-    let mut arguments = env::args().skip(1);
-    let (Some(seconds), seed) = (number(arguments.next(), None), number(arguments.next(), Some(1))) else {
-        eprintln!("usage: fuzz SECONDS [SEED]");
-        return ExitCode::from(2);
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let usage = || {
+        let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
+        eprintln!("usage: fuzz SECONDS [all|{}] [SEED]", names.join("|"));
+        ExitCode::from(2)
     };
+    let number = |place: usize, default| arguments.get(place).map_or(default, |text| text.parse().ok());
+    let (Some(seconds), Some(seed)) = (number(0, None), number(2, Some(1))) else {
+        return usage();
+    };
+    let name = arguments.get(1).map_or("all", String::as_str);
+    let chosen: Vec<&Input> = (FORMATS.iter().copied())
+        .filter(|input| name == "all" || input.name == name)
+        .collect();
+    if chosen.is_empty() {
+        return usage();
+    }
     thread::spawn(watch);
-
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
-    let mut pool = seeds(&folder);
-    let mut outcomes: HashSet<BTreeSet<&str>> = pool.iter().map(|bytes| mocap_fuzz::outcome(bytes)).collect();
-    let mut random = fastrand::Rng::with_seed(seed.unwrap_or(1));
-    let (given, end) = (pool.len(), Instant::now() + Duration::from_secs(seconds));
-    let mut tried = 0_u64;
-    while Instant::now() < end {
-        let bytes = mutate::mutate(&pool, &mut random);
-        if let Err(finding) = try_input(&bytes) {
-            eprintln!(
-                "{finding}\nafter {tried} inputs; the input is in {}",
-                keep(&bytes).display()
-            );
+    let share = Duration::from_secs(seconds) / chosen.len() as u32;
+    for input in chosen {
+        if let Err(finding) = fuzz(input, share, seed) {
+            eprintln!("{finding}");
             return ExitCode::FAILURE;
         }
-        if outcomes.insert(mocap_fuzz::outcome(&bytes)) {
+    }
+    ExitCode::SUCCESS
+}
+
+/// Tries a format for a while. An error says what was found and where the input is.
+fn fuzz(input: &'static Input, duration: Duration, seed: u64) -> Result<(), String> {
+    let mut pool = seeds(input);
+    let mut outcomes: HashSet<BTreeSet<&str>> = pool.iter().map(|bytes| input.outcome(bytes)).collect();
+    let mut random = fastrand::Rng::with_seed(seed);
+    let (given, end) = (pool.len(), Instant::now() + duration);
+    let mut tried = 0_u64;
+    while Instant::now() < end {
+        let bytes = mutate::mutate(&pool, input.words, &mut random);
+        if let Err(finding) = try_input(input, &bytes) {
+            let kept = keep(&bytes, input.name);
+            return Err(format!(
+                "{finding}\nafter {tried} inputs; the input is in {}",
+                kept.display()
+            ));
+        }
+        if outcomes.insert(input.outcome(&bytes)) {
             pool.push(bytes);
         }
         tried += 1;
     }
     println!(
-        "{tried} inputs from {given} seeds in {seconds} s: {} different outcomes, no finding",
+        "{}: {tried} inputs from {given} seeds in {} s: {} different outcomes, no finding",
+        input.name,
+        duration.as_secs(),
         outcomes.len()
     );
-    ExitCode::SUCCESS
+    Ok(())
 }
 
-fn number(argument: Option<String>, default: Option<u64>) -> Option<u64> {
-    argument.map_or(default, |text| text.parse().ok())
-}
-
-fn seeds(folder: &Path) -> Vec<Vec<u8>> {
-    let mut paths: Vec<PathBuf> = ["dialects", "broken", "real"]
-        .iter()
-        .flat_map(|name| fs::read_dir(folder.join(name)).expect("the fixtures are there"))
+/// The fixtures of a format; from longer ones the first bytes, where the beginning of a file says something.
+fn seeds(input: &Input) -> Vec<Vec<u8>> {
+    let mut paths: Vec<PathBuf> = (input.folders.iter())
+        .flat_map(|name| fs::read_dir(fixture(name)).expect("the fixtures are there"))
         .map(|entry| entry.expect("a folder can be listed").path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "bvh"))
+        .filter(|path| path.extension().is_some_and(|extension| extension == input.name))
         .collect();
     // The order in which a folder is listed is not the same everywhere; the seed of the generator is.
     paths.sort();
     let files = paths.iter().map(|path| fs::read(path).expect("a fixture can be read"));
-    files.filter(|bytes| bytes.len() <= LONGEST_SEED).collect()
+    let mut seeds: Vec<Vec<u8>> = files
+        .filter(|bytes| input.cut || bytes.len() <= input.longest_seed)
+        .map(|mut bytes| {
+            bytes.truncate(input.longest_seed);
+            bytes
+        })
+        .collect();
+    seeds.extend((input.made)());
+    assert!(!seeds.is_empty(), "there are no fixtures of {}", input.name);
+    seeds
 }
 
-fn try_input(bytes: &[u8]) -> Result<(), String> {
-    *CURRENT.lock().expect("no one panics with the lock") = Some((bytes.to_owned(), Instant::now()));
+fn try_input(input: &'static Input, bytes: &[u8]) -> Result<(), String> {
+    *CURRENT.lock().expect("no one panics with the lock") = Some((bytes.to_owned(), input.name, Instant::now()));
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();
-    panic::catch_unwind(|| {
-        mocap_fuzz::import(bytes);
-        mocap_fuzz::import_export(bytes);
-    })
-    .map_err(|_| "the panic is above".to_owned())?;
-    let (taken, budget) = (
-        ALLOCATOR.peak_usage().saturating_sub(before),
-        BASE + FACTOR * bytes.len(),
-    );
+    panic::catch_unwind(|| input.hold(bytes)).map_err(|_| "the panic is above".to_owned())?;
+    let taken = ALLOCATOR.peak_usage().saturating_sub(before);
+    let budget = input.base + input.factor * bytes.len();
     if taken > budget {
         return Err(format!(
             "{} bytes of input took {taken} bytes of memory, more than {budget}",
@@ -109,21 +126,21 @@ fn watch() {
     loop {
         thread::sleep(PATIENCE / 10);
         let current = CURRENT.lock().expect("no one panics with the lock");
-        if let Some((bytes, since)) = &*current
+        if let Some((bytes, name, since)) = &*current
             && since.elapsed() > PATIENCE
         {
             eprintln!(
                 "an input takes more than {PATIENCE:?}; it is in {}",
-                keep(bytes).display()
+                keep(bytes, name).display()
             );
             std::process::exit(1);
         }
     }
 }
 
-fn keep(bytes: &[u8]) -> PathBuf {
+fn keep(bytes: &[u8], extension: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("artifacts");
-    let path = folder.join("finding.bvh");
+    let path = folder.join("finding").with_extension(extension);
     let written = fs::create_dir_all(&folder).and_then(|()| fs::write(&path, bytes));
     if let Err(error) = written {
         eprintln!("{}: {error}", path.display());

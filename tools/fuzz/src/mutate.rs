@@ -5,39 +5,8 @@ use fastrand::Rng;
 /// Changes that one input gets at most. Few, or nothing of the seed's meaning is left to break.
 const MOST_CHANGES: usize = 6;
 
-/// Inputs do not grow beyond this.
+/// Inputs do not grow beyond this, or beyond their seed.
 const LONGEST: usize = 64 << 10;
-
-/// Words that mean something to the reader.
-const WORDS: &[&str] = &[
-    "HIERARCHY",
-    "ROOT",
-    "JOINT",
-    "OFFSET",
-    "CHANNELS",
-    "End Site",
-    "MOTION",
-    "Frames:",
-    "Frame Time:",
-    "{",
-    "}",
-    "#",
-    " Xposition",
-    " Yrotation",
-    " Zscale",
-    "JOINT a{OFFSET 0 1 0}",
-    "End Site{OFFSET 1 0 0}",
-    "CHANNELS 0",
-    "CHANNELS 1 Xrotation",
-    "CHANNELS 1 Yposition",
-    "\n",
-    "\r",
-    "\r\n",
-    "\t",
-    "\0",
-    "\u{feff}",
-    "\u{e9}",
-];
 
 /// Numbers at the edges of what numbers are.
 const NUMBERS: &[&str] = &[
@@ -73,27 +42,46 @@ const NUMBERS: &[&str] = &[
     "[1]",
 ];
 
+/// The same for files that hold numbers as bytes.
+const EDGES: &[&[u8]] = &[
+    b"\0",
+    b"\xff",
+    b"\x80",
+    b"\0\0",
+    b"\xff\xff",
+    b"\xff\x7f",
+    b"\0\0\0\0",
+    b"\xff\xff\xff\xff",
+    b"\xff\xff\xff\x7f",
+    b"\0\0\xc0\x7f",
+    b"\0\0\x80\xff",
+    b"\0\0\0\0\0\0\xf0\x7f",
+    b"\xff\xff\xff\xff\xff\xff\xff\xff",
+];
+
 /// A seed with some changes.
-pub fn mutate(pool: &[Vec<u8>], random: &mut Rng) -> Vec<u8> {
+pub fn mutate(pool: &[Vec<u8>], words: &[&str], random: &mut Rng) -> Vec<u8> {
     let mut bytes = choose(pool, random).clone();
+    let longest = LONGEST.max(bytes.len());
     for _ in 0..random.usize(1..=MOST_CHANGES) {
-        change(&mut bytes, pool, random);
+        change(&mut bytes, pool, words, random);
     }
-    bytes.truncate(LONGEST);
+    bytes.truncate(longest);
     bytes
 }
 
-fn change(bytes: &mut Vec<u8>, pool: &[Vec<u8>], random: &mut Rng) {
+fn change(bytes: &mut Vec<u8>, pool: &[Vec<u8>], words: &[&str], random: &mut Rng) {
     let place = random.usize(..=bytes.len());
-    match random.u8(..10) {
+    match random.u8(..12) {
         0 => flip_bit(bytes, random),
         1 => bytes.insert(place, random.u8(..)),
         2 => bytes.truncate(place),
         3 => drop(bytes.drain(range(bytes.len(), random))),
-        4 => insert(bytes, place, choose(WORDS, random).as_bytes()),
+        4 => insert(bytes, place, choose(words, random).as_bytes()),
         5 | 6 => replace_word(bytes, choose(NUMBERS, random).as_bytes(), random),
-        7 => replace_word(bytes, choose(WORDS, random).as_bytes(), random),
-        8 => {
+        7 => replace_word(bytes, choose(words, random).as_bytes(), random),
+        8 | 9 => overwrite(bytes, place, choose::<&[u8]>(EDGES, random)),
+        10 => {
             let other = choose(pool, random);
             let part = &other[range(other.len(), random)];
             insert(bytes, place, part);
@@ -123,6 +111,12 @@ fn flip_bit(bytes: &mut [u8], random: &mut Rng) {
         let place = random.usize(..bytes.len());
         bytes[place] ^= 1 << random.u8(..8);
     }
+}
+
+/// Puts bytes in place of as many, so that what a binary file points at stays where it is.
+fn overwrite(bytes: &mut [u8], place: usize, with: &[u8]) {
+    let end = bytes.len().min(place + with.len());
+    bytes[place..end].copy_from_slice(&with[..end - place]);
 }
 
 fn insert(bytes: &mut Vec<u8>, place: usize, part: &[u8]) {

@@ -18,9 +18,10 @@ const FRAMES_PER_SECOND = 60;
 
 async function checkFile(results, engine, input, output) {
   const name = basename(input);
-  const { json, nodes: written, frames, frameTime } = describe(output);
-  // Babylon takes the root of a skin for a bone, also where it is no joint.
-  const boneCount = new Set([...json.skins[0].joints, json.skins[0].skeleton]).size;
+  const { json, nodes: written, between, frames, frameTime } = describe(output);
+  // Babylon takes the root of a skin for a bone, also where it is no joint, and what stands between it and the joints.
+  const bones = [...json.skins[0].joints, json.skins[0].skeleton, ...between.map(({ index }) => index)];
+  const boneCount = new Set(bones).size;
   const scene = new Scene(engine);
   // Without this the loader mirrors the whole file under a node of its own.
   scene.useRightHandedSystem = true;

@@ -1,19 +1,30 @@
-// Blender, as the Python package bpy: one armature with a bone for every joint, the mesh on it, and the bones' places.
+// Blender, as the Python package bpy: one armature with a bone for every joint, the mesh on it, and the bones' places; of
+// the BVH files that mocap writes, the bones' places.
 // BLENDER_PYTHON names a Python that has bpy; README.md says how to get one.
 
 import { execFileSync } from "node:child_process";
 import { basename, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
+import { jointsOf, nameOf, placesBelow, writeBvhs } from "../bvhs.js";
 import { largestDistance, millimetres, ticksOf, toleranceFor } from "../compare.js";
 import { describe } from "../glb.js";
 import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
-const SCRIPT = fileURLToPath(new URL("../blender/places.py", import.meta.url));
+/** Runs a script of the folder `blender`: its answers to requests, and Blender's version. */
+function ask(script, requests) {
+  const printed = execFileSync(
+    process.env.BLENDER_PYTHON ?? "python3",
+    [fileURLToPath(new URL(`../blender/${script}`, import.meta.url))],
+    { input: JSON.stringify(requests), encoding: "utf8", maxBuffer: 1 << 30, stdio: ["pipe", "pipe", "ignore"] },
+  );
+  const [version, ...answers] = JSON.parse(printed.trim().split("\n").at(-1));
+  return { version, answers };
+}
 
 function checkAnswer(results, { input, output, ticks }, answer) {
   const name = basename(input);
-  const { nodes } = describe(output);
+  const { nodes, between } = describe(output);
   const joints = nodes.filter((node) => node.isJoint);
   results.check(answer.armatures === 1, `${name}: ${answer.armatures} armatures`);
   results.check(answer.meshes === 1, `${name}: ${answer.meshes} meshes on the armature`);
@@ -21,8 +32,8 @@ function checkAnswer(results, { input, output, ticks }, answer) {
   const missing = joints.filter((joint) => !boneOf.has(joint.name)).map((joint) => joint.name);
   results.check(missing.length === 0, `${name}: no bones for ${missing.join(", ")}`);
   results.check(
-    answer.bones.length === joints.length,
-    `${name}: ${answer.bones.length} bones for ${joints.length} joints`,
+    answer.bones.length === joints.length + between.length,
+    `${name}: ${answer.bones.length} bones for ${joints.length} joints and ${between.length} nodes between`,
   );
   if (missing.length > 0) return 0;
   let worst = 0;
@@ -38,7 +49,32 @@ function checkAnswer(results, { input, output, ticks }, answer) {
   return worst;
 }
 
+/** The BVH files. Blender has no bones for End Sites. */
+function runBvh(results, folder) {
+  const files = writeBvhs(folder).map((file) => {
+    const { joints, frames } = jointsOf(file.output);
+    return { ...file, joints, ticks: ticksOf(frames).filter(Number.isInteger) };
+  });
+  const { answers } = ask("bvh_places.py", files.map(({ output, ticks }) => ({ file: output, frames: ticks })));
+  let worst = { share: 0, file: "none" };
+  files.forEach((file, place) => {
+    const { bones, places } = answers[place];
+    const count = file.joints.filter((joint) => !joint.isEndSite).length;
+    if (!results.check(bones.length === count, `${nameOf(file)}: ${bones.length} bones for ${count} joints`)) return;
+    file.ticks.forEach((tick, index) => {
+      const all = placesBelow(file.input, tick, file.joints);
+      const expected = all.filter((_, joint) => !file.joints[joint].isEndSite);
+      const tolerance = toleranceFor(all);
+      const distance = largestDistance(places[index], expected);
+      results.check(distance <= tolerance, `${nameOf(file)}, frame ${tick}: ${millimetres(distance)} off`);
+      if (distance / tolerance > worst.share) worst = { share: distance / tolerance, file: nameOf(file) };
+    });
+  });
+  results.note(`${files.length} BVH files: at most ${(100 * worst.share).toFixed(1)} % of the tolerance off, in ${worst.file}`);
+}
+
 export async function run(results, folder) {
+  runBvh(results, folder);
   const outputs = subfolder(folder, "blender");
   const files = fixtures("real").map((input) => {
     const output = convert(input, join(outputs, outputName(input, ".glb")));
@@ -50,13 +86,7 @@ export async function run(results, folder) {
     frames_per_second: frameTime > 0 ? 1 / frameTime : 24,
     seconds: ticks.map((tick) => tick * frameTime),
   }));
-  const printed = execFileSync(process.env.BLENDER_PYTHON ?? "python3", [SCRIPT], {
-    input: JSON.stringify(requests),
-    encoding: "utf8",
-    maxBuffer: 1 << 30,
-    stdio: ["pipe", "pipe", "ignore"],
-  });
-  const [version, ...answers] = JSON.parse(printed.trim().split("\n").at(-1));
+  const { version, answers } = ask("places.py", requests);
   let worst = { distance: 0, file: "none" };
   files.forEach((file, index) => {
     const distance = checkAnswer(results, file, answers[index]);

@@ -27,7 +27,7 @@ pub(crate) struct ArraysArgs {
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TrimArg>,
-    /// Unit of length to write: m, cm, mm, inch, cmu, or metres in one unit [default: the file's own]
+    /// Unit of length to write: m, dm, cm, mm, inch, cmu, or metres in one unit [default: the file's own]
     #[arg(long, value_name = "UNIT")]
     unit: Option<UnitArg>,
     /// Unit of length of the file: auto, or as for --unit

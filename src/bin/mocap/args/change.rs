@@ -9,7 +9,7 @@ use mocap::survey::Unit;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Changing")]
 pub(crate) struct ChangeArgs {
-    /// Unit of length of the input: auto, m, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
+    /// Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
     #[arg(long, value_name = "UNIT", default_value = "auto")]
     pub(crate) unit: UnitArg,
     /// Axis of the input that points up; the output's is +Y
@@ -58,7 +58,7 @@ impl FromStr for UnitArg {
             .filter(|metres: &f64| metres.is_finite() && *metres > 0.0);
         metres
             .map(Self::Metres)
-            .ok_or_else(|| "neither auto, m, cm, mm, inch, cmu nor a number above 0".to_owned())
+            .ok_or_else(|| "neither auto, m, dm, cm, mm, inch, cmu nor a number above 0".to_owned())
     }
 }
 

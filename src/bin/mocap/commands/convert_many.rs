@@ -109,7 +109,10 @@ impl Run<'_> {
             return Ok(Outcome::Skipped);
         }
         let folder = path.parent().unwrap_or(self.folder);
-        fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
+        // Only asking does not lock the folder above, where another thread may be at work.
+        if !folder.is_dir() {
+            fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
+        }
         let converted = convert::convert(self.args, &input.path, &path).map_err(|error| error.to_string())?;
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output = Some(output.clone());

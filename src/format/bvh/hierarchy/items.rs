@@ -7,11 +7,8 @@ use super::super::channel::ChannelKind;
 use super::{Reader, is_structure};
 use crate::error::{Code, Diagnostic};
 use crate::format::text::{Word, decode_name, number, quote};
+use crate::limits::FARTHEST;
 use crate::rotation::Axis;
-
-/// The farthest a joint may be from its parent, in the file's unit: kinematics squares and adds such numbers, and the
-/// results must still be finite in 32 bits.
-const FARTHEST: f64 = 1e18;
 
 impl Reader<'_, '_> {
     /// `"OFFSET" x y z`; the last one wins.

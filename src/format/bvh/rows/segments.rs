@@ -1,39 +1,50 @@
 //! Plain rows by several threads.
 //!
-//! The text is cut at line ends into segments whose places depend on the text alone. Each is read by the same code as
-//! rows one after the other, into a [`Sink`] of its own, and the sinks are put together in order: the result is that of
-//! one thread. What follows the first row that is not plain is thrown away and left to the careful path.
+//! The text is cut at line ends into segments whose places depend on the text alone. How many lines stand before a
+//! segment says which frames are in it, so that every thread turns its rows into keys right where they belong, and
+//! nothing is put together afterwards. What follows the first line that is no plain row is thrown away and left to the
+//! careful path: the result is that of one thread.
 
-use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{self, Receiver, SyncSender};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex};
 use std::thread;
 
-use super::{Block, Release, Sink};
+use super::{Block, Frames, Release};
 use crate::format::text::is_space;
 
-/// Bytes of a segment: enough to make the start of one cheap, few enough that those under way take little memory.
-pub(super) const LENGTH: usize = 1 << 20;
+/// Bytes of a segment: enough to make the start of one cheap, few enough that it is still in the processor's second
+/// cache when its numbers are read after its lines were counted.
+const LENGTH: usize = 1 << 18;
+
+/// Bytes from which on a second thread is worth its start.
+pub(super) const WORTHWHILE: usize = 2 << 20;
 
 /// What was read together.
 pub(super) struct Read {
-    pub(super) rows: u64,
+    pub(super) rows: usize,
     /// Where the text goes on.
     pub(super) end: usize,
     pub(super) last_row: Vec<f64>,
 }
 
 /// The rows of one segment.
-struct Segment<S> {
-    part: S,
-    rows: u64,
+struct Segment {
+    index: usize,
+    rows: usize,
     last_row: Option<Vec<f64>>,
     /// Behind its last plain row.
     end: usize,
-    /// Whether every row is plain.
+    /// Whether every line is a plain row, with its keys in the place that was kept for it.
     is_whole: bool,
+}
+
+/// The room that is not given away yet, and to which segment its first frames belong.
+struct Turn<F> {
+    index: usize,
+    frames: F,
+    left: usize,
 }
 
 /// The threads asked for, else one a core.
@@ -43,82 +54,113 @@ pub(super) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
         .map_or(1, NonZeroUsize::get)
 }
 
-/// Reads plain rows from `start` on into `sink`, segment by segment, as long as they are not more than `most`.
+/// Reads plain rows from `start` on into `frames`, which has room for `most`.
 ///
 /// `last_row` is the row before.
-pub(super) fn read<S: Sink + Send + Sync>(
+pub(super) fn read<F: Frames>(
     text: &[u8],
     start: usize,
     threads: usize,
-    most: u64,
+    most: usize,
     last_row: &[f64],
     release: &Release<'_>,
-    sink: &mut S,
+    frames: F,
 ) -> Read {
+    let line_end = line_end(&text[start..]);
+    // Behind the row before.
+    let first_line = memchr::memchr(line_end, &text[start..]).map_or(text.len(), |end| start + end + 1);
+    let next = AtomicUsize::new(0);
+    let stop = AtomicUsize::new(usize::MAX);
+    let turn = Mutex::new(Turn {
+        index: 0,
+        frames,
+        left: most,
+    });
+    let (is_next, segments) = (Condvar::new(), Mutex::new(Vec::new()));
+    let work = || {
+        let mut block = Block::new(last_row.len());
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(range) = range(text, first_line, index, line_end) else {
+                break;
+            };
+            let lines = count_lines(&text[range.clone()], line_end);
+            let mut turn = is_next
+                .wait_while(turn.lock().expect(NO_PANIC), |turn| turn.index < index)
+                .expect(NO_PANIC);
+            let (is_wanted, rows) = (turn.left > 0, lines.min(turn.left));
+            let frames = turn.frames.split_off(rows);
+            turn.left -= rows;
+            turn.index += 1;
+            drop(turn);
+            is_next.notify_all();
+            // What follows a segment that is not whole is of no use.
+            if !is_wanted || stop.load(Ordering::Relaxed) < index {
+                break;
+            }
+            let segment = read_segment(text, range.clone(), index, rows, &mut block, frames);
+            release(range);
+            if !segment.is_whole {
+                stop.fetch_min(index, Ordering::Relaxed);
+            }
+            segments.lock().expect(NO_PANIC).push(segment);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(work);
+        }
+        work();
+    });
+    put_together(segments.into_inner().expect(NO_PANIC), start, last_row)
+}
+
+/// A thread that panics while others wait for it would be a defect of this file.
+const NO_PANIC: &str = "nothing panics while it holds this lock";
+
+/// What is known of all segments up to the first that is not whole.
+fn put_together(mut segments: Vec<Segment>, start: usize, last_row: &[f64]) -> Read {
     let mut read = Read {
         rows: 0,
         end: start,
         last_row: last_row.to_vec(),
     };
-    let empty = sink.part();
-    let (next, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
-    // Bounded, so that segments which are read do not pile up before those that are put together.
-    let (sender, receiver) = mpsc::sync_channel(threads);
-    let work = |sender: SyncSender<(usize, Segment<S>)>| {
-        let mut block = Block::new(last_row.len());
-        while !stopped.load(Ordering::Relaxed) {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(range) = range(text, start, index) else { break };
-            let segment = read_segment(text, range.clone(), &mut block, empty.part());
-            release(range);
-            if sender.send((index, segment)).is_err() {
-                break;
-            }
+    segments.sort_unstable_by_key(|segment| segment.index);
+    for (index, segment) in segments.into_iter().enumerate() {
+        if segment.index != index {
+            break;
         }
-    };
-    thread::scope(|scope| {
-        for _ in 0..threads {
-            let sender = sender.clone();
-            scope.spawn(|| work(sender));
+        read.rows += segment.rows;
+        read.end = segment.end;
+        if let Some(last_row) = segment.last_row {
+            read.last_row = last_row;
         }
-        drop(sender);
-        let mut early = BTreeMap::new();
-        for index in 0.. {
-            let segment = next_in_order(&receiver, &mut early, index);
-            let Some(segment) = segment.filter(|segment| segment.rows <= most - read.rows) else {
-                break;
-            };
-            sink.extend(segment.part);
-            read.rows += segment.rows;
-            read.end = segment.end;
-            if let Some(last_row) = segment.last_row {
-                read.last_row = last_row;
-            }
-            if !segment.is_whole {
-                break;
-            }
+        if !segment.is_whole {
+            break;
         }
-        stopped.store(true, Ordering::Relaxed);
-        // Whoever waits to send a segment that is no longer wanted goes on, and ends.
-        drop(receiver);
-    });
+    }
     read
 }
 
-/// The segment at `index`, when it is there. Those that come before their turn wait in `early`.
-fn next_in_order<S>(receiver: &Receiver<(usize, S)>, early: &mut BTreeMap<usize, S>, index: usize) -> Option<S> {
-    while !early.contains_key(&index) {
-        let (other, segment) = receiver.recv().ok()?;
-        early.insert(other, segment);
+/// What ends the lines of a text: the last byte of its first line end.
+fn line_end(text: &[u8]) -> u8 {
+    match memchr::memchr2(b'\n', b'\r', text).map(|end| &text[end..]) {
+        Some([b'\r', after @ ..]) if after.first() != Some(&b'\n') => b'\r',
+        _ => b'\n',
     }
-    early.remove(&index)
+}
+
+/// Lines, the last one even without an end.
+fn count_lines(text: &[u8], line_end: u8) -> usize {
+    let unfinished = text.last().is_some_and(|&last| last != line_end);
+    memchr::memchr_iter(line_end, text).count() + usize::from(unfinished)
 }
 
 /// Where a segment begins and ends; nothing behind the last.
-fn range(text: &[u8], start: usize, index: usize) -> Option<Range<usize>> {
+fn range(text: &[u8], start: usize, index: usize, line_end: u8) -> Option<Range<usize>> {
     // The first line that begins at `offset` or later.
     let line_start = |offset: usize| match text.get(offset.saturating_sub(1)..) {
-        Some(rest) => offset - 1 + memchr::memchr2(b'\n', b'\r', rest).map_or(rest.len(), |end| end + 1),
+        Some(rest) => offset - 1 + memchr::memchr(line_end, rest).map_or(rest.len(), |end| end + 1),
         None => text.len(),
     };
     let from = start + index * LENGTH;
@@ -128,9 +170,17 @@ fn range(text: &[u8], start: usize, index: usize) -> Option<Range<usize>> {
     })
 }
 
-fn read_segment<S: Sink>(text: &[u8], range: Range<usize>, block: &mut Block, part: S) -> Segment<S> {
+/// Reads `rows` plain rows at most.
+fn read_segment(
+    text: &[u8],
+    range: Range<usize>,
+    index: usize,
+    rows: usize,
+    block: &mut Block,
+    mut frames: impl Frames,
+) -> Segment {
     let mut segment = Segment {
-        part,
+        index,
         rows: 0,
         last_row: None,
         end: range.start,
@@ -140,18 +190,21 @@ fn read_segment<S: Sink>(text: &[u8], range: Range<usize>, block: &mut Block, pa
     loop {
         let rest = &text[segment.end..range.end];
         let spaces = rest.iter().take_while(|byte| is_space(**byte)).count();
-        segment.is_whole = spaces == rest.len();
-        let length = block.read_plain_row(&rest[spaces..]);
+        let length = match segment.rows < rows {
+            true => block.read_plain_row(&rest[spaces..]),
+            false => None,
+        };
         if let Some(length) = length {
             segment.end += spaces + length;
             segment.rows += 1;
         }
         if block.is_full() || length.is_none() {
             segment.last_row = block.last_row().or(segment.last_row);
-            segment.part.append(block);
+            frames.fill(block);
             block.frames = 0;
         }
         if length.is_none() {
+            segment.is_whole = segment.rows == rows && spaces == rest.len();
             return segment;
         }
     }
@@ -166,20 +219,24 @@ mod tests {
         for line_end in ["\n", "\r", "\r\n"] {
             let line = format!("{}{line_end}", "1 ".repeat(300));
             let text = line.repeat(3 * LENGTH / line.len() + 7).into_bytes();
-            let ranges: Vec<_> = (0..).map_while(|index| range(&text, 5, index)).collect();
+            let end = line_end.bytes().last().unwrap();
+            assert_eq!(super::line_end(&text), end);
+            let ranges: Vec<_> = (0..).map_while(|index| range(&text, 5, index, end)).collect();
             assert_eq!(ranges.len(), 4);
+            let lines = ranges.iter().map(|range| count_lines(&text[range.clone()], end));
+            assert_eq!(lines.sum::<usize>(), text.len() / line.len());
             assert_eq!((ranges[0].start, ranges[3].end), (5, text.len()));
             for pair in ranges.windows(2) {
                 assert_eq!(pair[0].end, pair[1].start);
-                assert!(matches!(text[pair[0].end - 1], b'\n' | b'\r'));
+                assert_eq!(text[pair[0].end - 1], end);
             }
         }
     }
 
     #[test]
     fn a_line_longer_than_a_segment_is_in_one() {
-        let text = [&[b'1'; 5 * LENGTH / 2][..], b"\n2\n"].concat();
-        let ranges: Vec<_> = (0..).map_while(|index| range(&text, 0, index)).collect();
+        let text = [&vec![b'1'; 5 * LENGTH / 2][..], b"\n2\n"].concat();
+        let ranges: Vec<_> = (0..).map_while(|index| range(&text, 0, index, b'\n')).collect();
         let line = 5 * LENGTH / 2 + 1;
         assert_eq!(ranges, [0..line, line..line, line..line + 2]);
     }

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from . import _mocap
 
-Unit = Literal["m", "cm", "mm", "inch", "cmu"]
+Unit = Literal["m", "dm", "cm", "mm", "inch", "cmu"]
 Axis = Literal["y", "z"]
 
 

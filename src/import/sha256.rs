@@ -1,0 +1,49 @@
+//! The SHA-256 of a file, piece by piece while it is read.
+
+use std::ops::Range;
+
+use sha2::{Digest, Sha256};
+
+/// Bytes that are hashed before they are released.
+const PIECE: usize = 1 << 20;
+
+/// The sum of the first bytes of a text.
+pub(super) struct Sha256Sum<'a> {
+    bytes: &'a [u8],
+    hasher: Sha256,
+    /// How many bytes are in it.
+    added: usize,
+}
+
+impl<'a> Sha256Sum<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes,
+            hasher: Sha256::new(),
+            added: 0,
+        }
+    }
+
+    /// Adds the bytes before `end` that are not in the sum yet.
+    pub(super) fn add_up_to(&mut self, end: usize) {
+        if let Some(bytes) = self.bytes.get(self.added..end) {
+            self.hasher.update(bytes);
+            self.added = end;
+        }
+    }
+
+    /// Adds all bytes that are not in the sum yet, and releases them.
+    pub(super) fn add_all(&mut self, release: &dyn Fn(Range<usize>)) {
+        while self.added < self.bytes.len() {
+            let start = self.added;
+            self.add_up_to(self.bytes.len().min(start + PIECE));
+            release(start..self.added);
+        }
+    }
+
+    /// As `sha256sum` prints it. All bytes were added.
+    pub(super) fn finish(self) -> String {
+        let digest = self.hasher.finalize();
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}

@@ -1,0 +1,293 @@
+//! The formats, and how bytes become an input of each.
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+use std::{env, fs, process};
+
+use mocap::{Importer, Result, Scene, SkeletonMesh};
+
+/// Words that mean something to each reader.
+const BVH_WORDS: &[&str] = &[
+    "HIERARCHY",
+    "ROOT",
+    "JOINT",
+    "OFFSET",
+    "CHANNELS",
+    "End Site",
+    "MOTION",
+    "Frames:",
+    "Frame Time:",
+    "{",
+    "}",
+    "#",
+    " Xposition",
+    " Yrotation",
+    " Zscale",
+    "JOINT a{OFFSET 0 1 0}",
+    "End Site{OFFSET 1 0 0}",
+    "CHANNELS 0",
+    "CHANNELS 1 Xrotation",
+    "CHANNELS 1 Yposition",
+    "\n",
+    "\r",
+    "\r\n",
+    "\t",
+    "\0",
+    "\u{feff}",
+    "\u{e9}",
+];
+
+/// As above.
+const ACCLAIM_WORDS: &[&str] = &[
+    ":units",
+    ":root",
+    ":bonedata",
+    ":hierarchy",
+    ":FULLY-SPECIFIED",
+    ":DEGREES",
+    ":RADIANS",
+    "begin",
+    "end",
+    "name",
+    "direction 0 1 0",
+    "length",
+    "axis 0 0 90 XYZ",
+    "ZYX",
+    "dof rx ry rz",
+    "dof l tx",
+    "order",
+    "TX TY TZ RX RY RZ",
+    "root",
+    "lfemur",
+    "head",
+    "limits (-90 90)",
+    "#",
+    "\n",
+    "\r\n",
+    "\t",
+    "\0",
+    "\u{feff}",
+];
+
+/// As above.
+const C3D_WORDS: &[&str] = &[
+    "POINT",
+    "USED",
+    "SCALE",
+    "RATE",
+    "DATA_START",
+    "FRAMES",
+    "LABELS",
+    "LABELS2",
+    "UNITS",
+    "Y_SCREEN",
+    "ANALOG",
+    "TRIAL",
+    "ACTUAL_END_FIELD",
+    "P",
+    "\0",
+];
+
+/// As above.
+const FBX_WORDS: &[&str] = &[
+    "Objects:  {",
+    "Connections:  {",
+    "}",
+    "C: \"OO\",2,1\n",
+    "C: \"OP\",31,1, \"Lcl Rotation\"\n",
+    "Model:",
+    "NodeAttribute:",
+    "LimbNode",
+    "AnimationStack:",
+    "AnimationCurve:",
+    "Deformer:",
+    "Cluster",
+    "Geometry:",
+    "PolygonVertexIndex: *3 {",
+    "a: 0,1,-3",
+    "KeyTime: *2 {",
+    "TransformLink: *16 {",
+    "Lcl Translation",
+    "RotationOrder",
+    "UnitScaleFactor",
+    "GeometricTranslation",
+    "\n",
+    "*4000000000 {",
+    "\0",
+];
+
+/// As above.
+const GLTF_WORDS: &[&str] = &[
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    "\"children\":[0]",
+    "\"byteOffset\":",
+    "\"componentType\":5123",
+    "\"type\":\"VEC4\"",
+    "\"sparse\":",
+    "\"interpolation\":\"CUBICSPLINE\"",
+    "\"extensionsRequired\":[\"a\"]",
+    "null",
+    "\0",
+];
+
+/// Bytes of the motion that skeletons are tried with: the first frames of a walk.
+const MOTION_LENGTH: usize = 2400;
+
+/// A kind of file to try.
+pub struct Input {
+    /// What users of the fuzzer call it, and the extension of its seeds.
+    pub name: &'static str,
+    /// The folders of `fixtures` that hold its seeds.
+    pub folders: &'static [&'static str],
+    /// Bytes of the longest seed; the longer ones are cut off there, or left out where a part says nothing.
+    pub longest_seed: usize,
+    /// Whether the first bytes of a longer file are a seed too.
+    pub cut: bool,
+    /// Seeds that no file holds.
+    pub made: fn() -> Vec<Vec<u8>>,
+    /// What its reader knows.
+    pub words: &'static [&'static str],
+    /// Bytes of memory that any input may take, and those that each byte of it may add. An export holds the scene, its
+    /// buffer, and the file.
+    pub base: usize,
+    /// See [`Input::base`].
+    pub factor: usize,
+    read: fn(&[u8], &Importer) -> Result<Scene>,
+}
+
+/// A BVH file.
+pub const BVH: Input = Input {
+    name: "bvh",
+    folders: &["dialects", "broken", "real"],
+    longest_seed: 8 << 10,
+    cut: false,
+    made: Vec::new,
+    words: BVH_WORDS,
+    base: 1 << 20,
+    factor: 512,
+    read: |bytes, importer| importer.clone().format("bvh").read(bytes, "fuzz.bvh"),
+};
+
+/// An Acclaim skeleton, alone and with a motion.
+pub const ASF: Input = Input {
+    name: "asf",
+    folders: &["made", "real"],
+    longest_seed: 8 << 10,
+    cut: false,
+    made: Vec::new,
+    words: ACCLAIM_WORDS,
+    base: 1 << 20,
+    factor: 512,
+    read: |bytes, importer| {
+        let importer = importer.clone().format("asf-amc");
+        let alone = importer.read(bytes, "fuzz.asf");
+        // A skeleton is looked for in a file. Each process has its own.
+        let path = env::temp_dir().join(format!("mocap-fuzz-{}.asf", process::id()));
+        fs::write(&path, bytes).expect("the folder of temporary files can be written");
+        let with_motion = importer.skeleton(path).read(motion(), "fuzz.amc");
+        if with_motion.is_ok() { with_motion } else { alone }
+    },
+};
+
+/// An Acclaim motion on a known skeleton.
+pub const AMC: Input = Input {
+    name: "amc",
+    folders: &["made", "real"],
+    longest_seed: MOTION_LENGTH,
+    cut: true,
+    made: Vec::new,
+    words: ACCLAIM_WORDS,
+    base: 1 << 20,
+    factor: 512,
+    read: |bytes, importer| {
+        let skeleton = fixture("real/cmu_02.asf");
+        importer
+            .clone()
+            .format("asf-amc")
+            .skeleton(skeleton)
+            .read(bytes, "fuzz.amc")
+    },
+};
+
+/// A C3D file.
+pub const C3D: Input = Input {
+    name: "c3d",
+    folders: &["made", "real"],
+    longest_seed: 16 << 10,
+    cut: true,
+    made: Vec::new,
+    words: C3D_WORDS,
+    base: 1 << 20,
+    factor: 512,
+    read: |bytes, importer| importer.clone().format("c3d").read(bytes, "fuzz.c3d"),
+};
+
+/// An FBX file.
+pub const FBX: Input = Input {
+    name: "fbx",
+    folders: &["made", "real"],
+    longest_seed: 512 << 10,
+    cut: false,
+    made: Vec::new,
+    words: FBX_WORDS,
+    // Curves are sampled: 4 million values, and 256 for each byte of the file, of four bytes each.
+    base: 128 << 20,
+    factor: 8192,
+    read: |bytes, importer| importer.clone().format("fbx").read(bytes, "fuzz.fbx"),
+};
+
+/// A glTF file.
+pub const GLB: Input = Input {
+    name: "glb",
+    folders: &[],
+    longest_seed: 64 << 10,
+    cut: false,
+    made: glb_seeds,
+    words: GLTF_WORDS,
+    base: 1 << 20,
+    factor: 512,
+    read: |bytes, importer| importer.clone().format("gltf").read(bytes, "fuzz.glb"),
+};
+
+/// All of them.
+pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB];
+
+impl Input {
+    /// Bytes as this kind of file. A panic is a finding.
+    pub fn read(&self, bytes: &[u8], mesh: SkeletonMesh) -> Result<Scene> {
+        (self.read)(bytes, &Importer::new().skeleton_mesh(mesh))
+    }
+}
+
+/// Small motions, as this crate writes them.
+fn glb_seeds() -> Vec<Vec<u8>> {
+    let names = [
+        "dialects/plain.bvh",
+        "dialects/channels_0_to_6.bvh",
+        "dialects/two_roots.bvh",
+    ];
+    let written = names.map(|name| {
+        let scene = mocap::import(fixture(name)).expect("the fixture is read");
+        mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).expect("the fixture is written")
+    });
+    written.to_vec()
+}
+
+/// The first frames of a walk on the skeleton of `cmu_02.asf`.
+fn motion() -> &'static [u8] {
+    static MOTION: OnceLock<Vec<u8>> = OnceLock::new();
+    MOTION.get_or_init(|| {
+        let mut bytes = fs::read(fixture("real/cmu_02_01.amc")).expect("the fixture can be read");
+        bytes.truncate(MOTION_LENGTH);
+        bytes
+    })
+}
+
+/// The path of a file, or of a folder, of the fixtures.
+pub fn fixture(name: &str) -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures")).join(name)
+}

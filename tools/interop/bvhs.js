@@ -1,0 +1,53 @@
+// The BVH files that mocap writes, from every format that it reads.
+
+import { readFileSync } from "node:fs";
+import { basename, extname, join } from "node:path";
+
+import { convert, fixtures, outputName, pose, realFixture, subfolder } from "./mocap.js";
+
+/** What goes over glTF first. */
+const OVER_GLTF = ["cmu_short.bvh", "lecture_Test.bvh", "mocopi_jump_six_channels.bvh", "rokoko_dance.bvh"];
+
+/**
+ * Writes them: real BVH, AMC and FBX files directly, and some over glTF. Each as what it was made from, and what was
+ * written. C3D is left out: markers without links are no skeleton.
+ */
+export function writeBvhs(folder) {
+  const outputs = subfolder(folder, "bvh");
+  const written = fixtures("real")
+    .filter((input) => extname(input) !== ".c3d")
+    .map((input) => ({ input, output: convert(input, join(outputs, outputName(input, ".bvh"))) }));
+  for (const name of OVER_GLTF) {
+    const between = convert(realFixture(name), join(outputs, outputName(name, "_between.glb")));
+    written.push({ input: between, output: convert(between, join(outputs, outputName(name, "_over_gltf.bvh"))) });
+  }
+  return written;
+}
+
+/** The joints of a written BVH file, in its order: name, OFFSET, whether it has position channels, whether it is an End Site. */
+export function jointsOf(path) {
+  const text = readFileSync(path, "utf8");
+  const joints = [];
+  const pattern = /^\s*(ROOT|JOINT|End Site)[ \t]*(.*)\n\s*\{\n\s*OFFSET (\S+) (\S+) (\S+)\n(\s*CHANNELS.*)?/gm;
+  for (const [, keyword, name, x, y, z, channels] of text.matchAll(pattern)) {
+    joints.push({
+      name,
+      isEndSite: keyword === "End Site",
+      hasOffset: [x, y, z].some((value) => Number(value) !== 0),
+      hasPositions: (channels ?? "").includes("position"),
+    });
+  }
+  const frames = Number(/^Frames: (\d+)$/m.exec(text)[1]);
+  const frameTime = Number(/^Frame Time: (\S+)$/m.exec(text)[1]);
+  return { joints, frames, frameTime };
+}
+
+/** Where the joints of a written file are in its source: the nodes above the first ROOT are left out of the file. */
+export function placesBelow(input, tick, joints) {
+  return pose(input, tick)
+    .slice(-joints.length)
+    .map((node) => node.translation);
+}
+
+/** What a written file is called in messages. */
+export const nameOf = ({ input, output }) => `${basename(input)} as ${basename(output)}`;
