@@ -9,6 +9,7 @@
 //!    joints above the error get less room, frames get keys back, and it starts again.
 
 mod chain;
+mod choice;
 mod code;
 mod keys;
 mod measure;
@@ -23,7 +24,7 @@ use glam::{Quat, Vec3};
 use self::chain::{Arms, Task};
 pub(crate) use self::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode};
 use self::keys::Grid;
-use self::measure::{Measured, Way, measure};
+use self::measure::{Errors, Measured, measure};
 use self::motion::{Motion, World};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{Animation, Scene};
@@ -72,29 +73,37 @@ pub(crate) enum Rotation {
     },
 }
 
+/// The most that the filter takes.
+const MOST_BITS: u32 = 16;
+
 /// How often to start again before giving up.
 const ROUNDS: usize = 12;
 
-/// After so many rounds the room is halved, however near the bound is.
-const PATIENCE: usize = 4;
+/// The room for the next round, of what would do if errors shrank as it does; and the least share that one round takes
+/// away to.
+const LESS: f32 = 0.97;
+const LEAST: f32 = 0.5;
 
 // Shares of the bound, found by trying on the fixtures; none of them has to be right for the bound to hold.
 
+/// For joints that move and turn so little that they can as well be still.
+const FOR_STILLNESS: f32 = 0.2;
 /// For leaving out keys of the whole pose; the rest is for rounding.
-const FOR_KEYS: f32 = 0.5;
+const FOR_KEYS: f32 = 0.8;
 /// How far the children of a root may be off, and those at the end of a chain.
-const FIRST_ROOM: f32 = 0.5;
+const FIRST_ROOM: f32 = 0.75;
 const LAST_ROOM: f32 = 0.97;
 /// For the translations of a joint that moves in its parent.
-const FOR_TRANSLATIONS: f32 = 0.7;
-/// The step of a rotation, at the end of its longest lever, in its room; likewise that of a translation.
-const ROTATION_STEP: f32 = 0.7;
-const TRANSLATION_STEP: f32 = 2.0;
+const FOR_TRANSLATIONS: f32 = 0.8;
 
-/// How many steps a component may be off before it is changed.
-const HOLD: f32 = 1.0;
-/// As [`HOLD`], for translations.
-const TRANSLATION_HOLD: f32 = 0.7;
+/// The largest step of a rotation to try, at the end of its longest lever, in its room.
+const ROTATION_STEP: f32 = 1.5;
+/// The step of a translation in its room: half the diagonal of a cube of such steps is as long as the room.
+const TRANSLATION_STEP: f32 = 1.15;
+
+/// What the numbers that stand for all frames are rounded to: a share of the bound that nobody misses. They stand in
+/// the JSON of a file, where every digit takes a byte.
+const DIGIT: f64 = 1e-3;
 
 /// Share of the frames below which keys that all joints share can be worth the loss of room for rounding.
 const WORTH_IT: f32 = 0.9;
@@ -104,25 +113,20 @@ const WORTH_IT: f32 = 0.9;
 /// # Errors
 /// [`Code::ErrorBound`] where the container cannot keep the bound; [`Code::Unrepresentable`] where the motion scales.
 pub(crate) fn fit(scene: &Scene, animation: &Animation, bound: f64, container: Container) -> Result<Fitted> {
-    let motion = Motion::new(scene, animation)?;
-    let seconds: Vec<f64> = motion
-        .ticks
-        .iter()
-        .map(|tick| tick / animation.ticks_per_second)
-        .collect();
-    let times: Vec<f32> = seconds.iter().map(|second| *second as f32).collect();
+    let mut motion = Motion::new(scene, animation)?;
+    let truth = motion.world();
+    motion.settle(bound as f32 * FOR_STILLNESS);
+    let time = |tick: &f64| (tick / animation.ticks_per_second) as f32;
+    let times: Vec<f32> = motion.ticks.iter().map(time).collect();
     if !times.is_sorted_by(|a, b| a < b) {
         let message = "32-bit times cannot tell its frames apart, so that no bound can be kept";
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
     let fitter = Fitter {
-        truth: motion.world(),
-        arms: (0..motion.joints.len())
-            .map(|index| Arms::new(&motion, index))
-            .collect(),
+        truth,
+        arms: Arms::all(&motion),
         motion,
         times,
-        seconds,
         bound,
         container,
     };
@@ -205,7 +209,6 @@ struct Fitter<'a> {
     truth: Vec<World>,
     arms: Vec<Arms>,
     times: Vec<f32>,
-    seconds: Vec<f64>,
     bound: f64,
     container: Container,
 }
@@ -218,9 +221,13 @@ impl Fitter<'_> {
             max: f64::INFINITY,
             ..Measured::default()
         };
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let tracks = self.round(&room, shared.as_ref());
-            let measured = self.measured(&tracks);
+            let Errors {
+                measured,
+                frames,
+                nodes,
+            } = measure(&self.motion, &tracks, &self.times);
             if measured.max <= self.bound {
                 return Ok(Fitted {
                     tracks,
@@ -232,16 +239,16 @@ impl Fitter<'_> {
                 best = measured;
             }
             let frame = self.motion.ticks.partition_point(|tick| *tick < measured.tick) as u32;
-            if let Some(grid) = &mut shared
-                && let Err(place) = grid.binary_search(&frame)
-            {
-                Arc::make_mut(grid).insert(place, frame);
-            }
-            let ratio = (self.bound / measured.max) as f32;
-            let mut above = Some(measured.node);
-            while let Some(index) = above {
-                room[index] *= if round < PATIENCE { (ratio * 0.97).max(0.5) } else { 0.5 };
-                above = self.motion.joints[index].parent;
+            let is_key = match &mut shared {
+                Some(grid) => {
+                    let is_key = grid.binary_search(&frame).is_ok();
+                    keys::refine(Arc::make_mut(grid), &frames, self.bound);
+                    is_key
+                }
+                None => true,
+            };
+            if is_key {
+                self.narrow(&mut room, &nodes);
             }
         }
         let millimetres = |metres: f64| format!("{:.6} mm", metres * 1000.0);
@@ -255,27 +262,26 @@ impl Fitter<'_> {
         .into())
     }
 
-    /// The larger of what the two ways from key to key give. Where every frame has a key they are one.
-    fn measured(&self, tracks: &[FittedTrack]) -> Measured {
-        let by = |way| measure(&self.motion, tracks, &self.times, &self.seconds, way);
-        let arc = by(Way::Arc);
-        let has_all = |grid: &Grid| grid.len() == self.motion.frames();
-        let is_full = |track: &FittedTrack| match &track.rotation {
-            Rotation::Still(_) => true,
-            Rotation::Moving { grid, .. } => has_all(grid),
-        };
-        if arc.max > self.bound || tracks.iter().all(is_full) {
-            return arc;
+    /// Gives less room to every joint above one that is too far off.
+    fn narrow(&self, room: &mut [f32], errors: &[f64]) {
+        let joints = &self.motion.joints;
+        let mut shares = vec![1f32; joints.len()];
+        for (index, error) in errors.iter().enumerate().rev() {
+            if *error > self.bound {
+                shares[index] = shares[index].min((self.bound / error) as f32 * LESS).max(LEAST);
+            }
+            room[index] *= shares[index];
+            if let Some(parent) = joints[index].parent {
+                shares[parent] = shares[parent].min(shares[index]);
+            }
         }
-        let chord = by(Way::Chord);
-        if chord.max > arc.max { chord } else { arc }
     }
 
     /// How far off a joint may be, and the children of a joint: less near the root, so that there is room left to
     /// make up for it further down.
     fn room(&self) -> Vec<f32> {
         let joints = &self.motion.joints;
-        let weight = |index: usize| usize::from(joints[index].rotation.moves());
+        let weight = |index: usize| usize::from(joints[index].turns());
         let mut depth = vec![0usize; joints.len()];
         for index in 0..joints.len() {
             depth[index] = joints[index].parent.map_or(0, |parent| depth[parent]) + weight(index);
@@ -295,74 +301,134 @@ impl Fitter<'_> {
     }
 
     fn round(&self, room: &[f32], shared: Option<&Arc<Grid>>) -> Vec<FittedTrack> {
-        let (motion, ticks) = (&self.motion, &self.motion.ticks);
-        let frames = motion.frames();
+        let motion = &self.motion;
         let mut coded: Vec<World> = Vec::with_capacity(motion.joints.len());
         let mut tracks = Vec::with_capacity(motion.joints.len());
         for (index, joint) in motion.joints.iter().enumerate() {
             let above = joint.parent.map(|parent| &coded[parent]);
-            let scale = joint.parent.map_or(1.0, |parent| motion.joints[parent].scale);
-            let mut world = World::default();
-            let mut track = FittedTrack {
-                translation: Translation::Still(joint.translation.at(0)),
-                rotation: Rotation::Still(joint.rotation.at(0)),
-            };
-            if joint.is_tip() {
-                coded.push(world);
-                tracks.push(track);
-                continue;
-            }
-            let truth = &self.truth[index];
-            if joint.translation.moves() {
-                let wanted = chain::wanted_translations(truth, scale, above);
-                let own_room = room[index] * FOR_TRANSLATIONS;
-                let code = self.translation_code(&wanted, own_room / scale);
-                let grid = shared
-                    .cloned()
-                    .unwrap_or_else(|| self.own(chain::translation_grid(&wanted, ticks, own_room / scale), 12));
-                let keys = chain::code_translations(&wanted, code, &grid, TRANSLATION_HOLD);
-                world.positions = chain::moved(&keys, &grid, ticks, scale, above);
-                track.translation = Translation::Moving { code, grid, keys };
-            } else {
-                world.positions = chain::carried(joint, scale, frames, above);
-            }
-            let arms = &self.arms[index];
-            if !joint.rotation.moves() {
-                let still = joint.rotation.at(0);
-                world.rotations = match above {
-                    None => vec![still; frames],
-                    Some(above) => above
-                        .rotations
-                        .iter()
-                        .map(|above| (*above * still).normalize())
-                        .collect(),
+            let (track, world) = if joint.is_tip() {
+                let track = FittedTrack {
+                    translation: Translation::Still(self.short_vector(joint.offset())),
+                    rotation: Rotation::Still(self.short_rotation(joint.turn())),
                 };
+                (track, World::default())
             } else {
-                let task = Task::new(arms, truth, &world.positions, above);
-                if let Some(still) = task.constant(arms, room[index]) {
-                    world.rotations = match above {
-                        None => vec![still; frames],
-                        Some(above) => above
-                            .rotations
-                            .iter()
-                            .map(|above| (*above * still).normalize())
-                            .collect(),
-                    };
-                    track.rotation = Rotation::Still(still);
-                } else {
-                    let code = self.rotation_code(arms, room[index]);
-                    let grid = shared
-                        .cloned()
-                        .unwrap_or_else(|| self.own(task.own_grid(arms, code, ticks, room[index]), code.bytes()));
-                    let keys = task.code(arms, code, &grid, room[index], HOLD);
-                    world.rotations = chain::turned(&keys, &grid, ticks, above);
-                    track.rotation = Rotation::Moving { code, grid, keys };
-                }
-            }
+                let (translation, positions) = self.place(index, above, room[index], shared);
+                let (rotation, rotations) = self.turn(index, &positions, above, room[index], shared);
+                let track = FittedTrack { translation, rotation };
+                (track, World { positions, rotations })
+            };
             coded.push(world);
             tracks.push(track);
         }
         tracks
+    }
+
+    /// How a joint moves in its parent, and where that puts it at every frame.
+    fn place(
+        &self,
+        index: usize,
+        above: Option<&World>,
+        room: f32,
+        shared: Option<&Arc<Grid>>,
+    ) -> (Translation, Vec<Vec3>) {
+        let (joint, ticks) = (&self.motion.joints[index], &self.motion.ticks);
+        let scale = joint.parent.map_or(1.0, |parent| self.motion.joints[parent].scale);
+        if !joint.shifts() {
+            let still = self.short_vector(joint.offset());
+            let positions = chain::carried(still * scale, self.motion.frames(), above);
+            return (Translation::Still(still), positions);
+        }
+        let wanted = chain::wanted_translations(&self.truth[index], scale, above);
+        let tolerance = room * FOR_TRANSLATIONS / scale;
+        let code = self.translation_code(&wanted, tolerance);
+        let grid = shared
+            .cloned()
+            .unwrap_or_else(|| self.own(chain::translation_grid(&wanted, ticks, tolerance), 12));
+        let keys = chain::code_translations(&wanted, code, &grid, tolerance);
+        let positions = chain::moved(&keys, &grid, ticks, scale, above);
+        (Translation::Moving { code, grid, keys }, positions)
+    }
+
+    /// How a joint turns in its parent, and how that turns its axes at every frame.
+    fn turn(
+        &self,
+        index: usize,
+        positions: &[Vec3],
+        above: Option<&World>,
+        room: f32,
+        shared: Option<&Arc<Grid>>,
+    ) -> (Rotation, Vec<Quat>) {
+        let (joint, arms) = (&self.motion.joints[index], &self.arms[index]);
+        let frames = self.motion.frames();
+        let stand = |still: Quat| {
+            let still = self.short_rotation(still);
+            (Rotation::Still(still), chain::stood(still, frames, above))
+        };
+        if !joint.turns() {
+            return stand(joint.turn());
+        }
+        let task = Task::new(arms, &self.truth[index], positions, above);
+        if let Some(still) = task.constant(arms, room) {
+            return stand(still);
+        }
+        let (code, grid, keys) = self.rotations(&task, arms, shared, room);
+        let rotations = chain::turned(&keys, &grid, &self.motion.ticks, above);
+        (Rotation::Moving { code, grid, keys }, rotations)
+    }
+
+    /// A number that stands for all frames, with no more digits than it needs.
+    fn short(&self, value: f32) -> f32 {
+        if self.container == Container::Float {
+            return value;
+        }
+        let digits = 10f64.powi((self.bound * DIGIT).log10().floor().clamp(-9.0, -1.0).abs() as i32);
+        ((f64::from(value) * digits).round() / digits) as f32
+    }
+
+    fn short_vector(&self, value: Vec3) -> Vec3 {
+        Vec3::from_array(value.to_array().map(|axis| self.short(axis)))
+    }
+
+    fn short_rotation(&self, value: Quat) -> Quat {
+        Quat::from_array(value.to_array().map(|component| self.short(component)))
+    }
+
+    /// The keys of a joint that turns.
+    fn rotations(
+        &self,
+        task: &Task,
+        arms: &Arms,
+        shared: Option<&Arc<Grid>>,
+        room: f32,
+    ) -> (RotationCode, Arc<Grid>, Vec<CodedRotation>) {
+        let code = match self.container {
+            Container::Float => RotationCode::Float,
+            Container::Short => RotationCode::Short,
+            Container::Filtered => {
+                let steps = arms.longest / (room * ROTATION_STEP);
+                RotationCode::Filtered((steps.log2().ceil() as i32 + 1).clamp(4, 16) as u32)
+            }
+        };
+        let ticks = &self.motion.ticks;
+        let grid = shared
+            .cloned()
+            .unwrap_or_else(|| self.own(task.own_grid(arms, code, ticks, room), code.bytes()));
+        let RotationCode::Filtered(fewest) = code else {
+            let keys = task.code(code, &grid);
+            return (code, grid, keys);
+        };
+        let mut bits = fewest;
+        loop {
+            if bits == MOST_BITS || choice::may_suffice(task, arms, bits, &grid, room) {
+                let frames = grid.iter().map(|frame| *frame as usize);
+                let (keys, error) = choice::choose(task, arms, bits, frames, room);
+                if bits == MOST_BITS || error <= room {
+                    return (RotationCode::Filtered(bits), grid, keys);
+                }
+            }
+            bits += 1;
+        }
     }
 
     /// The grid of one joint; every frame where its own times would cost more than they spare. `bytes` are those of a key
@@ -384,16 +450,5 @@ impl Fitter<'_> {
         let fine = (room * TRANSLATION_STEP).log2().floor();
         let range = (largest / code::MANTISSA).log2().ceil();
         TranslationCode::Filtered(fine.max(range).clamp(-100.0, 100.0) as i32)
-    }
-
-    fn rotation_code(&self, arms: &Arms, room: f32) -> RotationCode {
-        match self.container {
-            Container::Float => RotationCode::Float,
-            Container::Short => RotationCode::Short,
-            Container::Filtered => {
-                let steps = arms.longest / (room * ROTATION_STEP);
-                RotationCode::Filtered((steps.log2().ceil() as i32 + 1).clamp(5, 16) as u32)
-            }
-        }
     }
 }

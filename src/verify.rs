@@ -297,7 +297,7 @@ fn compare(
     for frame in change.first.ceil() as usize..=last.floor() as usize {
         let seconds = (frame as f64 - change.first) / rate;
         ours.world(frame as f64 / rate, &mut here);
-        theirs.world(seconds, &mut there);
+        theirs.world(f64::from(seconds as f32), &mut there);
         let places: Vec<_> = here
             .iter()
             .map(|matrix| change.place(matrix.w_axis.truncate()))

@@ -178,14 +178,10 @@ fn the_report_says_how_far_and_where() {
         ..
     } = document.report().achieved.clone().unwrap();
     let verified = verify(&source, &document.to_glb().unwrap()).unwrap();
-    assert!(
-        (verified.max_error - max_error).abs() < 1e-5,
-        "{verified:?}, {max_error}"
-    );
-    assert!(
-        (verified.rms_error - rms_error).abs() < 1e-5,
-        "{verified:?}, {rms_error}"
-    );
+    // `verify` makes quaternions unit length. What is reported is the largest error of readers that do and that do not.
+    let is_nearly = |reported: f64, verified: f64| reported >= verified - 1e-7 && reported < verified * 1.02;
+    assert!(is_nearly(max_error, verified.max_error), "{verified:?}, {max_error}");
+    assert!(is_nearly(rms_error, verified.rms_error), "{verified:?}, {rms_error}");
     assert!(scene.nodes.iter().any(|node| node.name == joint));
     assert!(tick <= scene.animations[0].duration && keys > 100);
     assert_eq!(

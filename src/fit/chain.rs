@@ -8,7 +8,7 @@ use glam::{Mat3, Quat, Vec3};
 
 use super::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode};
 use super::keys::{self, Grid};
-use super::motion::{Joint, Motion, World};
+use super::motion::{Motion, World};
 
 /// Points at this distance from a joint, in metres, must not be off either: a joint's turn about its own bone moves
 /// none of the joints below it but the skin around it. The idea and the distance are those of the Animation Compression
@@ -18,16 +18,24 @@ pub(super) const SHELL: f32 = 0.03;
 /// The lever arms of a joint's rotation.
 pub(super) struct Arms {
     /// The ways to what stands still in it, in metres.
-    ways: Vec<Vec3>,
+    pub(super) ways: Vec<Vec3>,
     /// What to turn by for an error of the joint's own place, so that the children are off as little as possible in
     /// the sense of least squares.
     counter_turn: Mat3,
     /// The longest way.
     pub(super) longest: f32,
+    /// The length of the longest chain from the joint on.
+    pub(super) reach: f32,
 }
 
 impl Arms {
-    pub(super) fn new(motion: &Motion, index: usize) -> Self {
+    /// Those of all joints.
+    pub(super) fn all(motion: &Motion) -> Vec<Self> {
+        let reaches = reaches(motion).into_iter().enumerate();
+        reaches.map(|(index, reach)| Self::new(motion, index, reach)).collect()
+    }
+
+    fn new(motion: &Motion, index: usize, reach: f32) -> Self {
         let mut ways = Vec::new();
         rigid_ways(motion, index, Vec3::ZERO, Quat::IDENTITY, &mut ways);
         // Minimises sum |w x way + error|^2 + SHELL^2 |w|^2 over w.
@@ -48,6 +56,7 @@ impl Arms {
             counter_turn: normal.inverse() * cross * -1.0,
             ways,
             longest,
+            reach,
         }
     }
 
@@ -55,10 +64,28 @@ impl Arms {
     /// `turn` too far; both in the joint's own space.
     fn error(&self, error: Vec3, turn: Quat) -> f32 {
         let turn = turn.xyz() * if turn.w < 0.0 { -2.0 } else { 2.0 };
+        self.error_by(error, turn)
+    }
+
+    /// As [`Self::error`], with the turn as an axis times an angle.
+    fn error_by(&self, error: Vec3, turn: Vec3) -> f32 {
         let around = turn.length_squared() * (SHELL * SHELL);
         let farthest = self.ways.iter().map(|way| (error + turn.cross(*way)).length_squared());
         farthest.fold(around, f32::max).sqrt()
     }
+}
+
+/// The length of the longest chain from every joint on, in metres. What moves in its parent counts as where it is at
+/// first.
+fn reaches(motion: &Motion) -> Vec<f32> {
+    let mut reaches = vec![0f32; motion.joints.len()];
+    for (index, joint) in motion.joints.iter().enumerate().rev() {
+        if let Some(parent) = joint.parent {
+            let way = joint.offset().length() * motion.joints[parent].scale;
+            reaches[parent] = reaches[parent].max(reaches[index] + way);
+        }
+    }
+    reaches
 }
 
 /// The ways to all joints that move with a joint as one body: its children, and theirs where a child does not turn.
@@ -66,13 +93,13 @@ fn rigid_ways(motion: &Motion, index: usize, start: Vec3, turn: Quat, ways: &mut
     let joint = &motion.joints[index];
     for &child in &joint.children {
         let below = &motion.joints[child];
-        if below.translation.moves() {
+        if below.shifts() {
             continue;
         }
-        let way = start + turn * (below.translation.at(0) * joint.scale);
+        let way = start + turn * (below.offset() * joint.scale);
         ways.push(way);
-        if !below.rotation.moves() {
-            rigid_ways(motion, child, way, turn * below.rotation.at(0), ways);
+        if !below.turns() {
+            rigid_ways(motion, child, way, turn * below.turn(), ways);
         }
     }
 }
@@ -80,11 +107,11 @@ fn rigid_ways(motion: &Motion, index: usize, start: Vec3, turn: Quat, ways: &mut
 /// What a joint has to do at every frame.
 pub(super) struct Task {
     /// The rotation to the coded parent that is best for the children.
-    wanted: Vec<Quat>,
+    pub(super) wanted: Vec<Quat>,
     /// From a rotation to the coded parent to how much too far the joint is turned.
-    to_turn: Vec<Quat>,
+    pub(super) to_turn: Vec<Quat>,
     /// The error of the joint's own place, in its own space.
-    errors: Vec<Vec3>,
+    pub(super) errors: Vec<Vec3>,
 }
 
 impl Task {
@@ -108,7 +135,7 @@ impl Task {
         task
     }
 
-    fn error(&self, arms: &Arms, frame: usize, rotation: Quat) -> f32 {
+    pub(super) fn error(&self, arms: &Arms, frame: usize, rotation: Quat) -> f32 {
         arms.error(self.errors[frame], self.to_turn[frame] * rotation)
     }
 
@@ -147,27 +174,11 @@ impl Task {
         })
     }
 
-    /// The keys on `grid`. Values stay as they are from key to key where that keeps the children within `tolerance`.
-    pub(super) fn code(
-        &self,
-        arms: &Arms,
-        code: RotationCode,
-        grid: &[u32],
-        tolerance: f32,
-        hold: f32,
-    ) -> Vec<CodedRotation> {
+    /// The nearest keys on `grid`.
+    pub(super) fn code(&self, code: RotationCode, grid: &[u32]) -> Vec<CodedRotation> {
         let mut keys: Vec<CodedRotation> = Vec::with_capacity(grid.len());
         for &frame in grid {
-            let (frame, previous) = (frame as usize, keys.last());
-            let wanted = self.wanted[frame];
-            let held = code.holding(wanted, previous, hold);
-            let key = if self.error(arms, frame, held.value) <= tolerance {
-                held
-            } else {
-                let nearest = code.nearest(wanted, previous);
-                let errors = [held, nearest].map(|key| self.error(arms, frame, key.value));
-                if errors[0] < errors[1] { held } else { nearest }
-            };
+            let key = code.nearest(self.wanted[frame as usize], keys.last());
             keys.push(key);
         }
         keys
@@ -187,13 +198,23 @@ pub(super) fn turned(keys: &[CodedRotation], grid: &[u32], ticks: &[f64], above:
     rotations
 }
 
-/// Where a joint that does not move in its parent is at every frame.
-pub(super) fn carried(joint: &Joint, scale: f32, frames: usize, above: Option<&World>) -> Vec<Vec3> {
-    let way = joint.translation.at(0);
+/// How a joint that does not turn in its parent is turned at every frame.
+pub(super) fn stood(still: Quat, frames: usize, above: Option<&World>) -> Vec<Quat> {
+    match above {
+        None => vec![still; frames],
+        Some(above) => {
+            let turned = |above: &Quat| (*above * still).normalize();
+            above.rotations.iter().map(turned).collect()
+        }
+    }
+}
+
+/// Where a joint that does not move in its parent is at every frame; the way from there is in metres.
+pub(super) fn carried(way: Vec3, frames: usize, above: Option<&World>) -> Vec<Vec3> {
     match above {
         None => vec![way; frames],
         Some(above) => std::iter::zip(&above.positions, &above.rotations)
-            .map(|(position, rotation)| *position + *rotation * (way * scale))
+            .map(|(position, rotation)| *position + *rotation * way)
             .collect(),
     }
 }
@@ -222,17 +243,22 @@ pub(super) fn translation_grid(wanted: &[Vec3], ticks: &[f64], tolerance: f32) -
     })
 }
 
-/// The keys on `grid`.
+/// The keys on `grid`: numbers stay as they are from key to key where that keeps the joint within `tolerance`.
 pub(super) fn code_translations(
     wanted: &[Vec3],
     code: TranslationCode,
     grid: &[u32],
-    hold: f32,
+    tolerance: f32,
 ) -> Vec<CodedTranslation> {
     let mut keys: Vec<CodedTranslation> = Vec::with_capacity(grid.len());
     for &frame in grid {
-        let key = code.nearest(wanted[frame as usize], keys.last(), hold);
-        keys.push(key);
+        let (wanted, previous) = (wanted[frame as usize], keys.last());
+        let held = code.holding(wanted, previous);
+        keys.push(if held.value.distance(wanted) <= tolerance {
+            held
+        } else {
+            code.nearest(wanted)
+        });
     }
     keys
 }

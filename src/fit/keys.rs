@@ -43,6 +43,20 @@ pub(super) fn farthest(frames: usize, mut fits: impl FnMut(usize, usize) -> bool
     grid
 }
 
+/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`.
+pub(super) fn refine(grid: &mut Grid, errors: &[f64], bound: f64) {
+    let mut refined = Vec::with_capacity(grid.len() + 16);
+    for (place, &key) in grid.iter().enumerate() {
+        refined.push(key);
+        let Some(&next) = grid.get(place + 1) else { continue };
+        let between = key + 1..next;
+        let worst = between.max_by(|a, b| errors[*a as usize].total_cmp(&errors[*b as usize]));
+        // A NaN is not within any bound.
+        refined.extend(worst.filter(|frame| !(errors[*frame as usize] <= bound)));
+    }
+    *grid = refined;
+}
+
 /// The keys around every frame: calls `with(frame, key, share)` for each, `share` being how far it is from `key` to the
 /// next. At a key the share is 0.
 pub(super) fn between(grid: &[u32], ticks: &[f64], mut with: impl FnMut(usize, usize, f32)) {

@@ -1,7 +1,8 @@
 //! How far coded tracks are from what they stand for: the proof, in double precision, of what was made in single.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
+use super::code::CodedRotation;
 use super::keys::Grid;
 use super::motion::Motion;
 use super::{FittedTrack, Rotation, Translation};
@@ -19,79 +20,129 @@ pub(crate) struct Measured {
     pub(crate) tick: f64,
 }
 
-/// How a reader goes from one key to the next.
+/// How a reader goes from one key to the next, and what it makes of a quaternion whose length is not quite 1.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Way {
-    /// Slerp, as the specification says.
+    /// Slerp, and made unit length, as the specification says.
     Arc,
-    /// Component by component, then normalised, as many engines do.
+    /// Component by component, then made unit length, as many engines do.
     Chord,
+    /// Slerp, and taken as it is: a matrix made of it stretches what it turns. Babylon.js does that, and three.js but
+    /// for keys that are near to one another.
+    AsItIs,
 }
 
-/// Forward kinematics of both sides at every moment. Where decoders may differ, the error is the largest that any can
-/// have. `times` are the 32-bit times of the frames in the file.
-pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32], seconds: &[f64], way: Way) -> Measured {
+/// The largest errors: of all, at each frame, and of each node.
+pub(super) struct Errors {
+    pub(super) measured: Measured,
+    pub(super) frames: Vec<f64>,
+    pub(super) nodes: Vec<f64>,
+}
+
+/// Forward kinematics of both sides at every moment, for every way of reading. Where decoders may differ, the error is
+/// the largest that any can have.
+///
+/// `times` are the 32-bit times of the frames in the file, and the moments of comparison: at a cut the moment before is
+/// another pose.
+pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) -> Errors {
+    let has_all = |grid: &Grid| grid.len() == motion.frames();
+    let is_full = |track: &FittedTrack| match &track.rotation {
+        Rotation::Still(_) => true,
+        Rotation::Moving { grid, .. } => has_all(grid),
+    };
+    let mut ways = vec![Way::Arc, Way::AsItIs];
+    if !tracks.iter().all(is_full) {
+        ways.push(Way::Chord);
+    }
     let joints = motion.joints.len();
     let mut here = vec![(DVec3::ZERO, DQuat::IDENTITY); joints];
-    let mut there = here.clone();
+    let mut there = vec![vec![(DVec3::ZERO, DMat3::IDENTITY); joints]; ways.len()];
     // The angle by which a decoder may turn each joint differently, and whether one above it may.
     let mut doubts = vec![(0.0, false); joints];
     let mut cursors = vec![(0usize, 0usize); joints];
     let mut measured = Measured::default();
+    let mut frames = vec![0.0; motion.frames()];
+    let mut nodes = vec![0.0; joints];
     let mut squares = 0.0;
-    for (frame, &second) in seconds.iter().enumerate() {
+    for frame in 0..motion.frames() {
+        let second = f64::from(times[frame]);
         for (index, joint) in motion.joints.iter().enumerate() {
             let (translation, rotation) = (joint.translation.at(frame), joint.rotation.at(frame));
             let source = (translation.as_dvec3(), rotation.as_dquat().normalize());
-            let track = &tracks[index];
-            let cursor = &mut cursors[index];
-            let mut doubt = 0.0;
-            let coded = (
-                match &track.translation {
-                    Translation::Still(value) => value.as_dvec3(),
-                    Translation::Moving { grid, keys, .. } => {
-                        let (key, share) = locate(grid, times, &mut cursor.0, second);
-                        let from = keys[key].value.as_dvec3();
-                        keys.get(key + 1)
-                            .map_or(from, |to| from.lerp(to.value.as_dvec3(), share))
-                    }
-                },
-                match &track.rotation {
-                    Rotation::Still(value) => value.as_dquat().normalize(),
-                    Rotation::Moving { grid, keys, .. } => {
-                        let (key, share) = locate(grid, times, &mut cursor.1, second);
-                        let from = keys[key].value.as_dquat().normalize();
-                        doubt = keys[key].doubt();
-                        if let Some(to) = keys.get(key + 1).filter(|_| share > 0.0) {
-                            doubt = f64::max(doubt, to.doubt());
-                        }
-                        match keys.get(key + 1) {
-                            Some(to) if share > 0.0 => mix(from, to.value.as_dquat().normalize(), share, way),
-                            _ => from,
-                        }
-                    }
-                },
-            );
-            let (own, coded) = match joint.parent {
-                None => (source, coded),
+            let scale = joint
+                .parent
+                .map_or(1.0, |parent| f64::from(motion.joints[parent].scale));
+            here[index] = match joint.parent {
+                None => source,
                 Some(parent) => {
-                    let scale = f64::from(motion.joints[parent].scale);
-                    (below(here[parent], source, scale), below(there[parent], coded, scale))
+                    let above = here[parent];
+                    (above.0 + above.1 * (source.0 * scale), above.1 * source.1)
                 }
             };
-            (here[index], there[index]) = (own, coded);
+            let track = &tracks[index];
+            let cursor = &mut cursors[index];
+            let translation = match &track.translation {
+                Translation::Still(value) => value.as_dvec3(),
+                Translation::Moving { grid, keys, .. } => {
+                    let (key, share) = locate(grid, times, &mut cursor.0, second);
+                    let from = keys[key].value.as_dvec3();
+                    match keys.get(key + 1) {
+                        Some(to) if share > 0.0 => from.lerp(to.value.as_dvec3(), share),
+                        _ => from,
+                    }
+                }
+            };
+            let (from, to, share, doubt) = match &track.rotation {
+                Rotation::Still(value) => (value.as_dquat(), None, 0.0, 0.0),
+                Rotation::Moving { grid, keys, .. } => {
+                    let (key, share) = locate(grid, times, &mut cursor.1, second);
+                    let to = keys.get(key + 1).filter(|_| share > 0.0);
+                    let doubt = to.map_or(0.0, CodedRotation::doubt).max(keys[key].doubt());
+                    (
+                        keys[key].value.as_dquat(),
+                        to.map(|to| to.value.as_dquat()),
+                        share,
+                        doubt,
+                    )
+                }
+            };
+            let mut error = 0.0;
+            for (way, there) in std::iter::zip(&ways, &mut there) {
+                let turn = DMat3::from_quat(read(from, to, share, *way));
+                there[index] = match joint.parent {
+                    None => (translation, turn),
+                    Some(parent) => {
+                        let above = there[parent];
+                        let turn = if joint.children.is_empty() {
+                            turn
+                        } else {
+                            above.1 * turn
+                        };
+                        (above.0 + above.1 * (translation * scale), turn)
+                    }
+                };
+                let off = here[index].0.distance_squared(there[index].0);
+                // A NaN is the worst of all.
+                if off > error || off.is_nan() {
+                    error = off;
+                }
+            }
+            let mut error = error.sqrt();
             let doubt_above = joint.parent.is_some_and(|parent| doubts[parent].1);
             doubts[index] = (doubt, doubt > 0.0 || doubt_above);
-            let mut error = own.0.distance(coded.0);
             if doubt_above {
                 let mut above = joint.parent;
                 while let Some(place) = above.filter(|place| doubts[*place].1) {
-                    error += doubts[place].0 * own.0.distance(here[place].0);
+                    error += doubts[place].0 * here[index].0.distance(here[place].0);
                     above = motion.joints[place].parent;
                 }
             }
             squares += error * error;
-            // A NaN is the worst of all, and stays it.
+            for largest in [&mut frames[frame], &mut nodes[index]] {
+                if error > *largest || error.is_nan() {
+                    *largest = error;
+                }
+            }
             if error > measured.max || error.is_nan() {
                 measured.max = error;
                 measured.node = index;
@@ -100,11 +151,31 @@ pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32], se
         }
     }
     measured.rms = (squares / (joints * motion.frames()).max(1) as f64).sqrt();
-    measured
+    Errors {
+        measured,
+        frames,
+        nodes,
+    }
 }
 
-fn below(above: (DVec3, DQuat), own: (DVec3, DQuat), scale: f64) -> (DVec3, DQuat) {
-    (above.0 + above.1 * (own.0 * scale), above.1 * own.1)
+/// What a reader has between two keys.
+fn read(from: DQuat, to: Option<DQuat>, share: f64, way: Way) -> DQuat {
+    let between = |from: DQuat, to: Option<DQuat>| match to {
+        Some(to) if way == Way::Chord => from.lerp(to, share),
+        Some(to) => from.slerp(to, share),
+        None => from,
+    };
+    match way {
+        Way::AsItIs => slerp_as_it_is(from, to, share),
+        _ => between(from.normalize(), to.map(DQuat::normalize)),
+    }
+}
+
+/// Slerp that keeps the lengths of its ends.
+fn slerp_as_it_is(from: DQuat, to: Option<DQuat>, share: f64) -> DQuat {
+    let Some(to) = to else { return from };
+    let (length, other) = (from.length(), to.length());
+    from.normalize().slerp(to.normalize(), share) * (length + (other - length) * share)
 }
 
 /// The last key that is not after `second`, and how far it is from there to the next.
@@ -118,11 +189,4 @@ fn locate(grid: &Grid, times: &[f32], cursor: &mut usize, second: f64) -> (usize
         return (key, 0.0);
     }
     (key, (second - time(key)) / (time(key + 1) - time(key)))
-}
-
-fn mix(from: DQuat, to: DQuat, share: f64, way: Way) -> DQuat {
-    match way {
-        Way::Arc => from.slerp(to, share),
-        Way::Chord => from.lerp(to, share),
-    }
 }

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use glam::{Quat, Vec3};
 
+use super::chain::SHELL;
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Keys, Node, NodeId, Scene};
@@ -28,6 +29,9 @@ pub(super) struct Joint<'a> {
     pub(super) children: Vec<usize>,
     pub(super) translation: Track<'a, Vec3>,
     pub(super) rotation: Track<'a, Quat>,
+    /// Where the joint stands at all moments, and how, if it moves and turns so little that it can as well be still.
+    steady_translation: Option<Vec3>,
+    steady_rotation: Option<Quat>,
     /// Length in the world of a unit in the space of this node.
     pub(super) scale: f32,
 }
@@ -47,6 +51,33 @@ impl<T: Copy> Track<'_, T> {
 
     pub(super) fn moves(&self) -> bool {
         matches!(self, Self::Moving(_))
+    }
+
+    /// None where it stands still.
+    fn values(&self) -> &[T] {
+        match self {
+            Self::Still(_) => &[],
+            Self::Moving(values) => values,
+        }
+    }
+}
+
+impl Track<'_, Vec3> {
+    fn mean(&self) -> Option<Vec3> {
+        let values = self.values();
+        (!values.is_empty()).then(|| values.iter().sum::<Vec3>() / values.len() as f32)
+    }
+}
+
+impl Track<'_, Quat> {
+    fn mean(&self) -> Option<Quat> {
+        let first = *self.values().first()?;
+        let same_side = |value: Quat| if value.dot(first) < 0.0 { -value } else { value };
+        let sum = self
+            .values()
+            .iter()
+            .fold(first * 0.0, |sum, value| sum + same_side(*value));
+        Some(sum.normalize())
     }
 }
 
@@ -92,6 +123,8 @@ impl<'a> Motion<'a> {
                 children: Vec::new(),
                 translation: Track::Still(finite(node, rest.translation)?),
                 rotation: Track::Still(unit(node, rest.rotation)?),
+                steady_translation: None,
+                steady_rotation: None,
                 // The scale of a node that carries nothing moves nothing.
                 scale: above
                     * if carries[index] {
@@ -121,6 +154,35 @@ impl<'a> Motion<'a> {
             }
         }
         Ok(Self { ticks, joints })
+    }
+
+    /// Lets joints be still that move and turn so little that what they carry moves by no more than `tolerance`.
+    pub(super) fn settle(&mut self, tolerance: f32) {
+        // How far a joint's turn reaches: to the next joint that turns by itself.
+        let mut reaches = vec![SHELL; self.joints.len()];
+        for index in (0..self.joints.len()).rev() {
+            let joint = &self.joints[index];
+            for &child in &joint.children {
+                let below = &self.joints[child];
+                if !below.shifts() {
+                    let way = below.offset().length() * joint.scale;
+                    let reach = way + if below.turns() { 0.0 } else { reaches[child] };
+                    reaches[index] = reaches[index].max(reach);
+                }
+            }
+            let scale = joint.parent.map_or(1.0, |parent| self.joints[parent].scale);
+            let steady_translation = joint.translation.mean().filter(|mean| {
+                let far = |value: &Vec3| value.distance(*mean) * scale > tolerance;
+                !joint.translation.values().iter().any(far)
+            });
+            let steady_rotation = joint.rotation.mean().filter(|mean| {
+                let angle = |value: &Quat| 2.0 * (mean.conjugate() * *value).xyz().length();
+                let far = |value: &Quat| angle(value) * reaches[index] > tolerance;
+                !joint.rotation.values().iter().any(far)
+            });
+            let joint = &mut self.joints[index];
+            (joint.steady_translation, joint.steady_rotation) = (steady_translation, steady_rotation);
+        }
     }
 
     pub(super) fn frames(&self) -> usize {
@@ -157,6 +219,24 @@ impl<'a> Motion<'a> {
 }
 
 impl Joint<'_> {
+    /// Whether it has to move in its parent, and to turn.
+    pub(super) fn shifts(&self) -> bool {
+        self.translation.moves() && self.steady_translation.is_none()
+    }
+
+    pub(super) fn turns(&self) -> bool {
+        self.rotation.moves() && self.steady_rotation.is_none()
+    }
+
+    /// Where it stands if it does not have to move, and how if it does not have to turn.
+    pub(super) fn offset(&self) -> Vec3 {
+        self.steady_translation.unwrap_or_else(|| self.translation.at(0))
+    }
+
+    pub(super) fn turn(&self) -> Quat {
+        self.steady_rotation.unwrap_or_else(|| self.rotation.at(0))
+    }
+
     /// Whether the node neither moves nor carries another.
     pub(super) fn is_tip(&self) -> bool {
         self.children.is_empty() && !self.translation.moves() && !self.rotation.moves()
