@@ -55,7 +55,11 @@ impl Timeline {
             Some(frames_per_second) => {
                 steps.push(AppliedStep::Resample { frames_per_second });
                 let cuts = survey::cuts(scene, 0);
-                (frames_per_second, old_rate / frames_per_second, cuts)
+                (
+                    frames_per_second,
+                    survey::rate_before(old_rate, frames_per_second) / frames_per_second,
+                    cuts,
+                )
             }
             None => (old_rate, 1.0, Vec::new()),
         };
