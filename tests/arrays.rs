@@ -393,6 +393,15 @@ fn options_without_a_meaning_are_refused() {
     let scene = import("lecture_Test");
     let wrong = [
         Options {
+            first: Some(Moment::Frame(10)),
+            ..Options::default()
+        },
+        Options {
+            first: Some(Moment::Seconds(0.5)),
+            last: Some(Moment::Seconds(0.2)),
+            ..Options::default()
+        },
+        Options {
             joints: Some("nobody".to_owned()),
             ..Options::default()
         },

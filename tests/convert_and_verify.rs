@@ -93,6 +93,76 @@ fn options_change_the_file_and_verify_knows() {
 }
 
 #[test]
+fn frames_that_the_motion_does_not_have_are_refused() {
+    // The file has 75 frames, the last at 0.617 seconds.
+    let cases = [
+        (["--trim", "75f.."], "--trim begins after the motion's end"),
+        (["--trim", "2..3"], "--trim begins after the motion's end"),
+        (["--trim", "0.5..0.25"], "--trim ends before it begins"),
+        (
+            ["--rest", "frame:75"],
+            "--rest names a frame that the motion does not have",
+        ),
+    ];
+    for (options, message) in cases {
+        let (_folder, path, output) = convert("cmu_short.bvh", &options);
+        assert_eq!(output.status.code(), Some(1), "{options:?}");
+        assert!(words(&output).contains("error[unknown-option]"), "{}", words(&output));
+        assert!(words(&output).contains(message), "{}", words(&output));
+        assert!(!path.exists());
+    }
+    let (_folder, path, _) = convert("cmu_short.bvh", &["--trim", "74f..900f", "--rest", "frame:74"]);
+    assert_eq!(extras(&path)["frames"], 1);
+}
+
+/// The error about a frame time names `--fps`, so every command that can meet it has it.
+#[test]
+fn every_command_takes_the_rate_that_the_error_asks_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let text = std::fs::read_to_string(fixture("lecture_Test.bvh")).unwrap();
+    let timeless: Vec<_> = text
+        .lines()
+        .map(|line| {
+            if line.starts_with("Frame Time") {
+                "Frame Time: 0"
+            } else {
+                line
+            }
+        })
+        .collect();
+    let input = path("timeless.bvh");
+    std::fs::write(&input, timeless.join("\n")).unwrap();
+    let to = |name: &str| vec!["-o".to_owned(), path(name)];
+    let commands = [
+        ("info", vec![]),
+        ("check", vec![]),
+        ("dump", vec![]),
+        ("pose", vec!["--tick".to_owned(), "1".to_owned()]),
+        ("convert", vec![path("out.glb")]),
+        ("fk", to("out.csv")),
+        ("view", to("out.html")),
+        ("sheet", to("out.svg")),
+        ("gif", to("out.gif")),
+        (
+            "plot",
+            [to("curves.svg"), vec!["--joint".to_owned(), "Elbow".to_owned()]].concat(),
+        ),
+    ];
+    for (command, options) in commands {
+        let options: Vec<_> = options.iter().map(String::as_str).collect();
+        let run = |more: &[&str]| mocap(&[&[command, input.as_str()], options.as_slice(), more].concat());
+        let refused = run(&[]);
+        assert_eq!(refused.status.code(), Some(1), "{command}");
+        // What is wrong is what `check` was asked for: it stands in its output.
+        let said = words(&refused) + &String::from_utf8_lossy(&refused.stdout);
+        assert!(said.contains("--fps 30"), "{command}: {said}");
+        let read = run(&["--fps", "30"]);
+        assert!(read.status.success(), "{command}: {}", words(&read));
+    }
+}
+
+#[test]
 fn another_frame_rate_keeps_the_jump_and_can_fail_the_check() {
     let (_folder, path, output) = convert("cmu_short.bvh", &["--fps", "10", "--verify"]);
     assert_eq!(
