@@ -119,7 +119,7 @@ def changed(options: Changed, changes: dict[str, Any], *also: str) -> Changed:
     Raises:
         TypeError: Where no field has a name, with the names that there are.
     """
-    known = [option.name for option in fields(options)]
+    known: list[str] = [option.name for option in fields(options)]
     for name in changes:
         if name not in known:
             raise TypeError(f"there is no option {name!r}; the options are {', '.join([*also, *known])}")
