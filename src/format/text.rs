@@ -3,9 +3,12 @@
 //! The cursor holds a byte offset and nothing else. Lines and columns are counted when a diagnostic is made, and only
 //! then: good files pay nothing for them.
 
+mod nearest;
 pub(crate) mod number;
 
 use std::borrow::Cow;
+
+pub(crate) use self::nearest::nearest;
 
 use crate::error::{Code, Diagnostic, Location};
 
@@ -26,6 +29,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Box<Diagnostic>> {
         return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file holds no text")));
     }
     Ok(text)
+}
+
+/// Whether the first page of what should be text has a NUL, which no text has.
+pub(crate) fn is_binary(text: &[u8]) -> bool {
+    const PAGE: usize = 4096;
+    text[..text.len().min(PAGE)].contains(&0)
 }
 
 fn decode_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
