@@ -17,10 +17,12 @@
 //! Lights and cameras are left out.
 
 mod mesh;
+mod refusal;
 
 use glam::{Mat4, Quat, Vec3};
-use ufbx::{ErrorType, LoadOpts};
+use ufbx::LoadOpts;
 
+use self::refusal::refusal;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{FormatInfo, ReadOptions, Source};
@@ -56,7 +58,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
     let nodes = kept_nodes(&file, options)?;
     let mut scene = Scene {
-        nodes: nodes.iter().map(Kept::node).collect(),
+        nodes: nodes.iter().map(|node| node.node(&mut warnings)).collect(),
         ..Scene::default()
     };
     scene.metadata.format = FORMAT.name.to_owned();
@@ -115,23 +117,6 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
     ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
-    let message = format!("the FBX file cannot be read: {}", &*error.description);
-    match error.type_ {
-        ErrorType::EmptyFile => Diagnostic::new(Code::EmptyFile, "the file holds nothing"),
-        ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit => {
-            Diagnostic::new(Code::LimitExceeded, message)
-        }
-        _ if !sniff(bytes) => Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
-            .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", "something else")
-            .help("check that the file is what its name says, and that it is not compressed"),
-        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
-            .expected_found("the rest of an FBX file", format!("{} bytes", bytes.len()))
-            .help("export or download the file again"),
-        _ => Diagnostic::new(Code::InvalidFbx, message),
-    }
-}
-
 /// A node of the file that the scene has too.
 struct Kept<'a> {
     source: &'a ufbx::Node,
@@ -141,19 +126,22 @@ struct Kept<'a> {
 }
 
 impl Kept<'_> {
-    fn node(&self) -> Node {
+    fn node(&self, warnings: &mut Warnings) -> Node {
         let source = self.source;
         let (translation, rotation, scale) = components(&source.local_transform);
-        let transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        let mut transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        if !transform.is_finite() {
+            transform = Mat4::IDENTITY;
+            warnings.tally(Code::NonFiniteValue, || {
+                let message = "a place at rest is not finite; the node was left at its parent";
+                Diagnostic::new(Code::NonFiniteValue, message).in_joint(self.name())
+            });
+        }
         Node {
             name: self.name(),
             kind: if self.is_bone { NodeKind::Joint } else { NodeKind::Group },
             parent: self.parent,
-            transform: if transform.is_finite() {
-                transform
-            } else {
-                Mat4::IDENTITY
-            },
+            transform,
             rotation_order: rotation_order(source.rotation_order),
             ..Node::default()
         }
