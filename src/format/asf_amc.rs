@@ -32,10 +32,10 @@ use std::path::{Path, PathBuf};
 
 use self::line::Lines;
 use self::skeleton::Skeleton;
-use crate::error::{Code, Diagnostic, Error, Result};
+use crate::error::{Code, Diagnostic, Result};
 use crate::format::text::{decode, is_binary};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::scene::Scene;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -45,9 +45,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     sniff,
     read,
 };
-
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
 
 fn sniff(bytes: &[u8]) -> bool {
     const ENOUGH: usize = 64 << 10;
@@ -82,7 +79,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
             });
             scene::build(&skeleton, None, options)
         });
-        finish(result, warnings)
+        warnings.attach_to(result)
     }
 }
 
@@ -100,23 +97,13 @@ fn read_pair(source: &Source<'_>, text: &[u8], options: &ReadOptions) -> Result<
     let skeleton_file = path.file_name().unwrap_or_default().to_string_lossy();
     let result = motion::read(text, &skeleton, &skeleton_file, options, &mut warnings)
         .map(|motion| scene::build(&skeleton, Some(motion), options));
-    finish(result, warnings)
+    warnings.attach_to(result)
 }
 
 fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Result<Skeleton> {
     let bytes = (source.open)(path)?;
     let text = decode(&bytes)?;
     Ok(skeleton::read(&text, &options.limits)?)
-}
-
-fn finish(result: Result<Scene, Failure>, mut warnings: Warnings) -> Result<Scene> {
-    match result {
-        Ok(mut scene) => {
-            scene.warnings = warnings.take();
-            Ok(scene)
-        }
-        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
-    }
 }
 
 /// The skeleton of a motion: of the candidates the one whose name the motion's begins with (`01.asf` for `01_02.amc`),

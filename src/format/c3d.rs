@@ -26,9 +26,9 @@ use std::ops::Range;
 
 use self::bytes::{Bytes, Processor};
 use self::parameters::Parameters;
-use crate::error::{Code, Diagnostic, Error, Result};
+use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
 use crate::scene::Scene;
 
@@ -49,22 +49,14 @@ const KEY: u8 = 0x50;
 /// What to do about a file that is too short.
 const CUT_OFF: &str = "the file is cut off: export or download it again";
 
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
-
 fn sniff(bytes: &[u8]) -> bool {
     processor(bytes).is_ok()
 }
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    match read_bytes(source.bytes, options, &mut warnings) {
-        Ok(mut scene) => {
-            scene.warnings = warnings.take();
-            Ok(scene)
-        }
-        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
-    }
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
 }
 
 fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
@@ -192,19 +184,7 @@ impl Header {
             frames,
             data: (data_block as usize - 1).saturating_mul(BLOCK),
             scale: (scale >= 0.0).then_some(scale),
-            frame_rate: frame_rate(number("RATE").unwrap_or(rate), options)?,
+            frame_rate: options.frame_rate_or(number("RATE").unwrap_or(rate))?,
         })
     }
-}
-
-fn frame_rate(stated: f64, options: &ReadOptions) -> Result<f64, Failure> {
-    let rate = options.frame_rate.unwrap_or(stated);
-    if rate.is_finite() && rate > 0.0 {
-        return Ok(rate);
-    }
-    Err(Box::new(
-        Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
-            .expected_found("frames per second, above 0", format!("{rate}"))
-            .help("state the frame rate yourself: --fps 100, or Importer::frame_rate"),
-    ))
 }

@@ -25,7 +25,7 @@ use ufbx::LoadOpts;
 use self::refusal::refusal;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
 use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
@@ -36,9 +36,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     sniff,
     read,
 };
-
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
 
 /// Bytes that ufbx may take, for any file and for each byte of it: packed numbers expand a thousandfold at most, and
 /// only those of broken files all do.
@@ -54,23 +51,28 @@ fn sniff(bytes: &[u8]) -> bool {
 }
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let file = load(source.bytes, options)?;
     let mut warnings = Warnings::default();
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let file = load(bytes, options)?;
     let nodes = kept_nodes(&file, options)?;
     let mut scene = Scene {
-        nodes: nodes.iter().map(|node| node.node(&mut warnings)).collect(),
+        nodes: nodes.iter().map(|node| node.node(warnings)).collect(),
         ..Scene::default()
     };
     scene.metadata.format = FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
-    let mut values_left = options.limits.expanded_values(source.bytes);
+    let mut values_left = options.limits.expanded_values(bytes);
     for stack in &file.anim_stacks {
-        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, &mut warnings)?;
+        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
         scene.animations.extend(animation);
     }
     if !options.without_meshes {
-        let rigid = mesh::read(&file, &nodes, options, &mut scene, &mut warnings)?;
+        let rigid = mesh::read(&file, &nodes, options, &mut scene, warnings)?;
         if rigid > 0 {
             scene.metadata.assumptions.push(Assumption {
                 topic: "meshes".to_owned(),
@@ -87,7 +89,6 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
             )
         });
     }
-    scene.warnings = warnings.take();
     Ok(scene)
 }
 
@@ -205,14 +206,7 @@ fn read_stack(
     values_left: &mut u64,
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
-    let rate = options.frame_rate.unwrap_or(file.settings.frames_per_second);
-    if !(rate.is_finite() && rate > 0.0) {
-        return Err(Box::new(
-            Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
-                .expected_found("frames per second, above 0", format!("{rate}"))
-                .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
-        ));
-    }
+    let rate = options.frame_rate_or(file.settings.frames_per_second)?;
     let seconds = stack.time_end - stack.time_begin;
     if !(seconds.is_finite() && seconds > 0.0) {
         return Ok(None);
