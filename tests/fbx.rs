@@ -239,8 +239,8 @@ fn broken_files_are_refused_with_their_message() {
         ),
         (
             TINY.split_once("\"UnitScaleFactor").unwrap().0.as_bytes(),
-            "tiny.fbx:14:6: error[unexpected-end]: the file ends inside its section \"Properties70\"; expected }; found \
-             the end of the file; help: the section that begins in line 7 is not closed; the file is cut off or lacks \
+            "tiny.fbx:15:5: error[unexpected-end]: the file ends inside its section \"Properties70\"; expected }; found \
+             the end of the file; help: the section that begins in line 8 is not closed; the file is cut off or lacks \
              braces",
         ),
         (
