@@ -58,7 +58,10 @@ impl<'a> Clip<'a> {
 /// Two decimals at most, none that say nothing.
 pub(super) fn short(number: f64) -> String {
     let text = format!("{number:.2}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" => "0".to_owned(),
+        short => short.to_owned(),
+    }
 }
 
 /// Which side of the body a joint is on, as far as its name says.
@@ -222,6 +225,12 @@ fn links(scene: &Scene) -> Vec<Link> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let numbers = [1.5, 2.0, -0.001, 0.0, -1.25, 10.0];
+        assert_eq!(numbers.map(short), ["1.5", "2", "0", "0", "-1.25", "10"]);
+    }
 
     #[test]
     fn sides_are_told_by_the_usual_names() {
