@@ -72,6 +72,29 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
 }
 
 #[test]
+fn what_a_reader_assumed_or_left_out_is_said() {
+    let (_folder, _, output) = convert("cmu_02_01.amc", &[]);
+    let said = words(&output);
+    assert!(
+        said.starts_with("unit: a unit of length is 0.05644 m, because the skeleton says"),
+        "{said}"
+    );
+    assert!(said.contains("\nframe-rate: 120 frames a second, because"), "{said}");
+    let (_folder, path, output) = convert("cmu_02_01.amc", &["--fps", "60"]);
+    assert!(!words(&output).contains("frame-rate"), "{}", words(&output));
+    assert_eq!(
+        (&extras(&path)["frames"], &extras(&path)["frame_time"]),
+        (&343.into(), &(1.0 / 60.0).into())
+    );
+    let (_folder, _, output) = convert("py_c3d_motion.c3d", &[]);
+    assert!(
+        words(&output).contains("\nanalog: analog samples were left out, because"),
+        "{}",
+        words(&output)
+    );
+}
+
+#[test]
 fn options_change_the_file_and_verify_knows() {
     let cases: [(&[&str], u64); 6] = [
         (&["--unit", "1", "--up", "z"], 75),

@@ -5,7 +5,8 @@ use mocap::{Code, Diagnostic, process, survey};
 
 use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 
-/// Does what `args` ask for, in the order that [`process`] recommends. Returns what was decided, in words.
+/// Does what `args` ask for, in the order that [`process`] recommends. Returns what was decided, by the reader and here,
+/// in words.
 ///
 /// glTF is in metres with +Y up, so that a unit and an axis have to be found for it; where `keeps_units`, the file's own
 /// stay unless others are named.
@@ -13,7 +14,8 @@ use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 /// # Errors
 /// [`Code::UnknownOption`] where `args` name frames that the motion does not have.
 pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> mocap::Result<Vec<String>> {
-    let mut words = Vec::new();
+    // What the reader had to assume, and what of the file has no place in a scene.
+    let mut words: Vec<String> = scene.metadata.assumptions.iter().map(in_words).collect();
     let survey = survey::survey(scene);
     let guesses = survey.assumptions();
     let guess = |topic: &str| guesses.iter().find(|guess| guess.topic == topic);
