@@ -125,7 +125,8 @@ impl Header {
 /// ```
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where an option has no meaning, such as a pattern that no joint's name matches;
+/// [`Code::UnknownOption`] where an option has no meaning, such as a pattern that no joint's name matches, or a part
+/// that begins after the motion's end;
 /// [`Code::LimitExceeded`] where the arrays would have more values than a file may have by default.
 pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
     let mut provenance = Provenance::of(scene);

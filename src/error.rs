@@ -161,7 +161,8 @@ impl Error {
     }
 
     /// Names the file, unless it is named already.
-    pub(crate) fn with_path(mut self, path: &Path) -> Self {
+    #[must_use]
+    pub fn with_path(mut self, path: &Path) -> Self {
         self.0.path.get_or_insert_with(|| path.to_owned());
         self
     }

@@ -34,6 +34,11 @@ pub fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Re
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let write = || {
+        // The system's word for a folder that is not there would name a file of which nobody has heard.
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let message = format!("there is no folder {}", folder.display());
+            return Err(io::Error::new(io::ErrorKind::NotFound, message));
+        }
         let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
         write(&mut file)?;
         let length = file.as_file().metadata()?.len();

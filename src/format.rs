@@ -16,9 +16,12 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::error::Result;
+use crate::error::{Code, Diagnostic, Result};
 use crate::limits::Limits;
 use crate::scene::{RootOffset, Scene};
+
+/// An error in the making. Boxed, because every step of a reader may return one and almost none does.
+pub(crate) type Failure = Box<Diagnostic>;
 
 /// What one format is called, how it is recognised, and how it is read.
 pub struct FormatInfo {
@@ -81,4 +84,19 @@ pub struct ReadOptions {
     pub limits: Limits,
     /// Threads that may read one file; none stands for one a core.
     pub threads: Option<NonZeroUsize>,
+}
+
+impl ReadOptions {
+    /// Frames per second: those asked for, else those that the file states, if motion can have so many.
+    pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
+        let rate = self.frame_rate.unwrap_or(stated);
+        if rate.is_finite() && rate > 0.0 {
+            return Ok(rate);
+        }
+        Err(Box::new(
+            Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
+                .expected_found("frames per second, above 0", format!("{rate}"))
+                .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
+        ))
+    }
 }

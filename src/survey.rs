@@ -210,6 +210,19 @@ const RATES: [f64; 19] = [
     60_000.0 / 1001.0,
 ];
 
+/// The rate of a motion of `ticks_per_second` that is to have `frames_per_second`: the one that its rounded frame time
+/// means, where only with that one the frames of both fall together. 1 / 0.0083333 counts as 120 where 30 are wanted.
+pub(crate) fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
+    let fall_together = |rate: f64| {
+        let ratio = f64::max(rate / frames_per_second, frames_per_second / rate);
+        (ratio - ratio.round()).abs() < 1e-9
+    };
+    match frame_rate(ticks_per_second) {
+        Some(meant) if !fall_together(ticks_per_second) && fall_together(meant.value) => meant.value,
+        _ => ticks_per_second,
+    }
+}
+
 /// The rate whose frame time, rounded to some number of decimals, is the one that gives `ticks_per_second`.
 fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
     let frame_time = ticks_per_second.recip();

@@ -21,6 +21,7 @@ use crate::gltf::read::File;
 use crate::import::Importer;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
+use crate::survey;
 
 /// How far a written file is from its source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -196,6 +197,8 @@ struct Change {
     /// The tick of the source at the file's time 0, and the last that is in the file.
     first: f64,
     last: f64,
+    /// The frame rate that the file was given in place of the source's.
+    frames_per_second: Option<f64>,
     in_place: bool,
 }
 
@@ -206,27 +209,27 @@ impl Change {
             up: UpAxis::Y,
             first: 0.0,
             last: f64::INFINITY,
+            frames_per_second: None,
             in_place: false,
         }
     }
 
-    /// What was done, step by step. Resampling moves no joint at the time of a frame, so there is nothing to do for it;
-    /// what it loses is error.
+    /// What was done, step by step. Resampling moves no joint at the time of a frame; what it loses is error.
     fn recorded(steps: &[AppliedStep]) -> Self {
         let mut change = Self::none();
-        // Ticks of the scene that a step found, in a tick of the source.
-        let mut ticks_per_source_tick = None;
         for step in steps {
             match *step {
                 AppliedStep::ConvertUnits { metres_per_unit, up } => {
                     change.metres_per_unit *= metres_per_unit;
                     change.up = up;
                 }
-                AppliedStep::Trim { first, last } if ticks_per_source_tick.is_none() => {
+                AppliedStep::Trim { first, last } if change.frames_per_second.is_none() => {
                     change.last = change.first + last;
                     change.first += first;
                 }
-                AppliedStep::Resample { frames_per_second } => ticks_per_source_tick = Some(frames_per_second),
+                AppliedStep::Resample { frames_per_second } => {
+                    change.frames_per_second.get_or_insert(frames_per_second);
+                }
                 AppliedStep::InPlace => change.in_place = true,
                 AppliedStep::Trim { .. } | AppliedStep::RootMotion => {}
             }
@@ -289,13 +292,16 @@ fn compare(
     let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
     let last = animation.map_or(0.0, |animation| animation.duration).min(change.last);
     // A file of another program may end earlier. Half a frame is room for its rounding.
-    let last = last.min(change.first + theirs.end * rate + 0.5);
+    let their_rate = change
+        .frames_per_second
+        .map_or(rate, |wanted| survey::rate_before(rate, wanted));
+    let last = last.min(change.first + theirs.end * their_rate + 0.5);
     let root_of = roots(ours);
     let mut start: Option<Vec<DVec3>> = None;
     let (mut here, mut there) = (Vec::new(), Vec::new());
     let mut sum_of_squares = 0.0;
     for frame in change.first.ceil() as usize..=last.floor() as usize {
-        let seconds = (frame as f64 - change.first) / rate;
+        let seconds = (frame as f64 - change.first) / their_rate;
         ours.world(frame as f64 / rate, &mut here);
         theirs.world(f64::from(seconds as f32), &mut there);
         let places: Vec<_> = here

@@ -28,7 +28,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["error", "limits", "scene", "pose", "rotation", "survey", "gltf"],
     ),
     ("import", &["error", "limits", "scene", "format", "process"]),
-    ("verify", &["error", "scene", "pose", "process", "gltf", "import"]),
+    (
+        "verify",
+        &["error", "scene", "pose", "survey", "process", "gltf", "import"],
+    ),
     ("render", &["error", "scene", "pose", "rotation", "survey"]),
 ];
 

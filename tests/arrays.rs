@@ -286,6 +286,27 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
     );
 }
 
+/// The file's frame time is .0083333, which means 1/120.
+#[test]
+fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
+    let scene = import("cmu_12_01_walk");
+    let at = |frames_per_second| {
+        let options = Options {
+            frames_per_second,
+            first: Some(Moment::Frame(1)),
+            last: Some(Moment::Frame(521)),
+            ..Options::default()
+        };
+        arrays(&scene, &options).unwrap()
+    };
+    let (all, quarter) = (at(None), at(Some(30.0)));
+    assert_eq!((all.frames, quarter.frames, quarter.frame_rate()), (521, 131, 30.0));
+    let row = 3 * all.joints().len();
+    for (few, every) in quarter.positions.chunks(row).zip(all.positions.chunks(row).step_by(4)) {
+        assert_eq!(few, every);
+    }
+}
+
 #[test]
 fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
     // One joint that stands for five frames, rises by a metre a frame for two, and stands up there.
@@ -371,6 +392,15 @@ fn the_header_tells_where_the_numbers_come_from() {
 fn options_without_a_meaning_are_refused() {
     let scene = import("lecture_Test");
     let wrong = [
+        Options {
+            first: Some(Moment::Frame(10)),
+            ..Options::default()
+        },
+        Options {
+            first: Some(Moment::Seconds(0.5)),
+            last: Some(Moment::Seconds(0.2)),
+            ..Options::default()
+        },
         Options {
             joints: Some("nobody".to_owned()),
             ..Options::default()

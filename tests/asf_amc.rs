@@ -363,8 +363,8 @@ fn the_skeleton_is_the_named_one_else_that_of_the_prefix_else_the_only_one() {
     assert_eq!(
         several.message("walk.amc", MOTION),
         "walk.amc: error[missing-file]: a motion needs its skeleton, an .asf file; \
-         expected walk.asf or a single .asf file beside it; found 0.asf, 02.asf, 02_b.ASF; \
-         help: name it: --skeleton FILE, or Importer::skeleton"
+         expected one whose name walk.amc begins with, or a single one beside it; found 0.asf, 02.asf, 02_b.ASF; \
+         help: say which: --skeleton 0.asf, or Importer::skeleton"
     );
     let named = Importer::new().skeleton(several.0.path().join("02_b.ASF"));
     assert!(has_hand(&named.import(several.0.path().join("walk.amc")).unwrap()));
@@ -413,13 +413,52 @@ fn broken_skeletons_are_refused_with_their_message() {
             "name hand",
             "name arm",
             "tiny.asf:28:10: error[unexpected-token]: a second bone is called \"arm\"; \
-            help: give each bone a name of its own: the hierarchy and the motion find it by that",
+            help: give each bone a name of its own, by which the hierarchy and the motion find it; \
+            the first one stands in line 18",
         ),
         (
             "root arm",
             "root leg",
             "tiny.asf:35:10: error[unexpected-token]: no bone is called \"leg\"; \
-            expected the name of a bone in :bonedata, or root; found \"leg\"",
+            expected the name of a bone in :bonedata, or root; found \"leg\"; \
+            help: add the bone to :bonedata, or remove it here",
+        ),
+        (
+            "root arm",
+            "root aarm",
+            "tiny.asf:35:10: error[unexpected-token]: no bone is called \"aarm\"; \
+            expected the name of a bone in :bonedata, or root; found \"aarm\"; help: did you mean arm?",
+        ),
+        (
+            "length 2",
+            "length nan",
+            "tiny.asf:20:12: error[non-finite-offset]: a number of a bone must be finite, and below 1e18; \
+            joint \"arm\"; expected the length of the bone; found \"nan\"",
+        ),
+        (
+            "direction 0 1 0\n    length 2",
+            "direction 0 1e10 0\n    length 1e10",
+            "tiny.asf:18:10: error[non-finite-offset]: a bone must end less than 1e18 from where it begins; joint \"arm\"",
+        ),
+        (
+            "    length 2\n",
+            "",
+            "tiny.asf:16:3: error[missing-keyword]: this bone has no length; joint \"arm\"; \
+            expected length, and a number; found end",
+        ),
+        (
+            "  end\n:hierarchy",
+            ":hierarchy",
+            "tiny.asf:32:1: error[unexpected-token]: \":hierarchy\" does not belong here; joint \"hand\"; \
+            expected end; found \":hierarchy\"; \
+            help: the bone that begins in line 26 has no end; the file lacks it",
+        ),
+        (
+            "hand\n  end\n",
+            "hand\n",
+            "tiny.asf:36:13: error[unexpected-end]: the file ends inside a hierarchy; \
+            expected end; found the end of the file; \
+            help: the hierarchy that begins in line 34 has no end; the file is cut off or lacks it",
         ),
         (
             "arm hand",
@@ -430,14 +469,14 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "    arm hand\n",
             "",
-            "tiny.asf: error[missing-keyword]: a bone is not in the hierarchy; joint \"hand\"; \
+            "tiny.asf:28:10: error[missing-keyword]: a bone is not in the hierarchy; joint \"hand\"; \
             help: name it in :hierarchy behind the bone that it hangs on",
         ),
         (
             "root arm\n    arm hand",
             "arm hand\n    hand arm",
-            "tiny.asf: error[unexpected-token]: the hierarchy goes \
-            round in a circle; help: every chain of bones must lead back to the root",
+            "tiny.asf:18:10: error[unexpected-token]: the hierarchy goes \
+            round in a circle; joint \"arm\"; help: every chain of bones must lead back to the root",
         ),
         (
             ":hierarchy\n  begin\n    root arm\n    arm hand\n  end\n",
@@ -476,14 +515,28 @@ fn broken_motions_are_refused_with_their_message() {
             "arm 90 0",
             "arm 90",
             "a.amc:5:1: error[row-length]: the line has a wrong number of values; joint \"arm\"; \
-            expected 2 values, as the skeleton says; found 1; help: check that the .asf file is of the same person",
+            expected 2 values, as the skeleton says; found 1; \
+            help: check that tiny.asf is the skeleton of the same person",
         ),
         (
             "arm 90 0",
             "leg 90 0",
             "a.amc:5:1: error[unexpected-token]: no bone is called \"leg\"; expected the number \
-            of a frame, or the name of a bone of the skeleton; found \"leg\"; help: check that the .asf file is of \
-            the same person",
+            of a frame, or the name of a bone of the skeleton; found \"leg\"; help: check that tiny.asf is the \
+            skeleton of the same person",
+        ),
+        (
+            "arm 90 0",
+            "Arm 90 0",
+            "a.amc:5:1: error[unexpected-token]: no bone is called \"Arm\"; expected the number \
+            of a frame, or the name of a bone of the skeleton; found \"Arm\"; help: did you mean arm? If not, check \
+            that tiny.asf is the skeleton of the same person",
+        ),
+        (
+            "2\nroot",
+            "99999999999999999999\nroot",
+            "a.amc:6:1: error[invalid-number]: \"99999999999999999999\" is too large for the number of a frame; \
+            expected 2, or another number below 2^64; found \"99999999999999999999\"",
         ),
         (
             "2\nroot",
@@ -535,7 +588,7 @@ fn motions_with_flaws_are_read_and_the_flaws_told() {
         (
             format!("{third}4\nroot 1 2"),
             "the file ends inside its last frame, which was dropped; expected 2 bones; \
-            found 0",
+            found 0; help: the file is cut off: export or download it again",
         ),
         (
             ":DEGREES\n".to_owned(),

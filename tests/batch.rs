@@ -300,3 +300,21 @@ fn check_prints_a_folder_in_its_order() {
     assert!(names.is_sorted() && names.len() == 41, "{names:?}");
     assert_eq!(one, lines("7"));
 }
+
+#[test]
+fn check_names_the_file_to_blame() {
+    let corpus = Corpus::new(0);
+    corpus.add("walk.amc", include_str!("../fixtures/made/tiny.amc"));
+    corpus.add("walk.asf", ":bonedata\n  begin\n");
+    let walk = corpus.inputs().join("walk.amc");
+    let stdout = |args: &[&str]| String::from_utf8(run(args).stdout).unwrap();
+    let text = stdout(&["check", walk.to_str().unwrap()]);
+    let skeleton = walk.with_extension("asf");
+    assert!(
+        text.starts_with(&format!("{}:2:8: error[unexpected-end]", skeleton.display())),
+        "{text}"
+    );
+    let json: Value = serde_json::from_str(&stdout(&["check", walk.to_str().unwrap(), "--json"])).unwrap();
+    assert_eq!(json["file"], walk.to_str().unwrap());
+    assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
+}

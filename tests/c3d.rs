@@ -122,7 +122,8 @@ fn a_file_that_is_cut_off_is_read_as_far_as_it_goes() {
         .unwrap();
     assert_eq!(
         counts.to_string(),
-        "the file is shorter than it says; expected 1149 frames; found 29; \
+        "the file is shorter than it says; expected 1149 frames of 864 bytes from byte 3584 on; found 29 in a file of \
+         28640 bytes; \
          help: the frames that are there were read; export or download the file again"
     );
 }
@@ -310,12 +311,15 @@ fn with(changes: &[(usize, &[u8])]) -> Vec<u8> {
 #[test]
 fn broken_files_are_refused_with_their_message() {
     let read = |bytes: &[u8]| Importer::new().format("c3d").read(bytes, "a.c3d");
+    let labels = SAMPLE.bytes().windows(6).position(|six| six == b"LABELS").unwrap() + 10;
+    let cut_off = "help: the file is cut off: export or download it again";
     let help = "help: check that the file is what its name says, and that it is not compressed";
     let expected = "expected a block number, the byte 0x50, and processor 84, 85 or 86 in that block";
     for (bytes, message) in [
+        (Vec::new(), "the file holds nothing".to_owned()),
         (
             b"P".to_vec(),
-            format!("the file is not C3D; {expected}; found a file of fewer than two bytes; {help}"),
+            format!("the file is not C3D; {expected}; found a file of one byte; {help}"),
         ),
         (
             with(&[(1, b"K")]),
@@ -323,16 +327,35 @@ fn broken_files_are_refused_with_their_message() {
         ),
         (
             with(&[(515, &[90])]),
-            format!("the file is not C3D; {expected}; found the processor 90; {help}"),
+            format!("the file is not C3D; {expected}; found the processor 90, at byte 515; {help}"),
         ),
         (
             SAMPLE.bytes()[..512].to_vec(),
-            "the file ends before its parameters; expected parameters at byte 512; found 512 bytes".to_owned(),
+            format!("the file ends before its parameters; expected parameters at byte 512; found 512 bytes; {cut_off}"),
         ),
         (
-            // The number of blocks left open, and the file cut inside the value of a parameter.
+            // The number of blocks left open, and the file cut inside the name of a parameter.
             [&with(&[(514, &[0])])[..560], &[]].concat(),
-            "the file is cut off; expected 4 more bytes at byte 557; found 3".to_owned(),
+            format!(
+                "the file is cut off inside the list of parameters; expected 4 more bytes at byte 557; found 3; {cut_off}"
+            ),
+        ),
+        (
+            // As many letters as 255 labels of 255 have, in a section of 512 bytes.
+            with(&[(labels, &[255, 255])]),
+            format!(
+                "the parameter \"LABELS\" goes on past the end of its section; expected 65025 more bytes at byte {}; \
+                 found {}; help: export the file again",
+                labels + 2,
+                1024 - labels - 2
+            ),
+        ),
+        (
+            // The block where the data begins, in the header and without a parameter for it.
+            with(&[(16, &[0, 0])]),
+            "the file does not say where its data begins; expected a block number, 1 or more, in POINT:DATA_START; \
+             found 0; help: export the file again"
+                .to_owned(),
         ),
     ] {
         let error = read(&bytes).unwrap_err();
@@ -380,6 +403,13 @@ fn a_claim_of_many_points_takes_no_memory() {
     let used = SAMPLE.bytes().windows(4).position(|four| four == b"USED").unwrap() + 8;
     let scene = read(&with(&[(used, &[0xFF, 0x7F])])).unwrap();
     assert!(scene.animations.is_empty());
+    // Words are unsigned, so that this is 65534 and not -2.
+    let scene = read(&with(&[(used, &[0xFE, 0xFF])])).unwrap();
+    let message = scene.warnings[0].to_string();
+    assert!(
+        message.contains("of 1048548 bytes from byte 1024 on; found 0 in a file of"),
+        "{message}"
+    );
 }
 
 #[test]

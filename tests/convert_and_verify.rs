@@ -75,6 +75,29 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
 }
 
 #[test]
+fn what_a_reader_assumed_or_left_out_is_said() {
+    let (_folder, _, output) = convert("cmu_02_01.amc", &[]);
+    let said = words(&output);
+    assert!(
+        said.starts_with("unit: a unit of length is 0.05644 m, because the skeleton says"),
+        "{said}"
+    );
+    assert!(said.contains("\nframe-rate: 120 frames a second, because"), "{said}");
+    let (_folder, path, output) = convert("cmu_02_01.amc", &["--fps", "60"]);
+    assert!(!words(&output).contains("frame-rate"), "{}", words(&output));
+    assert_eq!(
+        (&extras(&path)["frames"], &extras(&path)["frame_time"]),
+        (&343.into(), &(1.0 / 60.0).into())
+    );
+    let (_folder, _, output) = convert("py_c3d_motion.c3d", &[]);
+    assert!(
+        words(&output).contains("\nanalog: analog samples were left out, because"),
+        "{}",
+        words(&output)
+    );
+}
+
+#[test]
 fn options_change_the_file_and_verify_knows() {
     let cases: [(&[&str], u64); 6] = [
         (&["--unit", "1", "--up", "z"], 75),
@@ -92,6 +115,76 @@ fn options_change_the_file_and_verify_knows() {
         let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
         assert_eq!(verdict["frames"], frames, "{options:?}");
         assert!(verdict["max_error"].as_f64().unwrap() < 3e-5, "{options:?}: {verdict}");
+    }
+}
+
+#[test]
+fn frames_that_the_motion_does_not_have_are_refused() {
+    // The file has 75 frames, the last at 0.617 seconds.
+    let cases = [
+        (["--trim", "75f.."], "--trim begins after the motion's end"),
+        (["--trim", "2..3"], "--trim begins after the motion's end"),
+        (["--trim", "0.5..0.25"], "--trim ends before it begins"),
+        (
+            ["--rest", "frame:75"],
+            "--rest names a frame that the motion does not have",
+        ),
+    ];
+    for (options, message) in cases {
+        let (_folder, path, output) = convert("cmu_short.bvh", &options);
+        assert_eq!(output.status.code(), Some(1), "{options:?}");
+        assert!(words(&output).contains("error[unknown-option]"), "{}", words(&output));
+        assert!(words(&output).contains(message), "{}", words(&output));
+        assert!(!path.exists());
+    }
+    let (_folder, path, _) = convert("cmu_short.bvh", &["--trim", "74f..900f", "--rest", "frame:74"]);
+    assert_eq!(extras(&path)["frames"], 1);
+}
+
+/// The error about a frame time names `--fps`, so every command that can meet it has it.
+#[test]
+fn every_command_takes_the_rate_that_the_error_asks_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let text = std::fs::read_to_string(fixture("lecture_Test.bvh")).unwrap();
+    let timeless: Vec<_> = text
+        .lines()
+        .map(|line| {
+            if line.starts_with("Frame Time") {
+                "Frame Time: 0"
+            } else {
+                line
+            }
+        })
+        .collect();
+    let input = path("timeless.bvh");
+    std::fs::write(&input, timeless.join("\n")).unwrap();
+    let to = |name: &str| vec!["-o".to_owned(), path(name)];
+    let commands = [
+        ("info", vec![]),
+        ("check", vec![]),
+        ("dump", vec![]),
+        ("pose", vec!["--tick".to_owned(), "1".to_owned()]),
+        ("convert", vec![path("out.glb")]),
+        ("fk", to("out.csv")),
+        ("view", to("out.html")),
+        ("sheet", to("out.svg")),
+        ("gif", to("out.gif")),
+        (
+            "plot",
+            [to("curves.svg"), vec!["--joint".to_owned(), "Elbow".to_owned()]].concat(),
+        ),
+    ];
+    for (command, options) in commands {
+        let options: Vec<_> = options.iter().map(String::as_str).collect();
+        let run = |more: &[&str]| mocap(&[&[command, input.as_str()], options.as_slice(), more].concat());
+        let refused = run(&[]);
+        assert_eq!(refused.status.code(), Some(1), "{command}");
+        // What is wrong is what `check` was asked for: it stands in its output.
+        let said = words(&refused) + &String::from_utf8_lossy(&refused.stdout);
+        assert!(said.contains("--fps 30"), "{command}: {said}");
+        let read = run(&["--fps", "30"]);
+        assert!(read.status.success(), "{command}: {}", words(&read));
     }
 }
 

@@ -228,18 +228,41 @@ fn broken_files_are_refused_with_their_message() {
         (&b""[..], "tiny.fbx: error[empty-file]: the file holds nothing"),
         (
             &binary[..binary.len() / 2],
-            "tiny.fbx: error[unexpected-end]: the file is cut off; expected the rest of an FBX file; found 331696 bytes; \
+            "tiny.fbx: error[unexpected-end]: the file is cut off inside its section \"Objects\"; expected the section \
+             from byte 18218 to byte 612954; found 331696 bytes; help: export or download the file again",
+        ),
+        (
+            // The header without any section.
+            &binary[..27],
+            "tiny.fbx: error[unexpected-end]: the file is cut off; expected the rest of an FBX file; found 27 bytes; \
              help: export or download the file again",
+        ),
+        (
+            TINY.split_once("\"UnitScaleFactor").unwrap().0.as_bytes(),
+            "tiny.fbx:15:5: error[unexpected-end]: the file ends inside its section \"Properties70\"; expected }; found \
+             the end of the file; help: the section that begins in line 8 is not closed; the file is cut off or lacks \
+             braces",
         ),
         (
             &b"1, 2, 3\n".repeat(100),
             "tiny.fbx: error[invalid-fbx]: the file is not FBX; expected \"Kaydara FBX Binary\" or \"; FBX\" at its \
-             beginning; found something else; help: check that the file is what its name says, and that it is not \
+             beginning; found \"1, 2, 3\\n1, 2, 3\\n1,\"; help: check that the file is what its name says, and that it is not \
              compressed",
         ),
     ] {
         assert_eq!(read(bytes).unwrap_err().to_string(), message);
     }
+}
+
+#[test]
+fn a_place_that_is_not_finite_is_told() {
+    let far = TINY.replacen("\"A\",10,0,0", "\"A\",1e300,0,0", 1);
+    let scene = read(far.as_bytes()).unwrap();
+    let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        warnings[0],
+        "a place at rest is not finite; the node was left at its parent; joint \"knee\""
+    );
 }
 
 #[test]

@@ -149,6 +149,25 @@ fn a_quarter_of_the_frames_stands_where_every_fourth_frame_does() {
     assert_eq!(validate(&scene), []);
 }
 
+/// The file's frame time is .0083333, which means 1/120: a frame of 30 a second is one of the file's, to the last.
+#[test]
+fn a_rounded_frame_time_puts_no_frame_between_two() {
+    let (mut scene, capture) = read("cmu_12_01_walk.bvh");
+    let unchanged = scene.clone();
+    // Without the T-pose, and 521 frames, so that the last is a multiple of four.
+    trim(&mut scene, 1.0, 521.0);
+    resample(&mut scene, 30.0);
+    let animation = &scene.animations[0];
+    assert_eq!((animation.frame_count(), animation.ticks_per_second), (131, 30.0));
+    for (channel, before) in animation.channels.iter().zip(&unchanged.animations[0].channels) {
+        for (key, rotation) in channel.rotation_keys.values.iter().enumerate() {
+            let expected = before.rotation_keys.sample(1.0 + 4.0 * key as f64);
+            assert_eq!(Some(*rotation), expected, "{} {key}", channel.node_name);
+        }
+    }
+    assert_close(&positions(&scene, 130.0), &truth(&capture, 521), 1e-4);
+}
+
 #[test]
 fn rotations_between_frames_are_on_the_arc() {
     let mut scene = read("lecture_Test.bvh").0;

@@ -130,6 +130,18 @@ fn resampling_to_fewer_frames_shows_as_error() {
     assert!(errors[1] < 0.03, "{errors:?}");
 }
 
+/// The frame time .0083333 means 1/120, so that this changes no frame, and the time of each by a part in 250,000.
+#[test]
+fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
+    let source = import("cmu_12_01_walk.bvh");
+    let mut scene = source.clone();
+    resample(&mut scene, 120.0);
+    convert_units(&mut scene, 0.056_444, UpAxis::Y);
+    let verified = verify(&source, &glb(&scene)).unwrap();
+    assert_eq!(verified.frames, 524);
+    assert!(verified.max_error < 2e-6, "{verified:?}");
+}
+
 #[test]
 fn files_of_other_programs_are_compared_by_name_and_size() {
     let source = import("z_up_dab.bvh");

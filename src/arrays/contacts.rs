@@ -41,7 +41,7 @@ impl Feet {
             );
             if feet.is_empty() {
                 return Err(unknown_option(
-                    "no joint has the name of a foot",
+                    "no joint that is kept has the name of a foot",
                     "a pattern that some name matches",
                     format!("{:?}", thresholds.feet),
                 ));

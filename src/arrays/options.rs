@@ -40,9 +40,9 @@ pub struct Options {
     /// Frames per second of the output. In between two frames, positions move on a line and rotations on the shorter
     /// arc; a [cut](crate::survey::cuts) is not smeared, the nearer side stands. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
-    /// The first moment to keep. Default: the start.
+    /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
-    /// The last moment to keep. Default: the end.
+    /// The last moment to keep, or a later one for all of the rest. Default: the end.
     pub last: Option<Moment>,
     /// Metres in one unit of length of the output. Default: the file's own unit.
     pub metres_per_unit: Option<f64>,

@@ -42,12 +42,18 @@ impl Timeline {
             Moment::Seconds(seconds) => (seconds * old_rate).round(),
             Moment::Frame(frame) => frame as f64,
         };
-        let first = options.first.map_or(0.0, tick).min(animation.duration).max(0.0);
-        let last = options
-            .last
-            .map_or(animation.duration, tick)
-            .min(animation.duration)
-            .max(first);
+        let first = options.first.map_or(0.0, tick).max(0.0);
+        if first > animation.duration {
+            let expected = format!("at most frame {}", animation.duration);
+            let message = "the part to keep begins after the motion's end";
+            return Err(unknown_option(message, &expected, format!("frame {first}")));
+        }
+        let last = options.last.map_or(animation.duration, tick).min(animation.duration);
+        if last < first {
+            let expected = format!("frame {first} or a later one");
+            let message = "the part to keep ends before it begins";
+            return Err(unknown_option(message, &expected, format!("frame {last}")));
+        }
         if options.first.is_some() || options.last.is_some() {
             steps.push(AppliedStep::Trim { first, last });
         }
@@ -55,7 +61,11 @@ impl Timeline {
             Some(frames_per_second) => {
                 steps.push(AppliedStep::Resample { frames_per_second });
                 let cuts = survey::cuts(scene, 0);
-                (frames_per_second, old_rate / frames_per_second, cuts)
+                (
+                    frames_per_second,
+                    survey::rate_before(old_rate, frames_per_second) / frames_per_second,
+                    cuts,
+                )
             }
             None => (old_rate, 1.0, Vec::new()),
         };

@@ -51,8 +51,7 @@ pub(super) fn refine(grid: &mut Grid, errors: &[f64], bound: f64) {
         let Some(&next) = grid.get(place + 1) else { continue };
         let between = key + 1..next;
         let worst = between.max_by(|a, b| errors[*a as usize].total_cmp(&errors[*b as usize]));
-        // A NaN is not within any bound.
-        refined.extend(worst.filter(|frame| !(errors[*frame as usize] <= bound)));
+        refined.extend(worst.filter(|frame| errors[*frame as usize] > bound));
     }
     *grid = refined;
 }

@@ -12,7 +12,8 @@
 //! frame     := number (name value*)*
 //! ```
 //!
-//! Each construction stands on a line of its own, and `#` begins a comment.
+//! Each construction stands on a line of its own, and `#` begins a comment. A bone has a name, a direction and a length;
+//! without an axis it turns about the world's, without dof it does not turn.
 //!
 //! A bone is a link with a direction in the world, and turns about axes of its own, which `axis` places in the world:
 //! with `C` the rotation of those axes and `M` the rotation that the motion states, the bone's node turns by
@@ -31,10 +32,10 @@ use std::path::{Path, PathBuf};
 
 use self::line::Lines;
 use self::skeleton::Skeleton;
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::text::decode;
+use crate::error::{Code, Diagnostic, Result};
+use crate::format::text::{decode, is_binary};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::scene::Scene;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -44,9 +45,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     sniff,
     read,
 };
-
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
 
 fn sniff(bytes: &[u8]) -> bool {
     const ENOUGH: usize = 64 << 10;
@@ -81,33 +79,31 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
             });
             scene::build(&skeleton, None, options)
         });
-        finish(result, warnings)
+        warnings.attach_to(result)
     }
 }
 
 fn read_pair(source: &Source<'_>, text: &[u8], options: &ReadOptions) -> Result<Scene> {
+    if is_binary(text) {
+        return Err(
+            Diagnostic::new(Code::BinaryFile, "the file is binary, not an .amc file")
+                .help("check that the file is what its name says, and that it is not compressed")
+                .into(),
+        );
+    }
     let path = find_skeleton(source)?;
     let skeleton = read_skeleton(source, &path, options).map_err(|error| error.with_path(&path))?;
     let mut warnings = Warnings::default();
-    let result = motion::read(text, &skeleton, options, &mut warnings)
+    let skeleton_file = path.file_name().unwrap_or_default().to_string_lossy();
+    let result = motion::read(text, &skeleton, &skeleton_file, options, &mut warnings)
         .map(|motion| scene::build(&skeleton, Some(motion), options));
-    finish(result, warnings)
+    warnings.attach_to(result)
 }
 
 fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Result<Skeleton> {
     let bytes = (source.open)(path)?;
     let text = decode(&bytes)?;
     Ok(skeleton::read(&text, &options.limits)?)
-}
-
-fn finish(result: Result<Scene, Failure>, mut warnings: Warnings) -> Result<Scene> {
-    match result {
-        Ok(mut scene) => {
-            scene.warnings = warnings.take();
-            Ok(scene)
-        }
-        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
-    }
 }
 
 /// The skeleton of a motion: of the candidates the one whose name the motion's begins with (`01.asf` for `01_02.amc`),
@@ -127,16 +123,21 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     if candidates.len() == 1 {
         return Ok(candidates.remove(0));
     }
+    let help = match candidates.first() {
+        Some(first) => format!("say which: --skeleton {}, or Importer::skeleton", first.display()),
+        None => "put it beside the motion, or name it: --skeleton FILE, or Importer::skeleton".to_owned(),
+    };
+    let name = source.name.file_name().unwrap_or_default();
     Err(
         Diagnostic::new(Code::MissingFile, "a motion needs its skeleton, an .asf file")
             .expected_found(
                 format!(
-                    "{}.asf or a single .asf file beside it",
-                    source.name.with_extension("").display()
+                    "one whose name {} begins with, or a single one beside it",
+                    name.display()
                 ),
                 list(&candidates),
             )
-            .help("name it: --skeleton FILE, or Importer::skeleton")
+            .help(help)
             .into(),
     )
 }

@@ -25,10 +25,10 @@ use std::ops::Range;
 
 use glam::Quat;
 
-use crate::error::{Code, Diagnostic, Error, Result};
+use crate::error::{Code, Diagnostic, Result};
 use crate::format::text::{Cursor, Word, decode};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::rotation::{Axis, lanes};
 use crate::scene::Scene;
 
@@ -59,12 +59,8 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         }
     };
     let mut warnings = Warnings::default();
-    read_text(&text, options, &mut warnings, &release)
-        .map(|mut scene| {
-            scene.warnings = warnings.take();
-            scene
-        })
-        .map_err(|diagnostic| Error::from(*diagnostic).with_warnings(warnings.take()))
+    let read = read_text(&text, options, &mut warnings, &release);
+    warnings.attach_to(read)
 }
 
 /// Reads every number of a file's motion and keeps none; gives the number of frames. What `tools/bench` calls a scan.
@@ -136,9 +132,6 @@ impl rows::Frames for Uncounted {
 
     fn fill(&mut self, _: &rows::Block) {}
 }
-
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
 
 fn read_text(
     text: &[u8],

@@ -26,9 +26,9 @@ use std::ops::Range;
 
 use self::bytes::{Bytes, Processor};
 use self::parameters::Parameters;
-use crate::error::{Code, Diagnostic, Error, Result};
+use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
 use crate::scene::Scene;
 
@@ -46,8 +46,8 @@ const BLOCK: usize = 512;
 /// The second byte of every C3D file.
 const KEY: u8 = 0x50;
 
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
+/// What to do about a file that is too short.
+const CUT_OFF: &str = "the file is cut off: export or download it again";
 
 fn sniff(bytes: &[u8]) -> bool {
     processor(bytes).is_ok()
@@ -55,13 +55,8 @@ fn sniff(bytes: &[u8]) -> bool {
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    match read_bytes(source.bytes, options, &mut warnings) {
-        Ok(mut scene) => {
-            scene.warnings = warnings.take();
-            Ok(scene)
-        }
-        Err(diagnostic) => Err(Error::from(diagnostic).with_warnings(warnings.take())),
-    }
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
 }
 
 fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
@@ -74,8 +69,11 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
 
 /// The processor whose numbers the file holds, and where its parameters stand.
 fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
+    if bytes.is_empty() {
+        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file holds nothing")));
+    }
     let &[first, key, ..] = bytes else {
-        return Err(not_a_c3d("a file of fewer than two bytes".to_owned()));
+        return Err(not_a_c3d("a file of one byte".to_owned()));
     };
     if key != KEY || first == 0 {
         return Err(not_a_c3d(format!("the bytes {first:#04x} {key:#04x}")));
@@ -84,10 +82,12 @@ fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     let Some(&[_, _, blocks, code]) = bytes.get(start..start + 4) else {
         return Err(Box::new(
             Diagnostic::new(Code::UnexpectedEnd, "the file ends before its parameters")
-                .expected_found(format!("parameters at byte {start}"), format!("{} bytes", bytes.len())),
+                .expected_found(format!("parameters at byte {start}"), format!("{} bytes", bytes.len()))
+                .help(CUT_OFF),
         ));
     };
-    let processor = Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}")))?;
+    let processor =
+        Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}, at byte {}", start + 3)))?;
     // Some writers leave the number of blocks 0; a parameter says itself where it ends.
     let end = match blocks {
         0 => bytes.len(),
@@ -145,7 +145,9 @@ impl Header {
                 .number("POINT", name)
                 .filter(|value| value.is_finite() && *value != 0.0)
         };
-        let points = number("USED").map_or(usize::from(points), |used| used as usize);
+        // Words are unsigned here.
+        let used = |used: f64| if used < 0.0 { used + 65_536.0 } else { used };
+        let points = number("USED").map_or(usize::from(points), |points| used(points) as usize);
         let scale = number("SCALE").unwrap_or(scale);
         let data_block = number("DATA_START").unwrap_or(f64::from(data_block));
         let limit = options.limits.max_nodes;
@@ -169,7 +171,11 @@ impl Header {
         if data_block.is_nan() || data_block < 1.0 {
             return Err(Box::new(
                 Diagnostic::new(Code::MissingKeyword, "the file does not say where its data begins")
-                    .expected_found("a block number, 1 or more", format!("{data_block}")),
+                    .expected_found(
+                        "a block number, 1 or more, in POINT:DATA_START",
+                        format!("{data_block}"),
+                    )
+                    .help("export the file again"),
             ));
         }
         Ok(Self {
@@ -178,19 +184,7 @@ impl Header {
             frames,
             data: (data_block as usize - 1).saturating_mul(BLOCK),
             scale: (scale >= 0.0).then_some(scale),
-            frame_rate: frame_rate(number("RATE").unwrap_or(rate), options)?,
+            frame_rate: options.frame_rate_or(number("RATE").unwrap_or(rate))?,
         })
     }
-}
-
-fn frame_rate(stated: f64, options: &ReadOptions) -> Result<f64, Failure> {
-    let rate = options.frame_rate.unwrap_or(stated);
-    if rate.is_finite() && rate > 0.0 {
-        return Ok(rate);
-    }
-    Err(Box::new(
-        Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
-            .expected_found("frames per second, above 0", format!("{rate}"))
-            .help("state the frame rate yourself: --fps 100, or Importer::frame_rate"),
-    ))
 }

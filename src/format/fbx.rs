@@ -17,13 +17,15 @@
 //! Lights and cameras are left out.
 
 mod mesh;
+mod refusal;
 
 use glam::{Mat4, Quat, Vec3};
-use ufbx::{ErrorType, LoadOpts};
+use ufbx::LoadOpts;
 
+use self::refusal::refusal;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
-use crate::format::{FormatInfo, ReadOptions, Source};
+use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
 use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
@@ -34,9 +36,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     sniff,
     read,
 };
-
-/// An error in the making. Boxed, because every step of the reader may return one and almost none does.
-type Failure = Box<Diagnostic>;
 
 /// Bytes that ufbx may take, for any file and for each byte of it: packed numbers expand a thousandfold at most, and
 /// only those of broken files all do.
@@ -52,23 +51,28 @@ fn sniff(bytes: &[u8]) -> bool {
 }
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let file = load(source.bytes, options)?;
     let mut warnings = Warnings::default();
+    let read = read_bytes(source.bytes, options, &mut warnings);
+    warnings.attach_to(read)
+}
+
+fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let file = load(bytes, options)?;
     let nodes = kept_nodes(&file, options)?;
     let mut scene = Scene {
-        nodes: nodes.iter().map(Kept::node).collect(),
+        nodes: nodes.iter().map(|node| node.node(warnings)).collect(),
         ..Scene::default()
     };
     scene.metadata.format = FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
-    let mut values_left = options.limits.expanded_values(source.bytes);
+    let mut values_left = options.limits.expanded_values(bytes);
     for stack in &file.anim_stacks {
-        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, &mut warnings)?;
+        let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
         scene.animations.extend(animation);
     }
     if !options.without_meshes {
-        let rigid = mesh::read(&file, &nodes, options, &mut scene, &mut warnings)?;
+        let rigid = mesh::read(&file, &nodes, options, &mut scene, warnings)?;
         if rigid > 0 {
             scene.metadata.assumptions.push(Assumption {
                 topic: "meshes".to_owned(),
@@ -85,7 +89,6 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
             )
         });
     }
-    scene.warnings = warnings.take();
     Ok(scene)
 }
 
@@ -115,23 +118,6 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
     ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
-    let message = format!("the FBX file cannot be read: {}", &*error.description);
-    match error.type_ {
-        ErrorType::EmptyFile => Diagnostic::new(Code::EmptyFile, "the file holds nothing"),
-        ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit => {
-            Diagnostic::new(Code::LimitExceeded, message)
-        }
-        _ if !sniff(bytes) => Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
-            .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", "something else")
-            .help("check that the file is what its name says, and that it is not compressed"),
-        ErrorType::TruncatedFile => Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
-            .expected_found("the rest of an FBX file", format!("{} bytes", bytes.len()))
-            .help("export or download the file again"),
-        _ => Diagnostic::new(Code::InvalidFbx, message),
-    }
-}
-
 /// A node of the file that the scene has too.
 struct Kept<'a> {
     source: &'a ufbx::Node,
@@ -141,19 +127,22 @@ struct Kept<'a> {
 }
 
 impl Kept<'_> {
-    fn node(&self) -> Node {
+    fn node(&self, warnings: &mut Warnings) -> Node {
         let source = self.source;
         let (translation, rotation, scale) = components(&source.local_transform);
-        let transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        let mut transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+        if !transform.is_finite() {
+            transform = Mat4::IDENTITY;
+            warnings.tally(Code::NonFiniteValue, || {
+                let message = "a place at rest is not finite; the node was left at its parent";
+                Diagnostic::new(Code::NonFiniteValue, message).in_joint(self.name())
+            });
+        }
         Node {
             name: self.name(),
             kind: if self.is_bone { NodeKind::Joint } else { NodeKind::Group },
             parent: self.parent,
-            transform: if transform.is_finite() {
-                transform
-            } else {
-                Mat4::IDENTITY
-            },
+            transform,
             rotation_order: rotation_order(source.rotation_order),
             ..Node::default()
         }
@@ -217,14 +206,7 @@ fn read_stack(
     values_left: &mut u64,
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
-    let rate = options.frame_rate.unwrap_or(file.settings.frames_per_second);
-    if !(rate.is_finite() && rate > 0.0) {
-        return Err(Box::new(
-            Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
-                .expected_found("frames per second, above 0", format!("{rate}"))
-                .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
-        ));
-    }
+    let rate = options.frame_rate_or(file.settings.frames_per_second)?;
     let seconds = stack.time_end - stack.time_begin;
     if !(seconds.is_finite() && seconds > 0.0) {
         return Ok(None);

@@ -50,14 +50,8 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let listed = file.nodes()?;
     let limits = &options.limits;
     if listed.len() > limits.max_nodes {
-        let (limit, found) = (
-            format!("at most {} nodes", limits.max_nodes),
-            format!("{} nodes", listed.len()),
-        );
-        let message = "the file has more nodes than the limits allow";
-        return Err(Diagnostic::new(Code::LimitExceeded, message)
-            .expected_found(limit, found)
-            .into());
+        let expected = format!("at most {} nodes", limits.max_nodes);
+        return Err(limit_exceeded(expected, format!("{}", listed.len())).into());
     }
     let mut clips = Vec::new();
     for animation in file.document.animations() {
@@ -67,7 +61,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
         ));
     }
     let mut scene = Scene::default();
-    "gltf".clone_into(&mut scene.metadata.format);
+    scene.metadata.format = FORMAT.name.to_owned();
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
     let node_of = build_nodes(&file, &listed, &clips, &mut scene)?;

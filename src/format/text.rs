@@ -3,17 +3,21 @@
 //! The cursor holds a byte offset and nothing else. Lines and columns are counted when a diagnostic is made, and only
 //! then: good files pay nothing for them.
 
+mod nearest;
 pub(crate) mod number;
 
 use std::borrow::Cow;
 
+pub(crate) use self::nearest::nearest;
+
 use crate::error::{Code, Diagnostic, Location};
+use crate::format::Failure;
 
 /// Bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///
 /// UTF-16 is recognised by its mark, or by a NUL in every other one of the first bytes. Bytes that are not UTF-8 are
 /// left as they are: they matter in names alone, where [`decode_name`] reads them as Latin-1.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Box<Diagnostic>> {
+pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => Cow::Borrowed(rest),
         [0xFF, 0xFE, rest @ ..] => Cow::Owned(decode_utf16(rest, u16::from_le_bytes)),
@@ -26,6 +30,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Box<Diagnostic>> {
         return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file holds no text")));
     }
     Ok(text)
+}
+
+/// Whether the first page of what should be text has a NUL, which no text has.
+pub(crate) fn is_binary(text: &[u8]) -> bool {
+    const PAGE: usize = 4096;
+    text[..text.len().min(PAGE)].contains(&0)
 }
 
 fn decode_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {

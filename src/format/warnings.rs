@@ -1,6 +1,8 @@
 //! What a reader noticed, bounded: a hostile file cannot make it collect, or count lines, without end.
 
-use crate::error::{Code, Diagnostic};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::Failure;
+use crate::scene::Scene;
 
 /// Warnings of one code that are kept each with its own place; of further ones only the number is kept.
 const MOST_OF_A_CODE: usize = 32;
@@ -34,7 +36,14 @@ impl Warnings {
         self.kept.retain(|kept| kept.code != code);
     }
 
-    pub(crate) fn take(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.kept)
+    /// Gives them to the scene that was read, or to the error that stopped the reader.
+    pub(crate) fn attach_to(self, read: Result<Scene, Failure>) -> Result<Scene> {
+        match read {
+            Ok(scene) => Ok(Scene {
+                warnings: self.kept,
+                ..scene
+            }),
+            Err(failure) => Err(Error::from(failure).with_warnings(self.kept)),
+        }
     }
 }

@@ -14,6 +14,9 @@ const SAME_TICK: f64 = 1e-6;
 /// one frame, is gone. A [cut](survey::cuts) is not smeared: no value is taken from inside of it, and the frames on
 /// both sides become keys at their own, uneven ticks.
 ///
+/// Where the new frames would be old ones, had the frame time not been rounded when the file was written, they are:
+/// of a file with 0.0083333, which means 1/120, every fourth frame becomes one of 30 a second.
+///
 /// A rate that is not above 0 changes nothing.
 pub fn resample(scene: &mut Scene, frames_per_second: f64) {
     if !(frames_per_second.is_finite() && frames_per_second > 0.0) {
@@ -27,7 +30,7 @@ pub fn resample(scene: &mut Scene, frames_per_second: f64) {
 }
 
 fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) {
-    let old_per_new = animation.ticks_per_second / frames_per_second;
+    let old_per_new = survey::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second;
     let last = (animation.duration / old_per_new + SAME_TICK).floor();
     let mut moments: Vec<_> = (0..=last as u64)
         .map(|frame| Moment::new(frame as f64, old_per_new))

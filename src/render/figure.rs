@@ -58,7 +58,10 @@ impl<'a> Clip<'a> {
 /// Two decimals at most, none that say nothing.
 pub(super) fn short(number: f64) -> String {
     let text = format!("{number:.2}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" => "0".to_owned(),
+        short => short.to_owned(),
+    }
 }
 
 /// Which side of the body a joint is on, as far as its name says.
@@ -70,8 +73,13 @@ pub(super) enum Side {
     Middle,
 }
 
+/// What follows the letter of the side in Acclaim's names, where no capital tells the two apart: `lfemur`.
+const PARTS: [&str; 12] = [
+    "hipjoint", "femur", "tibia", "foot", "toes", "clavicle", "humerus", "radius", "wrist", "hand", "fingers", "thumb",
+];
+
 impl Side {
-    /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`.
+    /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`, `rtibia`.
     pub(super) fn of(name: &str) -> Self {
         let name = name.rsplit(':').next().unwrap_or(name);
         let lower = name.to_ascii_lowercase();
@@ -79,11 +87,12 @@ impl Side {
             if lower.contains(word) {
                 return side;
             }
-            let starts = lower.starts_with(letter)
-                && name
-                    .chars()
-                    .nth(1)
-                    .is_some_and(|next| next.is_ascii_uppercase() || "_-. ".contains(next));
+            let starts = lower.strip_prefix(letter).is_some_and(|part| PARTS.contains(&part))
+                || lower.starts_with(letter)
+                    && name
+                        .chars()
+                        .nth(1)
+                        .is_some_and(|next| next.is_ascii_uppercase() || "_-. ".contains(next));
             let ends =
                 lower.ends_with(letter) && name.chars().rev().nth(1).is_some_and(|before| "_-. ".contains(before));
             if starts || ends {
@@ -218,10 +227,34 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_are_short() {
+        let numbers = [1.5, 2.0, -0.001, 0.0, -1.25, 10.0];
+        assert_eq!(numbers.map(short), ["1.5", "2", "0", "0", "-1.25", "10"]);
+    }
+
+    #[test]
     fn sides_are_told_by_the_usual_names() {
-        let left = ["LeftArm", "lThigh", "L_Foot", "hand.L", "mixamorig:LeftToe", "LThumb"];
-        let right = ["RightArm", "rShin", "R_Foot", "hand_R", "upperarm_right"];
-        let middle = ["Hips", "Lumbar", "root", "Spine", "LowerBack", "Neck", ""];
+        let left = [
+            "LeftArm",
+            "lThigh",
+            "L_Foot",
+            "hand.L",
+            "mixamorig:LeftToe",
+            "LThumb",
+            "lhipjoint",
+        ];
+        let right = ["RightArm", "rShin", "R_Foot", "hand_R", "upperarm_right", "rradius"];
+        let middle = [
+            "Hips",
+            "Lumbar",
+            "root",
+            "Spine",
+            "LowerBack",
+            "Neck",
+            "",
+            "lowerback",
+            "radius",
+        ];
         assert!(left.iter().all(|name| Side::of(name) == Side::Left));
         assert!(right.iter().all(|name| Side::of(name) == Side::Right));
         assert!(middle.iter().all(|name| Side::of(name) == Side::Middle));

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::figure::{Clip, Figure, short};
-use crate::scene::{Node, NodeKind, Scene};
+use crate::pose::Pose;
+use crate::scene::{NodeId, NodeKind, Scene};
 use crate::survey::survey;
 
 /// The screen that there is.
@@ -179,6 +180,7 @@ struct Tree<'a> {
     children: Vec<Vec<usize>>,
     /// Nodes below each node.
     below: Vec<usize>,
+    rest: Pose,
 }
 
 /// A chain that still has to be drawn.
@@ -206,7 +208,12 @@ impl<'a> Tree<'a> {
                 below[parent.index()] += below[index] + 1;
             }
         }
-        Self { scene, children, below }
+        Self {
+            scene,
+            children,
+            below,
+            rest: Pose::rest(scene),
+        }
     }
 
     /// A line for every chain, down to so many forks that all fit; what hangs deeper is counted.
@@ -243,7 +250,7 @@ impl<'a> Tree<'a> {
                 chain.push(last);
             }
             let hidden = if depth < deepest { 0 } else { self.below[last] };
-            push_chain(&mut lines, width, self.scene, &chain, hidden, &first, &next);
+            self.push_chain(&mut lines, width, &chain, hidden, &first, &next);
             if hidden > 0 {
                 continue;
             }
@@ -260,52 +267,56 @@ impl<'a> Tree<'a> {
         }
         lines
     }
-}
 
-/// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link stands before it,
-/// and after the last one how many nodes are not drawn.
-fn push_chain(
-    lines: &mut Vec<String>,
-    width: usize,
-    scene: &Scene,
-    chain: &[usize],
-    hidden: usize,
-    first: &str,
-    next: &str,
-) {
-    let mut line = first.to_owned();
-    let mut is_empty = true;
-    for &index in chain {
-        let node = &scene.nodes[index];
-        // An end site has no name of its own.
-        let name = if node.kind == NodeKind::EndSite {
-            "∙"
-        } else {
-            &node.name
-        };
-        let mut piece = String::new();
-        if let Some(length) = link_length(node) {
-            let dash = if is_empty { "" } else { " ─ " };
-            write!(piece, "{dash}{length} ─ ").expect("writing to a string cannot fail");
+    /// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link stands before it,
+    /// and after the last one how many nodes are not drawn.
+    fn push_chain(
+        &self,
+        lines: &mut Vec<String>,
+        width: usize,
+        chain: &[usize],
+        hidden: usize,
+        first: &str,
+        next: &str,
+    ) {
+        let mut line = first.to_owned();
+        let mut is_empty = true;
+        for &index in chain {
+            let node = &self.scene.nodes[index];
+            // An end site has no name of its own.
+            let name = if node.kind == NodeKind::EndSite {
+                "∙"
+            } else {
+                &node.name
+            };
+            let mut piece = String::new();
+            if let Some(length) = self.link_length(index) {
+                let dash = if is_empty { "" } else { " ─ " };
+                write!(piece, "{dash}{length} ─ ").expect("writing to a string cannot fail");
+            }
+            piece.push_str(name);
+            if hidden > 0 && chain.last() == Some(&index) {
+                write!(piece, " … {hidden} more").expect("writing to a string cannot fail");
+            }
+            if !is_empty && line.chars().count() + piece.chars().count() > width {
+                lines.push(std::mem::replace(&mut line, format!("{next}   ")));
+                piece = piece.trim_start().to_owned();
+            }
+            line.push_str(&piece);
+            is_empty = false;
         }
-        piece.push_str(name);
-        if hidden > 0 && chain.last() == Some(&index) {
-            write!(piece, " … {hidden} more").expect("writing to a string cannot fail");
-        }
-        if !is_empty && line.chars().count() + piece.chars().count() > width {
-            lines.push(std::mem::replace(&mut line, format!("{next}   ")));
-            piece = piece.trim_start().to_owned();
-        }
-        line.push_str(&piece);
-        is_empty = false;
+        lines.push(line);
     }
-    lines.push(line);
-}
 
-/// How long the way from the parent is; the root has none.
-fn link_length(node: &Node) -> Option<String> {
-    node.parent?;
-    Some(short(f64::from(node.transform.w_axis.truncate().length())))
+    /// How long the way from the parent is in the world; the root has none.
+    fn link_length(&self, index: usize) -> Option<String> {
+        let parent = self.scene.nodes[index].parent?;
+        let length = self
+            .rest
+            .position(parent)
+            .distance(self.rest.position(NodeId::new(index)));
+        Some(short(f64::from(length)))
+    }
 }
 
 /// Words in lines of `width` characters; a word that is longer has a line of its own.

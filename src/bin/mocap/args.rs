@@ -5,18 +5,22 @@ mod batch;
 mod bvh;
 mod change;
 mod compress;
+mod pictures;
+mod read;
 
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub(crate) use self::arrays::ArraysArgs;
-use mocap::{Importer, RootOffset};
-
+pub(crate) use self::arrays::FkArgs;
+#[cfg(feature = "parquet")]
+pub(crate) use self::arrays::{PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, FormatArg, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, Moment, RestArg, TrimArg, UnitArg, UpArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
+pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
+pub(crate) use self::read::{FrameRateArgs, ReadArgs};
 
 /// Motion capture into an Assimp-style scene: convert it to animated glTF, look into it, drive it from a tick.
 #[derive(Debug, Parser)]
@@ -57,86 +61,6 @@ pub(crate) enum Command {
     Formats,
     /// Make one manifest of those that the shards of a run have left
     MergeManifest(MergeManifestArgs),
-}
-
-/// How to read a file.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Reading")]
-pub(crate) struct ReadArgs {
-    /// Format of the input [default: found from its contents, else from its extension]
-    #[arg(long, value_name = "NAME")]
-    from: Option<String>,
-    /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
-    #[arg(long, value_name = "FILE")]
-    skeleton: Option<PathBuf>,
-    /// What to do with the root's OFFSET when the root has position channels too
-    #[arg(long, value_name = "POLICY", default_value = "auto")]
-    root_offset: RootOffsetArg,
-    /// Read every row of the motion, also those beyond the declared number of frames
-    #[arg(long)]
-    all_rows: bool,
-    /// Take every warning for an error
-    #[arg(long)]
-    pub(crate) strict: bool,
-}
-
-impl ReadArgs {
-    /// An importer with these options.
-    pub(crate) fn importer(&self) -> Importer {
-        let mut importer = Importer::new()
-            .root_offset(self.root_offset.into())
-            .all_rows(self.all_rows)
-            .strict(self.strict);
-        if let Some(format) = &self.from {
-            importer = importer.format(format);
-        }
-        if let Some(skeleton) = &self.skeleton {
-            importer = importer.skeleton(skeleton);
-        }
-        importer
-    }
-}
-
-/// The frame rate, for commands that do not write one.
-#[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Reading")]
-pub(crate) struct FrameRateArgs {
-    /// Frames per second to take in place of the file's own
-    #[arg(long, value_name = "RATE")]
-    fps: Option<f64>,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-impl FrameRateArgs {
-    /// An importer with these options.
-    pub(crate) fn importer(&self) -> Importer {
-        let importer = self.read.importer();
-        match self.fps {
-            Some(frame_rate) => importer.frame_rate(frame_rate),
-            None => importer,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum RootOffsetArg {
-    /// Add where the first frame's root position is near zero while the OFFSET is not, else replace
-    Auto,
-    /// The position channels stand in place of the OFFSET
-    Replace,
-    /// The position channels are added to the OFFSET
-    Add,
-}
-
-impl From<RootOffsetArg> for RootOffset {
-    fn from(arg: RootOffsetArg) -> Self {
-        match arg {
-            RootOffsetArg::Auto => Self::Auto,
-            RootOffsetArg::Replace => Self::Replace,
-            RootOffsetArg::Add => Self::Add,
-        }
-    }
 }
 
 #[derive(Debug, clap::Args)]
@@ -247,79 +171,6 @@ pub(crate) struct PoseArgs {
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct FkArgs {
-    /// The motion file
-    pub(crate) input: PathBuf,
-    /// The file to write: .npz, .csv or .parquet
-    #[arg(short, long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
-    #[command(flatten)]
-    pub(crate) arrays: ArraysArgs,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-#[cfg(feature = "parquet")]
-#[derive(Debug, clap::Args)]
-pub(crate) struct PackArgs {
-    /// Motion files, folders and wildcards
-    #[arg(required = true, value_name = "PATH")]
-    pub(crate) paths: Vec<PathBuf>,
-    /// Folder for the Parquet files and a manifest of their inputs
-    #[arg(short, long, value_name = "FOLDER")]
-    pub(crate) out_dir: PathBuf,
-    /// Format of the outputs
-    #[arg(long, value_name = "FORMAT", default_value = "parquet")]
-    pub(crate) to: PackFormatArg,
-    /// What a row is
-    #[arg(long, value_name = "SHAPE", default_value = "clips")]
-    table: TableArg,
-    /// A row a file, without its motion: the same as --table inventory
-    #[arg(long, conflicts_with = "table")]
-    inventory: bool,
-    /// Megabytes of values, not compressed, after which a Parquet file ends
-    #[arg(long, value_name = "MB", default_value = "256")]
-    pub(crate) part_size: u32,
-    /// Skip files that the manifest says were packed with the same options, and have not changed since
-    #[arg(long)]
-    pub(crate) resume: bool,
-    #[command(flatten)]
-    pub(crate) arrays: ArraysArgs,
-    #[command(flatten)]
-    pub(crate) spread: SpreadArgs,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-#[cfg(feature = "parquet")]
-impl PackArgs {
-    pub(crate) fn table(&self) -> TableArg {
-        if self.inventory {
-            TableArg::Inventory
-        } else {
-            self.table
-        }
-    }
-}
-
-#[cfg(feature = "parquet")]
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum PackFormatArg {
-    Parquet,
-}
-
-#[cfg(feature = "parquet")]
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum TableArg {
-    /// A clip, with lists of all its values
-    Clips,
-    /// A joint in a frame
-    Long,
-    /// A file, without its motion
-    Inventory,
-}
-
-#[derive(Debug, clap::Args)]
 pub(crate) struct CheckArgs {
     /// The motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
@@ -394,77 +245,4 @@ impl From<LayoutArg> for mocap::dump::Layout {
             LayoutArg::Y2021 => Self::Y2021,
         }
     }
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct ViewArgs {
-    /// The motion files, shown together, or one folder, whose clips are listed
-    #[arg(required = true)]
-    pub(crate) files: Vec<PathBuf>,
-    /// The page to write [default: one among the temporary files, opened in the browser]
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct SheetArgs {
-    /// The motion files
-    #[arg(required = true)]
-    pub(crate) files: Vec<PathBuf>,
-    /// The picture to write: .png or .svg
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: PathBuf,
-    /// Poses a file
-    #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses)]
-    pub(crate) poses: usize,
-    /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width)]
-    pub(crate) width: u32,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct GifArgs {
-    /// The motion file
-    pub(crate) file: PathBuf,
-    /// The film to write: .gif, or .apng or .png for an animated PNG
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: PathBuf,
-    /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().width)]
-    pub(crate) width: u32,
-    /// Height in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().height)]
-    pub(crate) height: u32,
-    /// Pictures a second
-    #[arg(long, value_name = "RATE", default_value_t = mocap::render::MovieOptions::default().frames_per_second)]
-    pub(crate) rate: f64,
-    /// How fast to play; 1 is the speed of life
-    #[arg(long, value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
-    pub(crate) speed: f64,
-    /// Leave the camera where it sees the whole way, and do not follow the root
-    #[arg(long)]
-    pub(crate) still: bool,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct PlotArgs {
-    /// The motion file
-    pub(crate) file: PathBuf,
-    /// The joint; give several to see them below one another
-    #[arg(long, value_name = "NAME", required = true)]
-    pub(crate) joint: Vec<String>,
-    /// The picture to write: .svg or .png
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: PathBuf,
-    /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width)]
-    pub(crate) width: u32,
-    #[command(flatten)]
-    pub(crate) read: ReadArgs,
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Failure;
 use crate::error::{Code, Diagnostic};
 use crate::format::text::{Cursor, Word, is_line_end, is_space, number, quote};
+use crate::limits::FARTHEST;
 
 /// The lines of a text that have a word, without comments.
 pub(super) struct Lines<'a> {
@@ -68,16 +69,25 @@ impl<'a> Lines<'a> {
         )
     }
 
+    /// Says `message` of the end of the text.
+    pub(super) fn at_end(&self, code: Code, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(code, message).at(self.cursor.locate_end())
+    }
+
     /// Says that the text ends too early.
     pub(super) fn ended(&self, message: impl Into<String>, expected: impl Into<String>) -> Failure {
         Box::new(
-            Diagnostic::new(Code::UnexpectedEnd, message)
-                .at(self.cursor.locate_end())
+            self.at_end(Code::UnexpectedEnd, message)
                 .expected_found(expected, "the end of the file"),
         )
     }
 
-    /// The word at `index` of a line as a finite number.
+    /// The line of `word`, from 1.
+    pub(super) fn line_number(&self, word: Word<'_>) -> usize {
+        self.cursor.locate(word).line
+    }
+
+    /// The word at `index` of a line as a number that a bone can have: finite, and not too far for kinematics.
     pub(super) fn number(&self, line: &[Word<'_>], index: usize, what: &str) -> Result<f64, Failure> {
         let Some(&word) = line.get(index) else {
             let last = line[line.len() - 1];
@@ -86,9 +96,14 @@ impl<'a> Lines<'a> {
                     .expected_found(what, "the end of the line"),
             ));
         };
-        match number::parse(word.bytes) {
-            Some(number) if number.length == word.bytes.len() && number.value.is_finite() => Ok(number.value),
-            _ => Err(self.invalid_number(word, what)),
+        match number::parse(word.bytes).filter(|number| number.length == word.bytes.len()) {
+            Some(number) if number.value.abs() <= FARTHEST => Ok(number.value),
+            Some(_) => {
+                let message = format!("a number of a bone must be finite, and below {FARTHEST:e}");
+                let diagnostic = self.at(word, Code::NonFiniteOffset, message);
+                Err(Box::new(diagnostic.expected_found(what, quote(word.bytes))))
+            }
+            None => Err(self.invalid_number(word, what)),
         }
     }
 

@@ -7,7 +7,7 @@ use super::line::Lines;
 use super::skeleton::{ChannelKind, Skeleton};
 use crate::error::{Code, Diagnostic};
 use crate::format::ReadOptions;
-use crate::format::text::{Word, decode_name, number, quote};
+use crate::format::text::{Word, decode_name, nearest, number, quote};
 use crate::format::warnings::Warnings;
 use crate::limits::limit_exceeded;
 
@@ -33,10 +33,11 @@ pub(super) struct Track {
     pub(super) values: Vec<f64>,
 }
 
-/// Reads an `.amc` text.
+/// Reads an `.amc` text. Messages call the file of the skeleton `skeleton_file`.
 pub(super) fn read(
     text: &[u8],
     skeleton: &Skeleton,
+    skeleton_file: &str,
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Motion, Failure> {
@@ -44,6 +45,7 @@ pub(super) fn read(
     let mut reader = Reader {
         lines: Lines::new(text),
         skeleton,
+        skeleton_file,
         max_values: options.limits.max_values,
         warnings,
         bone_of: names.map(|(index, bone)| (bone.name.as_str(), index)).collect(),
@@ -65,6 +67,8 @@ pub(super) fn read(
 struct Reader<'a, 'c> {
     lines: Lines<'a>,
     skeleton: &'c Skeleton,
+    /// What messages call the file of the skeleton.
+    skeleton_file: &'c str,
     max_values: u64,
     warnings: &'c mut Warnings,
     bone_of: HashMap<&'c str, usize>,
@@ -116,7 +120,13 @@ impl<'a> Reader<'a, '_> {
             .ok()
             .and_then(|digits| digits.parse::<u64>().ok());
         let Some(number) = number else {
-            return Err(self.lines.invalid_number(word, "the number of a frame"));
+            let message = format!("{} is too large for the number of a frame", quote(word.bytes));
+            let next = self.last_number.map_or(1, |last| last.saturating_add(1));
+            let diagnostic = self.lines.at(word, Code::InvalidNumber, message);
+            return Err(Box::new(diagnostic.expected_found(
+                format!("{next}, or another number below 2^64"),
+                quote(word.bytes),
+            )));
         };
         if let Some(last) = self.last_number {
             self.bones_in_first_frame.get_or_insert(self.bones_in_frame);
@@ -143,14 +153,7 @@ impl<'a> Reader<'a, '_> {
             return Err(self.lines.unexpected(name, "the number of the first frame"));
         }
         let Some(&index) = self.bone_of.get(decode_name(name.bytes).as_str()) else {
-            let message = format!("no bone is called {}", quote(name.bytes));
-            let diagnostic = self.lines.at(name, Code::UnexpectedToken, message).expected_found(
-                "the number of a frame, or the name of a bone of the skeleton",
-                quote(name.bytes),
-            );
-            return Err(Box::new(
-                diagnostic.help("check that the .asf file is of the same person"),
-            ));
+            return Err(self.unknown_bone(name));
         };
         let bone = &self.skeleton.bones[index];
         let tick = (self.motion.frames - 1) as f64;
@@ -177,6 +180,23 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
+    fn unknown_bone(&self, word: Word<'_>) -> Failure {
+        let message = format!("no bone is called {}", quote(word.bytes));
+        let diagnostic = self.lines.at(word, Code::UnexpectedToken, message).expected_found(
+            "the number of a frame, or the name of a bone of the skeleton",
+            quote(word.bytes),
+        );
+        let names = self.skeleton.bones.iter().map(|bone| bone.name.as_str());
+        let near = nearest(&decode_name(word.bytes), names);
+        let question = near.map_or(String::new(), |near| format!("did you mean {near}? If not, "));
+        Box::new(diagnostic.help(question + &self.check_skeleton()))
+    }
+
+    /// What to do where skeleton and motion do not go together.
+    fn check_skeleton(&self) -> String {
+        format!("check that {} is the skeleton of the same person", self.skeleton_file)
+    }
+
     /// A line that the end of the file cuts off ends its frame too early; any other is broken.
     fn wrong_length(&mut self, line: &[Word<'a>], index: usize) -> Result<(), Failure> {
         let bone = &self.skeleton.bones[index];
@@ -184,15 +204,16 @@ impl<'a> Reader<'a, '_> {
         if is_cut_off && self.bones_in_first_frame.is_some() {
             return Ok(());
         }
+        let expected = match bone.channels.len() {
+            1 => "1 value, as the skeleton says".to_owned(),
+            count => format!("{count} values, as the skeleton says"),
+        };
         Err(Box::new(
             self.lines
                 .at(line[0], Code::RowLength, "the line has a wrong number of values")
                 .in_joint(&bone.name)
-                .expected_found(
-                    format!("{} values, as the skeleton says", bone.channels.len()),
-                    format!("{}", line.len() - 1),
-                )
-                .help("check that the .asf file is of the same person"),
+                .expected_found(expected, format!("{}", line.len() - 1))
+                .help(self.check_skeleton()),
         ))
     }
 
@@ -237,8 +258,10 @@ impl<'a> Reader<'a, '_> {
         self.warnings.push(Code::RowLength, || {
             let message = "the file ends inside its last frame, which was dropped";
             let expected = self.bones_in_first_frame.unwrap_or_default();
-            Diagnostic::new(Code::RowLength, message)
+            self.lines
+                .at_end(Code::RowLength, message)
                 .expected_found(format!("{expected} bones"), format!("{}", self.bones_in_frame))
+                .help("the file is cut off: export or download it again")
         });
     }
 

@@ -1,4 +1,6 @@
-//! The `.asf` file: bones as the file has them, then in the order of the hierarchy.
+//! The `.asf` file: sections, and the bones as the file has them. `hierarchy` puts them in order.
+
+mod hierarchy;
 
 use std::collections::HashMap;
 
@@ -8,7 +10,7 @@ use super::Failure;
 use super::line::Lines;
 use crate::error::{Code, Diagnostic};
 use crate::format::text::{Word, decode_name, quote};
-use crate::limits::{Limits, limit_exceeded};
+use crate::limits::{FARTHEST, Limits, limit_exceeded};
 
 /// What one value of a motion drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +56,7 @@ pub(super) fn read(text: &[u8], limits: &Limits) -> Result<Skeleton, Failure> {
         lines: Lines::new(text),
         limits,
         bones: vec![Bone::new("root".to_owned())],
+        named_at: vec![Word { bytes: b"", offset: 0 }],
         children: vec![Vec::new()],
         index_of: HashMap::from([("root".to_owned(), 0)]),
         position: DVec3::ZERO,
@@ -95,6 +98,8 @@ struct Reader<'a, 'c> {
     limits: &'c Limits,
     /// In the order of the file, the root first.
     bones: Vec<Bone>,
+    /// Where each bone has its name.
+    named_at: Vec<Word<'a>>,
     /// Of each bone, in the order of the hierarchy.
     children: Vec<Vec<usize>>,
     index_of: HashMap<String, usize>,
@@ -124,7 +129,8 @@ impl<'a> Reader<'a, '_> {
                 return Err(Box::new(
                     self.lines
                         .at(section, Code::MissingKeyword, "an .asf file is made of sections")
-                        .expected_found("a section, as :units", quote(section.bytes)),
+                        .expected_found("a section, as :units", quote(section.bytes))
+                        .help("check that this is the skeleton, an .asf file, and not another one"),
                 ));
             }
         }
@@ -190,9 +196,10 @@ impl<'a> Reader<'a, '_> {
                 let diagnostic = limit_exceeded(format!("at most {limit} nodes"), format!("more than {limit}"));
                 return Err(self.located(diagnostic, line[0]));
             }
-            let bone = self.read_bone(line[0])?;
+            let (bone, named_at) = self.read_bone(line[0])?;
             self.index_of.insert(bone.name.clone(), self.bones.len());
             self.bones.push(bone);
+            self.named_at.push(named_at);
             self.children.push(Vec::new());
         }
         Ok(())
@@ -203,27 +210,31 @@ impl<'a> Reader<'a, '_> {
         Box::new(Diagnostic { location, ..diagnostic })
     }
 
-    /// From behind `begin` to `end`.
-    fn read_bone(&mut self, begin: Word<'_>) -> Result<Bone, Failure> {
+    /// From behind `begin` to `end`. Gives where the name stands, too.
+    fn read_bone(&mut self, begin: Word<'_>) -> Result<(Bone, Word<'a>), Failure> {
         let mut bone = Bone::new(String::new());
-        let (mut direction, mut length) = (DVec3::ZERO, 0.0);
+        let mut named_at = None;
+        let (mut direction, mut length) = (None, None);
         loop {
-            let Some(line) = self.next_in_section() else {
-                return Err(self.unclosed(begin, "end of the bone"));
-            };
-            let keyword = line[0];
             let in_bone = |failure: Failure| -> Failure {
                 let joint = (!bone.name.is_empty()).then(|| bone.name.clone());
                 Box::new(Diagnostic { joint, ..*failure })
             };
+            let Some(line) = self.next_in_section() else {
+                return Err(in_bone(self.unclosed("bone", begin)));
+            };
+            let keyword = line[0];
             if keyword.is("end") {
                 break;
             } else if keyword.is("name") {
-                bone.name = self.read_name(&line)?;
+                let name = self.read_name(&line)?;
+                named_at = Some(name);
+                bone.name = decode_name(name.bytes);
             } else if keyword.is("direction") {
-                direction = self.lines.vector(&line).map_err(in_bone)?;
+                direction = Some(self.lines.vector(&line).map_err(in_bone)?);
             } else if keyword.is("length") {
-                length = self.lines.number(&line, 1, "the length of the bone").map_err(in_bone)?;
+                let what = "the length of the bone";
+                length = Some(self.lines.number(&line, 1, what).map_err(in_bone)?);
             } else if keyword.is("axis") {
                 let angles = self.lines.vector(&line).map_err(in_bone)?;
                 let order = self.read_order(&line, 4).map_err(in_bone)?;
@@ -236,38 +247,69 @@ impl<'a> Reader<'a, '_> {
                 return Err(in_bone(self.lines.unexpected(keyword, expected)));
             }
         }
-        if bone.name.is_empty() {
-            return Err(Box::new(
-                self.lines
-                    .at(begin, Code::MissingKeyword, "this bone has no name")
-                    .expected_found("name, and the name of the bone", "end"),
-            ));
-        }
+        let Some(named_at) = named_at else {
+            return Err(self.lacks(begin, &bone, "name", "the name of the bone"));
+        };
+        let direction = direction.ok_or_else(|| self.lacks(begin, &bone, "direction", "its x, y and z"))?;
+        let length = length.ok_or_else(|| self.lacks(begin, &bone, "length", "a number"))?;
         bone.link = direction * length;
-        Ok(bone)
+        if bone.link.abs().max_element() > FARTHEST {
+            let message = format!("a bone must end less than {FARTHEST:e} from where it begins");
+            let diagnostic = self.lines.at(named_at, Code::NonFiniteOffset, message);
+            return Err(Box::new(diagnostic.in_joint(&bone.name)));
+        }
+        Ok((bone, named_at))
     }
 
-    fn unclosed(&self, begin: Word<'_>, expected: &str) -> Failure {
-        Box::new(
-            self.lines
-                .at(begin, Code::UnexpectedEnd, "this begin has no end")
-                .expected_found(expected, "the end of its section"),
-        )
+    /// Says that a bone ends without a line that it must have.
+    fn lacks(&self, begin: Word<'_>, bone: &Bone, keyword: &str, what: &str) -> Failure {
+        let message = format!("this bone has no {keyword}");
+        let diagnostic = self.lines.at(begin, Code::MissingKeyword, message);
+        Box::new(Diagnostic {
+            joint: (!bone.name.is_empty()).then(|| bone.name.clone()),
+            ..diagnostic.expected_found(format!("{keyword}, and {what}"), "end")
+        })
     }
 
-    fn read_name(&self, line: &[Word<'_>]) -> Result<String, Failure> {
-        let Some(word) = line.get(1) else {
+    /// Says that `end` is missing: a section begins, or the file ends, before it.
+    fn unclosed(&self, what: &str, begin: Word<'_>) -> Failure {
+        let line = self.lines.line_number(begin);
+        let (failure, cause) = match self.lines.peek_word() {
+            Some(section) => (self.lines.unexpected(section, "end"), "lacks it"),
+            None => {
+                let message = format!("the file ends inside a {what}");
+                (self.lines.ended(message, "end"), "is cut off or lacks it")
+            }
+        };
+        let help = format!("the {what} that begins in line {line} has no end; the file {cause}");
+        Box::new(failure.help(help))
+    }
+
+    fn read_name(&self, line: &[Word<'a>]) -> Result<Word<'a>, Failure> {
+        let Some(&word) = line.get(1) else {
             return Err(self.lines.unexpected(line[0], "a name behind it"));
         };
-        let name = decode_name(word.bytes);
-        if self.index_of.contains_key(&name) {
-            let message = format!("a second bone is called {}", quote(word.bytes));
-            let diagnostic = self.lines.at(*word, Code::UnexpectedToken, message);
-            return Err(Box::new(diagnostic.help(
-                "give each bone a name of its own: the hierarchy and the motion find it by that",
-            )));
+        let limit = self.limits.max_name_bytes;
+        if word.bytes.len() > limit {
+            let found = format!("{}", word.bytes.len());
+            let diagnostic = limit_exceeded(format!("at most {limit} bytes in a name"), found);
+            return Err(self.located(diagnostic, word));
         }
-        Ok(name)
+        let Some(&index) = self.index_of.get(&decode_name(word.bytes)) else {
+            return Ok(word);
+        };
+        let first = match index {
+            0 => "the root has that name always".to_owned(),
+            _ => format!(
+                "the first one stands in line {}",
+                self.lines.line_number(self.named_at[index])
+            ),
+        };
+        let message = format!("a second bone is called {}", quote(word.bytes));
+        let diagnostic = self.lines.at(word, Code::UnexpectedToken, message);
+        Err(Box::new(diagnostic.help(format!(
+            "give each bone a name of its own, by which the hierarchy and the motion find it; {first}"
+        ))))
     }
 
     /// `dof rx ry rz`, `order TX TY TZ RX RY RZ`.
@@ -318,97 +360,6 @@ impl<'a> Reader<'a, '_> {
         };
         // The numbers stand in the order of the axes' names, not of x, y, z.
         turn(std::iter::zip(order, radians.to_array()))
-    }
-
-    fn read_hierarchy(&mut self) -> Result<(), Failure> {
-        let begin = match self.next_in_section() {
-            Some(line) if line[0].is("begin") => line[0],
-            Some(line) => return Err(self.lines.unexpected(line[0], "begin")),
-            None => return Err(self.lines.ended("the hierarchy is empty", "begin")),
-        };
-        loop {
-            match self.next_in_section() {
-                None => return Err(self.unclosed(begin, "end of the hierarchy")),
-                Some(line) if line[0].is("end") => return Ok(()),
-                Some(line) => self.read_family(&line)?,
-            }
-        }
-    }
-
-    /// A bone, and those that hang on its far end.
-    fn read_family(&mut self, line: &[Word<'_>]) -> Result<(), Failure> {
-        let parent = self.find(line[0])?;
-        for &word in &line[1..] {
-            let child = self.find(word)?;
-            if child == 0 || self.bones[child].parent.is_some() {
-                let message = format!("{} hangs somewhere already", quote(word.bytes));
-                return Err(Box::new(self.lines.at(word, Code::UnexpectedToken, message).help(
-                    "name each bone once behind the bone that it hangs on, and the root never",
-                )));
-            }
-            self.bones[child].parent = Some(parent);
-            self.bones[parent].is_leaf = false;
-            self.children[parent].push(child);
-        }
-        Ok(())
-    }
-
-    fn find(&self, word: Word<'_>) -> Result<usize, Failure> {
-        let index = self.index_of.get(&decode_name(word.bytes)).copied();
-        index.ok_or_else(|| {
-            let message = format!("no bone is called {}", quote(word.bytes));
-            Box::new(
-                self.lines
-                    .at(word, Code::UnexpectedToken, message)
-                    .expected_found("the name of a bone in :bonedata, or root", quote(word.bytes)),
-            )
-        })
-    }
-
-    /// The bones as a scene has its nodes: each right behind its parent or behind a whole subtree of its siblings.
-    fn depth_first(&self) -> Result<Vec<Bone>, Failure> {
-        let Limits {
-            max_nodes, max_depth, ..
-        } = *self.limits;
-        let mut ordered: Vec<Bone> = Vec::with_capacity(self.bones.len());
-        let mut nodes = 0;
-        // Bone, its parent's place in the new order, its depth. A list, so that no file can overflow the call stack.
-        let mut open = vec![(0, None, 1)];
-        while let Some((index, parent, depth)) = open.pop() {
-            let bone = &self.bones[index];
-            nodes += if bone.is_leaf { 2 } else { 1 };
-            let exceeded = if nodes > max_nodes {
-                Some((max_nodes, "nodes"))
-            } else if depth > max_depth {
-                Some((max_depth, "nested bones"))
-            } else {
-                None
-            };
-            if let Some((limit, what)) = exceeded {
-                let diagnostic = limit_exceeded(format!("at most {limit} {what}"), format!("more than {limit}"));
-                return Err(Box::new(diagnostic.in_joint(&bone.name)));
-            }
-            let place = Some(ordered.len());
-            ordered.push(Bone { parent, ..bone.clone() });
-            let children = self.children[index].iter().rev();
-            open.extend(children.map(|&child| (child, place, depth + 1)));
-        }
-        if ordered.len() == self.bones.len() {
-            return Ok(ordered);
-        }
-        Err(Box::new(self.unreached()))
-    }
-
-    /// Says which bones the hierarchy does not reach from the root.
-    fn unreached(&self) -> Diagnostic {
-        let loose = self.bones.iter().skip(1).find(|bone| bone.parent.is_none());
-        match loose {
-            Some(bone) => Diagnostic::new(Code::MissingKeyword, "a bone is not in the hierarchy")
-                .in_joint(&bone.name)
-                .help("name it in :hierarchy behind the bone that it hangs on"),
-            None => Diagnostic::new(Code::UnexpectedToken, "the hierarchy goes round in a circle")
-                .help("every chain of bones must lead back to the root"),
-        }
     }
 }
 

@@ -49,32 +49,10 @@ impl ChannelKind {
         NAMES[self.index()].0
     }
 
-    /// The real name that is closest to a misspelled one, if one is close.
-    pub(super) fn nearest_name(misspelled: &str) -> Option<&'static str> {
-        const CLOSE: usize = 3;
-        let misspelled = misspelled.to_ascii_lowercase();
-        NAMES
-            .iter()
-            .map(|&(name, _)| (edit_distance(&name.to_ascii_lowercase(), &misspelled), name))
-            .filter(|&(distance, _)| distance <= CLOSE)
-            .min()
-            .map(|(_, name)| name)
+    /// Every name, as Biovision spells it.
+    pub(super) fn names() -> impl Iterator<Item = &'static str> {
+        NAMES.iter().map(|(name, _)| *name)
     }
-}
-
-/// Levenshtein's distance: insertions, deletions and substitutions from `a` to `b`.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, byte_a) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, byte_b) in b.bytes().enumerate() {
-            let substituted = diagonal + usize::from(byte_a != byte_b);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -99,13 +77,5 @@ mod tests {
         for (index, (_, kind)) in NAMES.into_iter().enumerate() {
             assert_eq!(kind.index(), index);
         }
-    }
-
-    #[test]
-    fn a_misspelled_name_finds_its_neighbour() {
-        assert_eq!(ChannelKind::nearest_name("Xpositon"), Some("Xposition"));
-        assert_eq!(ChannelKind::nearest_name("yrot"), None);
-        assert_eq!(ChannelKind::nearest_name("YRotatoin"), Some("Yrotation"));
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
     }
 }

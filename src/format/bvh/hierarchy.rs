@@ -8,7 +8,7 @@ use super::Failure;
 use super::channel::ChannelKind;
 use super::decimals::Decimals;
 use crate::error::{Code, Diagnostic};
-use crate::format::text::{Cursor, LineIndex, Word, decode_name, quote};
+use crate::format::text::{Cursor, LineIndex, Word, decode_name, is_binary, quote};
 use crate::format::warnings::Warnings;
 use crate::limits::{Limits, limit_exceeded};
 use crate::scene::SourceLines;
@@ -66,9 +66,7 @@ pub(super) fn read_header(cursor: &mut Cursor<'_>) -> Result<(), Failure> {
 }
 
 fn not_a_bvh(cursor: &Cursor<'_>) -> Diagnostic {
-    const ENOUGH: usize = 4096;
-    let text = cursor.text();
-    if text[..text.len().min(ENOUGH)].contains(&0) {
+    if is_binary(cursor.text()) {
         return Diagnostic::new(Code::BinaryFile, "the file is binary, not BVH text");
     }
     let word = cursor.peek_word().unwrap_or(Word {

@@ -1,6 +1,6 @@
 //! Numbers as three kinds of processor store them.
 
-use super::Failure;
+use super::{CUT_OFF, Failure};
 use crate::error::{Code, Diagnostic};
 
 /// Whose numbers a file holds.
@@ -77,7 +77,8 @@ impl<'a> Bytes<'a> {
         let Some(taken) = self.bytes.get(self.offset..end) else {
             return Err(Box::new(
                 Diagnostic::new(Code::UnexpectedEnd, "the file is cut off")
-                    .expected_found(format!("{length} more bytes at byte {}", self.offset), self.rest()),
+                    .expected_found(format!("{length} more bytes at byte {}", self.offset), self.rest())
+                    .help(CUT_OFF),
             ));
         };
         self.offset = end;

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::Failure;
 use super::bytes::{Bytes, Processor};
+use crate::error::Diagnostic;
 use crate::format::text::decode_name;
 
 /// The values of one parameter.
@@ -26,20 +27,23 @@ pub(super) struct Parameters {
 /// Reads the section, which is those bytes of the file that stand in `section`.
 pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> Result<Parameters, Failure> {
     let mut parameters = Parameters::default();
+    let is_whole = section.end < file.len();
     let mut bytes = Bytes::new(&file[..section.end], processor);
     bytes.set_offset(section.start);
     // A name of no letters, or the end of the section, ends the list.
     while let Ok(length @ 1..) = bytes.byte() {
         // A negative length says that the parameter is not to be changed, which is nothing to a reader.
         let length = length.cast_signed().unsigned_abs();
-        let id = bytes.byte()?.cast_signed();
-        let name = text(bytes.take(length.into())?).to_ascii_uppercase();
+        let in_list = |failure: Failure| in_parameter(*failure, None, is_whole);
+        let id = bytes.byte().map_err(in_list)?.cast_signed();
+        let name = text(bytes.take(length.into()).map_err(in_list)?).to_ascii_uppercase();
         let start = bytes.offset();
-        let to_next = bytes.word()?;
+        let to_next = bytes.word().map_err(in_list)?;
         if id < 0 {
             parameters.groups.entry(name).or_insert(id);
         } else {
-            let values = read_values(&mut bytes, processor)?;
+            let values =
+                read_values(&mut bytes, processor).map_err(|failure| in_parameter(*failure, Some(&name), is_whole))?;
             // A group is numbered -n, its parameters n.
             parameters.values.insert((-id, name), values);
         }
@@ -49,6 +53,25 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
         bytes.set_offset(start + usize::from(to_next));
     }
     Ok(parameters)
+}
+
+/// Says which parameter, if one is known by name, has more bytes than there are: in a whole file it claims them, else
+/// they are lost.
+fn in_parameter(diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> Failure {
+    let what = name.map_or("the list of parameters".to_owned(), |name| {
+        format!("the parameter {name:?}")
+    });
+    Box::new(match is_whole {
+        true => Diagnostic {
+            message: format!("{what} goes on past the end of its section"),
+            help: Some("export the file again".to_owned()),
+            ..diagnostic
+        },
+        false => Diagnostic {
+            message: format!("the file is cut off inside {what}"),
+            ..diagnostic
+        },
+    })
 }
 
 /// Type, dimensions, values.

@@ -54,8 +54,13 @@ pub(super) fn read(
     }
     if points.frames < wanted {
         warnings.push(Code::FrameCount, || {
+            let expected = format!(
+                "{} frames of {record_size} bytes from byte {} on",
+                header.frames, header.data
+            );
+            let found = format!("{} in a file of {} bytes", points.frames, bytes.len());
             Diagnostic::new(Code::FrameCount, "the file is shorter than it says")
-                .expected_found(format!("{} frames", header.frames), format!("{}", points.frames))
+                .expected_found(expected, found)
                 .help("the frames that are there were read; export or download the file again")
         });
     }

@@ -10,8 +10,8 @@ use glam::{DMat4, DVec3, DVec4, Mat4, Vec3};
 
 use super::Kept;
 use crate::error::{Code, Diagnostic};
-use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
+use crate::format::{Failure, ReadOptions};
 use crate::limits::limit_exceeded;
 use crate::scene::{Bone, Material, Mesh, NodeId, Scene, VertexWeight};
 
@@ -22,7 +22,7 @@ pub(super) fn read(
     options: &ReadOptions,
     scene: &mut Scene,
     warnings: &mut Warnings,
-) -> Result<usize, Box<Diagnostic>> {
+) -> Result<usize, Failure> {
     let ids: HashMap<u32, NodeId> = (nodes.iter().enumerate())
         .map(|(index, node)| (node.source.element.element_id, NodeId::new(index)))
         .collect();

@@ -1,26 +1,18 @@
 //! The programs in C and C++, compiled, linked and run as their users would, under valgrind.
 
+#[path = "../../succeed.rs"]
+mod succeed;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use succeed::succeed;
 
 const LECTURE: &str = "../../fixtures/real/lecture_Test.bvh";
 
 /// Compilers that ask for more than the default, so that the header is clean for everyone.
 const C: &[&str] = &["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const CPP: &[&str] = &["c++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
-
-fn succeed(command: &mut Command) -> Output {
-    let output = command
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
-    assert!(
-        output.status.success(),
-        "{command:?}\n{}{}",
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    );
-    output
-}
 
 /// Installs the library into a folder of its own, named after the test.
 fn installed(test: &str) -> PathBuf {

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use crate::json::Dump;
 use crate::scene::{self, Number, Scene, floats};
 
 /// What Assimp answered: a scene, or why it refuses the file.
@@ -9,15 +10,7 @@ use crate::scene::{self, Number, Scene, floats};
 #[serde(untagged)]
 enum Answer {
     Refused { error: String },
-    Scene(Dump),
-}
-
-#[derive(Deserialize)]
-struct Dump {
-    nodes: Vec<Node>,
-    meshes: Vec<Mesh>,
-    materials: Vec<Material>,
-    animations: Vec<Animation>,
+    Scene(Dump<Node, Material, Channel>),
 }
 
 #[derive(Deserialize)]
@@ -26,23 +19,6 @@ struct Node {
     nchild: usize,
     matrix: Vec<Number>,
     meshes: Vec<usize>,
-}
-
-#[derive(Deserialize)]
-struct Mesh {
-    name: String,
-    material: usize,
-    vertices: Vec<Vec<Number>>,
-    normals: Vec<Vec<Number>>,
-    faces: Vec<Vec<usize>>,
-    bones: Vec<Bone>,
-}
-
-#[derive(Deserialize)]
-struct Bone {
-    name: String,
-    offset: Vec<Number>,
-    weights: Vec<(usize, Number)>,
 }
 
 #[derive(Deserialize)]
@@ -57,14 +33,6 @@ struct Property {
 }
 
 #[derive(Deserialize)]
-struct Animation {
-    name: String,
-    ticks_per_second: Number,
-    duration: Number,
-    channels: Vec<Channel>,
-}
-
-#[derive(Deserialize)]
 struct Channel {
     node: String,
     pos: Vec<Vec<Number>>,
@@ -76,12 +44,7 @@ struct Channel {
 pub fn read(json: &str) -> serde_json::Result<Result<Scene, String>> {
     Ok(match serde_json::from_str(json)? {
         Answer::Refused { error } => Err(error),
-        Answer::Scene(dump) => Ok(Scene {
-            nodes: nodes(&dump.nodes),
-            meshes: dump.meshes.into_iter().map(mesh).collect(),
-            materials: dump.materials.iter().map(material).collect(),
-            animations: dump.animations.into_iter().map(animation).collect(),
-        }),
+        Answer::Scene(dump) => Ok(dump.scene(|list| nodes(&list))),
     })
 }
 
@@ -108,69 +71,40 @@ fn nodes(nodes: &[Node]) -> Vec<scene::Node> {
     out
 }
 
-fn mesh(mesh: Mesh) -> scene::Mesh {
-    let vectors = |values: Vec<Vec<Number>>| values.iter().map(|value| floats(value)).collect();
-    scene::Mesh {
-        name: mesh.name,
-        material: mesh.material,
-        vertices: vectors(mesh.vertices),
-        normals: vectors(mesh.normals),
-        faces: mesh.faces,
-        bones: mesh.bones.into_iter().map(bone).collect(),
+impl From<Material> for scene::Material {
+    fn from(material: Material) -> Self {
+        let value = |key| {
+            material
+                .properties
+                .iter()
+                .find(|property| property.key == key)
+                .map(|property| &property.value)
+        };
+        Self {
+            name: value("?mat.name")
+                .and_then(|value| value.as_str())
+                .unwrap_or_default()
+                .to_owned(),
+            two_sided: value("$mat.twosided").is_some_and(|value| value[0] != 0),
+        }
     }
 }
 
-fn bone(bone: Bone) -> scene::Bone {
-    scene::Bone {
-        name: bone.name,
-        offset: floats(&bone.offset),
-        weights: bone
-            .weights
-            .into_iter()
-            .map(|(vertex, weight)| (vertex, weight.0))
-            .collect(),
-    }
-}
-
-fn material(material: &Material) -> scene::Material {
-    let value = |key| {
-        material
-            .properties
-            .iter()
-            .find(|property| property.key == key)
-            .map(|property| &property.value)
-    };
-    scene::Material {
-        name: value("?mat.name")
-            .and_then(|value| value.as_str())
-            .unwrap_or_default()
-            .to_owned(),
-        two_sided: value("$mat.twosided").is_some_and(|value| value[0] != 0),
-    }
-}
-
-fn animation(animation: Animation) -> scene::Animation {
-    scene::Animation {
-        name: animation.name,
-        ticks_per_second: animation.ticks_per_second.0,
-        duration: animation.duration.0,
-        channels: animation.channels.into_iter().map(channel).collect(),
-    }
-}
-
-fn channel(channel: Channel) -> scene::Channel {
-    let keys = |keys: Vec<Vec<Number>>| {
-        keys.iter()
-            .map(|key| scene::Key {
-                tick: key[0].0,
-                value: floats(&key[1..]),
-            })
-            .collect()
-    };
-    scene::Channel {
-        node: channel.node,
-        positions: keys(channel.pos),
-        rotations: keys(channel.rot_wxyz),
-        scalings: keys(channel.scl),
+impl From<Channel> for scene::Channel {
+    fn from(channel: Channel) -> Self {
+        let keys = |keys: Vec<Vec<Number>>| {
+            keys.iter()
+                .map(|key| scene::Key {
+                    tick: key[0].0,
+                    value: floats(&key[1..]),
+                })
+                .collect()
+        };
+        Self {
+            node: channel.node,
+            positions: keys(channel.pos),
+            rotations: keys(channel.rot_wxyz),
+            scalings: keys(channel.scl),
+        }
     }
 }

@@ -5,6 +5,7 @@
 mod assimp_json;
 mod difference;
 mod explain;
+mod json;
 mod mocap_json;
 mod programs;
 mod refusals;

@@ -68,6 +68,22 @@ def test_an_error_says_where() -> None:
         mocap.read(REAL / "cmu_short.bvh").to_numpy(unit="furlong")
 
 
+def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path: Path) -> None:
+    message = "^there is no option 'fsp'; the options are "
+    read_options = "format, root_offset, all_rows, frame_rate, strict, hash$"
+    with pytest.raises(TypeError, match=message + read_options):
+        mocap.read(walk, strict=True, fsp=30)
+    with pytest.raises(TypeError, match=message + read_options):
+        mocap.read_bytes(walk.read_bytes(), "walk.bvh", fsp=30)
+    with pytest.raises(TypeError, match=message + "unit, up, fps, " + read_options):
+        mocap.convert(walk, tmp_path / "walk.glb", fsp=30)
+    scene = mocap.read(walk)
+    with pytest.raises(TypeError, match=message + "rot, space, .*, fps, .*, contacts$"):
+        scene.to_numpy(fsp=30)
+    with pytest.raises(TypeError, match=message + "clip, rot, space, .*, fps, .*, contacts$"):
+        scene.to_arrow(fsp=30)
+
+
 def test_motions_print_short_and_pickle_whole(walk: Path) -> None:
     motion = mocap.read(walk).to_numpy()
     assert repr(motion) == "<mocap.Motion of 524 frames and 38 joints at 120 a second>"

@@ -1,10 +1,87 @@
-//! What goes into arrays, as the commands that write them share it.
+//! The commands that write arrays, and what goes into them.
+
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mocap::arrays::{Contacts, Moment, Options, Rotation, RotationSpace, Space};
 use mocap::scene::UpAxis;
 
-use super::{TrimArg, UnitArg, UpArg};
+#[cfg(feature = "parquet")]
+use super::SpreadArgs;
+use super::{ReadArgs, TrimArg, UnitArg, UpArg};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct FkArgs {
+    /// The motion file
+    pub(crate) input: PathBuf,
+    /// The file to write: .npz, .csv or .parquet
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) arrays: ArraysArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+#[cfg(feature = "parquet")]
+#[derive(Debug, clap::Args)]
+pub(crate) struct PackArgs {
+    /// Motion files, folders and wildcards
+    #[arg(required = true, value_name = "PATH")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Folder for the Parquet files and a manifest of their inputs
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out_dir: PathBuf,
+    /// Format of the outputs
+    #[arg(long, value_name = "FORMAT", default_value = "parquet")]
+    pub(crate) to: PackFormatArg,
+    /// What a row is
+    #[arg(long, value_name = "SHAPE", default_value = "clips")]
+    table: TableArg,
+    /// A row a file, without its motion: the same as --table inventory
+    #[arg(long, conflicts_with = "table")]
+    inventory: bool,
+    /// Megabytes of values, not compressed, after which a Parquet file ends
+    #[arg(long, value_name = "MB", default_value = "256")]
+    pub(crate) part_size: u32,
+    /// Skip files that the manifest says were packed with the same options, and have not changed since
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) arrays: ArraysArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+#[cfg(feature = "parquet")]
+impl PackArgs {
+    pub(crate) fn table(&self) -> TableArg {
+        if self.inventory {
+            TableArg::Inventory
+        } else {
+            self.table
+        }
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum PackFormatArg {
+    Parquet,
+}
+
+#[cfg(feature = "parquet")]
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum TableArg {
+    /// A clip, with lists of all its values
+    Clips,
+    /// A joint in a frame
+    Long,
+    /// A file, without its motion
+    Inventory,
+}
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Arrays")]

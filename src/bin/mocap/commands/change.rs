@@ -1,17 +1,21 @@
 //! What `mocap convert` changes between reading and writing, each decision said and kept in the scene's metadata.
 
-use mocap::process;
 use mocap::scene::{Assumption, Scene, UpAxis};
-use mocap::survey;
+use mocap::{Code, Diagnostic, process, survey};
 
 use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 
-/// Does what `args` ask for, in the order that [`process`] recommends. Returns what was decided, in words.
+/// Does what `args` ask for, in the order that [`process`] recommends. Returns what was decided, by the reader and here,
+/// in words.
 ///
 /// glTF is in metres with +Y up, so that a unit and an axis have to be found for it; where `keeps_units`, the file's own
 /// stay unless others are named.
-pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> Vec<String> {
-    let mut words = Vec::new();
+///
+/// # Errors
+/// [`Code::UnknownOption`] where `args` name frames that the motion does not have.
+pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> mocap::Result<Vec<String>> {
+    // What the reader had to assume, and what of the file has no place in a scene.
+    let mut words: Vec<String> = scene.metadata.assumptions.iter().map(in_words).collect();
     let survey = survey::survey(scene);
     let guesses = survey.assumptions();
     let guess = |topic: &str| guesses.iter().find(|guess| guess.topic == topic);
@@ -28,6 +32,7 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
         RestArg::Frame(frame) => Some(frame as f64),
     };
     if let Some(frame) = rest_frame {
+        check_within(scene, frame, "--rest names a frame that the motion does not have")?;
         process::rest_pose(scene, frame);
     }
 
@@ -51,6 +56,13 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
         };
         first = f64::max(first, trim.first.map_or(0.0, tick));
         last = trim.last.map_or(last, tick);
+        check_within(scene, first, "--trim begins after the motion's end")?;
+        if last < first {
+            let message = "--trim ends before it begins, counted in frames";
+            return Err(Diagnostic::new(Code::UnknownOption, message)
+                .expected_found(format!("frame {first} or a later one"), format!("frame {last}"))
+                .into());
+        }
     }
     if first > 0.0 || last.is_finite() {
         process::trim(scene, first, last);
@@ -89,7 +101,24 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
     if survey.first_frame_is_rest_pose && !drops {
         words.push("the first frame is kept; `--drop-first-frame auto` leaves it out".to_owned());
     }
-    words
+    Ok(words)
+}
+
+/// Refuses a frame behind the last; a scene without motion has none to be behind.
+fn check_within(scene: &Scene, frame: f64, message: &str) -> mocap::Result<()> {
+    match scene.animations.first() {
+        Some(animation) if frame > animation.duration => {
+            let last = animation.duration;
+            let seconds = last / animation.ticks_per_second;
+            Err(Diagnostic::new(Code::UnknownOption, message)
+                .expected_found(
+                    format!("at most frame {last}, {seconds:.3} seconds from the start"),
+                    format!("frame {frame}"),
+                )
+                .into())
+        }
+        _ => Ok(()),
+    }
 }
 
 fn in_words(Assumption { topic, choice, reason }: &Assumption) -> String {

@@ -34,6 +34,9 @@ enum Status {
 #[derive(Serialize)]
 struct Finding {
     severity: Severity,
+    /// The file to blame, where that is another one: the skeleton of a motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
     line: Option<usize>,
     column: Option<usize>,
     #[serde(flatten)]
@@ -73,8 +76,12 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
         return writeln!(out, "{}", serde_json::to_string(checked)?);
     }
     for finding in &checked.diagnostics {
-        let file = Some(Path::new(&checked.file));
-        writeln!(out, "{}", report::render(finding.severity, file, &finding.diagnostic))?;
+        let file = Path::new(finding.file.as_ref().unwrap_or(&checked.file));
+        writeln!(
+            out,
+            "{}",
+            report::render(finding.severity, Some(file), &finding.diagnostic)
+        )?;
     }
     writeln!(out, "{}", summary(checked))
 }
@@ -93,11 +100,7 @@ fn check(args: &CheckArgs, file: &Path) -> Checked {
             let assumptions = assumptions(&scene);
             (scene.warnings, None, assumptions)
         }
-        Err(error) => (
-            error.warnings().to_vec(),
-            Some(error.diagnostic().clone()),
-            Default::default(),
-        ),
+        Err(error) => (error.warnings().to_vec(), Some(error), Default::default()),
     };
     let of_warnings = if args.read.read.strict {
         Severity::Error
@@ -106,14 +109,20 @@ fn check(args: &CheckArgs, file: &Path) -> Checked {
     };
     let finding = |severity, diagnostic: Diagnostic| Finding {
         severity,
+        file: None,
         line: diagnostic.location.as_ref().map(|location| location.line),
         column: diagnostic.location.as_ref().map(|location| location.column),
         diagnostic,
     };
+    let of_error = |error: mocap::Error| {
+        let other = error.path().filter(|path| *path != file);
+        Finding {
+            file: other.map(|path| path.display().to_string()),
+            ..finding(Severity::Error, error.diagnostic().clone())
+        }
+    };
     let warnings = warnings.into_iter().map(|warning| finding(of_warnings, warning));
-    let diagnostics: Vec<_> = warnings
-        .chain(error.map(|error| finding(Severity::Error, error)))
-        .collect();
+    let diagnostics: Vec<_> = warnings.chain(error.map(of_error)).collect();
     let status = |finding: &Finding| match finding.severity {
         Severity::Error => Status::Error,
         Severity::Warning => Status::Warning,

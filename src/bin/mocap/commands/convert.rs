@@ -98,7 +98,7 @@ pub(crate) struct Converted {
 pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap::Result<Converted> {
     let mut scene = import(args, input)?;
     let is_bvh = matches!(FormatArg::of(output), Some(FormatArg::Bvh));
-    let decisions = change::apply(&mut scene, &args.change, is_bvh);
+    let decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
     let mut plain_bytes = None;
     let mut written = gltf::Report::default();
     if is_bvh {

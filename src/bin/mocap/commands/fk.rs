@@ -13,7 +13,7 @@ pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
     let write = writer(&args.output)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
-    let motion = arrays(&scene, &args.arrays.options())?;
+    let motion = arrays(&scene, &args.arrays.options()).map_err(|error| error.with_path(&args.input))?;
     for assumption in &motion.header.provenance.assumptions {
         report::say(&format!(
             "{}: {}, because {}",
@@ -46,7 +46,7 @@ fn writer(output: &Path) -> Result<Writer, Failure> {
         Some("parquet") => Ok(mocap::arrays::parquet::write),
         #[cfg(not(feature = "parquet"))]
         Some("parquet") => {
-            let message = "this program is built without Parquet: `cargo install mocap --features parquet` has it";
+            let message = "this program is built without Parquet; build it with `--features parquet`";
             Err(Failure::Usage(message.to_owned()))
         }
         _ => {

@@ -6,7 +6,7 @@ use super::super::Failure;
 use super::super::channel::ChannelKind;
 use super::{Reader, is_structure};
 use crate::error::{Code, Diagnostic};
-use crate::format::text::{Word, decode_name, number, quote};
+use crate::format::text::{Word, decode_name, nearest, number, quote};
 use crate::limits::FARTHEST;
 use crate::rotation::Axis;
 
@@ -115,7 +115,7 @@ impl Reader<'_, '_> {
     }
 
     fn unknown_channel(&self, word: Word<'_>) -> Failure {
-        let help = match ChannelKind::nearest_name(&decode_name(word.bytes)) {
+        let help = match nearest(&decode_name(word.bytes), ChannelKind::names()) {
             Some(name) => format!("did you mean {name}?"),
             None => format!(
                 "the channels are {}",

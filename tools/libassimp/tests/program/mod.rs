@@ -1,8 +1,13 @@
 //! Compiling and running the C++ programs.
 
+#[path = "../../../succeed.rs"]
+mod succeed;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
+
+pub(crate) use succeed::succeed;
 
 /// Which `libassimp.so.5` a program runs with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,20 +82,6 @@ pub(crate) fn with(command: &mut Command, library: Library) -> &mut Command {
         Library::Debian => command.env_remove("LD_LIBRARY_PATH"),
         Library::Ours => command.env("LD_LIBRARY_PATH", our_folder()),
     }
-}
-
-/// Runs a command that is to succeed.
-pub(crate) fn succeed(command: &mut Command) -> Output {
-    let output = command
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?} does not run: {error}"));
-    assert!(
-        output.status.success(),
-        "{command:?}\n{}{}",
-        String::from_utf8_lossy(&output.stdout),
-        String::from_utf8_lossy(&output.stderr)
-    );
-    output
 }
 
 /// What a command printed.

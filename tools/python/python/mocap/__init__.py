@@ -18,7 +18,7 @@ from typing import Any, Literal
 from . import _mocap
 from ._errors import MocapError
 from ._mocap import ArrowTable, Node
-from ._options import Axis, Contacts, Options, ReadOptions, Unit, metres
+from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
 from ._scene import Motion, Scene
 
 __all__ = [
@@ -46,8 +46,9 @@ def read(path: str | os.PathLike[str], **options: Any) -> Scene:
 
     Raises:
         MocapError: Where the file cannot be opened, is of no known format, or breaks the rules of its own.
+        TypeError: Where there is no such option.
     """
-    return Scene(_mocap.read(path, ReadOptions(**options)))
+    return Scene(_mocap.read(path, changed(ReadOptions(), options)))
 
 
 def read_bytes(data: bytes, name: str, **options: Any) -> Scene:
@@ -56,7 +57,7 @@ def read_bytes(data: bytes, name: str, **options: Any) -> Scene:
     Raises:
         MocapError: As :func:`read`.
     """
-    return Scene(_mocap.read_bytes(data, name, ReadOptions(**options)))
+    return Scene(_mocap.read_bytes(data, name, changed(ReadOptions(), options)))
 
 
 def convert(
@@ -81,7 +82,7 @@ def convert(
     Raises:
         MocapError: Where the source cannot be read or the target cannot be written.
     """
-    return _mocap.convert(source, target, metres(unit), up, fps, ReadOptions(**options))
+    return _mocap.convert(source, target, metres(unit), up, fps, changed(ReadOptions(), options, "unit", "up", "fps"))
 
 
 def table(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal, TypeVar
 
 from . import _mocap
 
@@ -108,6 +108,22 @@ class Options:
             "contacts": contacts and vars(contacts),
         }
         return json.dumps(values)
+
+
+Changed = TypeVar("Changed", ReadOptions, Options)
+
+
+def changed(options: Changed, changes: dict[str, Any], *also: str) -> Changed:
+    """The options with other values for the fields named. ``also`` are options that the caller takes itself.
+
+    Raises:
+        TypeError: Where no field has a name, with the names that there are.
+    """
+    known: list[str] = [option.name for option in fields(options)]
+    for name in changes:
+        if name not in known:
+            raise TypeError(f"there is no option {name!r}; the options are {', '.join([*also, *known])}")
+    return replace(options, **changes)
 
 
 def metres(unit: Unit | float | None) -> float | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _mocap
-from ._options import Options
+from ._options import Options, changed
 
 
 @dataclass(frozen=True, repr=False)
@@ -111,8 +111,9 @@ class Scene:
 
         Raises:
             MocapError: Where an option has no meaning, such as a pattern that no joint's name matches.
+            TypeError: Where there is no such option.
         """
-        return Motion(**self._native.arrays(replace(options, **changes).to_json()))
+        return Motion(**self._native.arrays(changed(options, changes).to_json()))
 
     def to_arrow(self, options: Options = Options(), *, clip: str = "", **changes: Any) -> _mocap.ArrowTable:
         """The motion as a table with a row for each frame and joint.
@@ -125,4 +126,4 @@ class Scene:
         Raises:
             MocapError: As :meth:`to_numpy`.
         """
-        return self._native.arrow(replace(options, **changes).to_json(), clip)
+        return self._native.arrow(changed(options, changes, "clip").to_json(), clip)

@@ -1,0 +1,78 @@
+//! What to look at, and how to draw it.
+
+use std::path::PathBuf;
+
+use super::FrameRateArgs;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ViewArgs {
+    /// The motion files, shown together, or one folder, whose clips are listed
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// The page to write [default: one among the temporary files, opened in the browser]
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SheetArgs {
+    /// The motion files
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// The picture to write: .png or .svg
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// Poses a file
+    #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses)]
+    pub(crate) poses: usize,
+    /// Width in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width)]
+    pub(crate) width: u32,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct GifArgs {
+    /// The motion file
+    pub(crate) file: PathBuf,
+    /// The film to write: .gif, or .apng or .png for an animated PNG
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// Width in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().width)]
+    pub(crate) width: u32,
+    /// Height in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().height)]
+    pub(crate) height: u32,
+    /// Pictures a second
+    #[arg(long, value_name = "RATE", default_value_t = mocap::render::MovieOptions::default().frames_per_second)]
+    pub(crate) rate: f64,
+    /// How fast to play; 1 is the speed of life
+    #[arg(long, value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
+    pub(crate) speed: f64,
+    /// Leave the camera where it sees the whole way, and do not follow the root
+    #[arg(long)]
+    pub(crate) still: bool,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct PlotArgs {
+    /// The motion file
+    pub(crate) file: PathBuf,
+    /// The joint; give several to see them below one another
+    #[arg(long, value_name = "NAME", required = true)]
+    pub(crate) joint: Vec<String>,
+    /// The picture to write: .svg or .png
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// Width in pixels
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width)]
+    pub(crate) width: u32,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}

@@ -1,0 +1,86 @@
+//! How to read a file.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use mocap::{Importer, RootOffset};
+
+/// How to read a file.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Reading")]
+pub(crate) struct ReadArgs {
+    /// Format of the input [default: found from its contents, else from its extension]
+    #[arg(long, value_name = "NAME")]
+    from: Option<String>,
+    /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
+    #[arg(long, value_name = "FILE")]
+    skeleton: Option<PathBuf>,
+    /// What to do with the root's OFFSET when the root has position channels too
+    #[arg(long, value_name = "POLICY", default_value = "auto")]
+    root_offset: RootOffsetArg,
+    /// Read every row of the motion, also those beyond the declared number of frames
+    #[arg(long)]
+    all_rows: bool,
+    /// Take every warning for an error
+    #[arg(long)]
+    pub(crate) strict: bool,
+}
+
+impl ReadArgs {
+    /// An importer with these options.
+    pub(crate) fn importer(&self) -> Importer {
+        let mut importer = Importer::new()
+            .root_offset(self.root_offset.into())
+            .all_rows(self.all_rows)
+            .strict(self.strict);
+        if let Some(format) = &self.from {
+            importer = importer.format(format);
+        }
+        if let Some(skeleton) = &self.skeleton {
+            importer = importer.skeleton(skeleton);
+        }
+        importer
+    }
+}
+
+/// The frame rate, for commands that do not write one.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Reading")]
+pub(crate) struct FrameRateArgs {
+    /// Frames per second to take in place of the file's own
+    #[arg(long, value_name = "RATE")]
+    fps: Option<f64>,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+impl FrameRateArgs {
+    /// An importer with these options.
+    pub(crate) fn importer(&self) -> Importer {
+        let importer = self.read.importer();
+        match self.fps {
+            Some(frame_rate) => importer.frame_rate(frame_rate),
+            None => importer,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RootOffsetArg {
+    /// Add where the first frame's root position is near zero while the OFFSET is not, else replace
+    Auto,
+    /// The position channels stand in place of the OFFSET
+    Replace,
+    /// The position channels are added to the OFFSET
+    Add,
+}
+
+impl From<RootOffsetArg> for RootOffset {
+    fn from(arg: RootOffsetArg) -> Self {
+        match arg {
+            RootOffsetArg::Auto => Self::Auto,
+            RootOffsetArg::Replace => Self::Replace,
+            RootOffsetArg::Add => Self::Add,
+        }
+    }
+}
