@@ -31,7 +31,9 @@ export async function messagesAbout(path, mode) {
       new Uint8Array(await readFile(join(dirname(path), decodeURIComponent(uri)))),
   });
   const isAllowed = (message) =>
-    EXCEPTIONS.some((exception) => exception.mode === mode && exception.code === message.code);
+    EXCEPTIONS.some(
+      ({ mode: inMode, code, pointer = "" }) => inMode === mode && code === message.code && message.pointer.startsWith(pointer),
+    );
   return report.issues.messages
     .filter((message) => !isAllowed(message))
     .map((message) => `${SEVERITIES[message.severity]} ${message.code} at ${message.pointer}: ${message.message}`);
