@@ -1,7 +1,7 @@
 // Bytes against error: what mocap writes beside what gltfpack and gltf-transform make of its default file. One table a
 // clip, and the bounds that must hold.
 
-import { mkdirSync, mkdtempSync, statSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
@@ -34,21 +34,41 @@ const BOUNDED = [
 /** The most that mocap may need where gltfpack, at the same error, needs 1. */
 const SHARE_OF_GLTFPACK = 0.8;
 
-const { values, positionals } = parseArgs({ allowPositionals: true, options: { keep: { type: "string" } } });
+/** The page that --write writes the tables into, between these lines. */
+const PAGE = new URL("README.md", import.meta.url);
+const BEGIN = "<!-- begin: written by tools/interop/sizes --write -->";
+const END = "<!-- end -->";
+
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: { keep: { type: "string" }, write: { type: "boolean" } },
+});
+if (values.write && positionals.length > 0) throw new Error("--write needs every clip");
 const folder = values.keep ?? mkdtempSync(join(tmpdir(), "mocap-sizes-"));
 mkdirSync(folder, { recursive: true });
 const results = new Results();
 
-/** @typedef {{ writer: string, path: string, bytes: number, most: number, rms: number, hasSkin: boolean }} Row */
+/** @typedef {{ writer: string, bytes: number, most: number, rms: number, hasSkin: boolean }} Row */
 
+const tables = [];
+/** Prints a line of the tables. */
+function print(line) {
+  tables.push(line);
+  console.log(line);
+}
+
+const count = (number) => number.toLocaleString("en");
+
+/** @param {Row} row */
 function printRow({ writer, bytes, most, rms, hasSkin }) {
   const inMillimetres = [most, rms].map((error) => (error * 1000).toFixed(4));
-  console.log(`| ${writer} | ${bytes.toLocaleString("en")} | ${inMillimetres.join(" | ")} | ${hasSkin ? "yes" : "no"} |`);
+  print(`| ${writer} | ${count(bytes)} | ${inMillimetres.join(" | ")} | ${hasSkin ? "yes" : "no"} |`);
 }
 
 async function measureClip(clip) {
   const input = realFixture(clip);
   const outputs = subfolder(folder, clip);
+  /** @type {Map<string, Row>} */
   const rows = new Map();
   const pathOf = (writer) => join(outputs, `${writer.replaceAll(/[^a-z0-9.-]+/g, "_")}.glb`);
 
@@ -57,9 +77,10 @@ async function measureClip(clip) {
   if (provenance.root_offset.policy !== "replace") throw new Error(`${clip} adds to the OFFSET, which bvh.js does not`);
   const source = placesOfSource(input, stepsOf(provenance).change);
 
-  console.log(`\n### ${clip}: ${statSync(input).size.toLocaleString("en")} bytes of text, ${source.names.length} nodes, ${source.frames.length} frames\n`);
-  console.log("| writer | bytes | largest error, mm | RMS error, mm | skin kept |");
-  console.log("|---|--:|--:|--:|:-:|");
+  const { names, frames } = source;
+  print(`\n### ${clip}: ${count(statSync(input).size)} bytes of text, ${names.length} nodes, ${count(frames.length)} frames\n`);
+  print("| writer | bytes | largest error, mm | RMS error, mm | skin kept |");
+  print("|---|--:|--:|--:|:-:|");
   const add = (writer, write) =>
     results.guard(`${clip}, ${writer}`, async () => {
       const path = pathOf(writer);
@@ -91,11 +112,16 @@ async function measureClip(clip) {
   const row = await addBounded(`mocap, meshopt, ${bound} mm, the error of ${YARDSTICK.name}`, "meshopt", bound);
   if (!row) return;
   const share = row.bytes / yardstick.bytes;
-  console.log(`\nAt the error of \`${YARDSTICK.name}\`, mocap needs ${share.toFixed(3)} of its bytes.`);
+  print(`\nAt the error of \`${YARDSTICK.name}\`, mocap needs ${share.toFixed(3)} of its bytes.`);
   if (clip !== CLIPS[0]) results.check(share <= SHARE_OF_GLTFPACK, `${clip}: ${share.toFixed(3)} of gltfpack's bytes, over ${SHARE_OF_GLTFPACK}`);
 }
 
 for (const clip of positionals.length > 0 ? positionals : CLIPS) await results.guard(clip, () => measureClip(clip));
+if (values.write) {
+  const [before, rest] = readFileSync(PAGE, "utf8").split(BEGIN);
+  const after = rest.slice(rest.indexOf(END));
+  writeFileSync(PAGE, `${before}${BEGIN}\n${tables.join("\n")}\n\n${after}`);
+}
 console.log(`\nfiles are in ${folder}`);
 console.log(`${results.passed} passed, ${results.failed} failed`);
 process.exit(results.failed === 0 ? 0 : 1);
