@@ -12,7 +12,7 @@ import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
 
 const SCRIPT = fileURLToPath(new URL("../blender/places.py", import.meta.url));
 
-/** How far a file may be off, beyond what any client may: the bound that it was packed within, in metres. */
+/** `bound`: how far a file may be off beyond what any client may, in metres, since it was packed within that. */
 const FORMS = [
   { form: "default", options: [], bound: 0 },
   ...["int16", "meshopt", "meshopt-khr"].map((form) => ({

@@ -48,7 +48,7 @@ async function checkFile(results, page, address, input, output, form) {
   const ticks = ticksOf(frames);
   const times = ticks.map((tick) => tick * frameTime);
   const clients = [{ client: "three.js", places: await playInThree(output, nodes, times) }];
-  const answer = await page.evaluate(([...args]) => window.play(...args), [
+  const answer = await page.evaluate((args) => window.play(...args), [
     `${address}/files/${form}/${basename(output)}`,
     nodes.map((node) => node.name),
     times,
