@@ -7,7 +7,17 @@ import { parseArgs } from "node:util";
 
 import { Results } from "./results.js";
 
-const PARTS = ["validator", "verify", "three", "babylon", "bvh", "browser", "extremes"];
+const PARTS = [
+  "validator",
+  "verify",
+  "three",
+  "babylon",
+  "bvh",
+  "browser",
+  "extremes",
+  "compress",
+  "bounds",
+];
 /** Needs a Python environment of its own, see README.md, so it runs when named. */
 const PARTS_BY_NAME = ["blender"];
 

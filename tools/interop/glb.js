@@ -3,26 +3,61 @@
 import { readFileSync } from "node:fs";
 
 const JSON_CHUNK = 0x4e4f534a;
+const BIN_CHUNK = 0x004e4942;
+const COMPONENTS = { SCALAR: 1, VEC3: 3, VEC4: 4 };
+/** Component types: how they are read, and what a normalised one is divided by. */
+const COMPONENT_TYPES = {
+  5120: { array: Int8Array, most: 127 },
+  5121: { array: Uint8Array, most: 255 },
+  5122: { array: Int16Array, most: 32767 },
+  5123: { array: Uint16Array, most: 65535 },
+  5126: { array: Float32Array, most: 1 },
+};
+
+/** The JSON and the bytes of a .glb file. */
+export function readGlb(path) {
+  const bytes = readFileSync(path);
+  const length = bytes.readUInt32LE(12);
+  if (bytes.readUInt32LE(16) !== JSON_CHUNK) throw new Error(`${path}: the first chunk is not JSON`);
+  return { json: JSON.parse(bytes.toString("utf8", 20, 20 + length)), bin: new Uint8Array(bytes.subarray(20 + length + 8)) };
+}
 
 /** The JSON of a .glb or .gltf file. */
 export function readJson(path) {
   const bytes = readFileSync(path);
-  if (bytes.toString("latin1", 0, 4) !== "glTF") return JSON.parse(bytes.toString("utf8"));
-  const length = bytes.readUInt32LE(12);
-  if (bytes.readUInt32LE(16) !== JSON_CHUNK) throw new Error(`${path}: the first chunk is not JSON`);
-  return JSON.parse(bytes.toString("utf8", 20, 20 + length));
+  return bytes.toString("latin1", 0, 4) === "glTF" ? readGlb(path).json : JSON.parse(bytes.toString("utf8"));
 }
 
-/** The numbers of a float accessor of a .glb file. */
-export function readFloats(path, accessorIndex) {
-  const bytes = readFileSync(path);
-  const json = readJson(path);
-  const accessor = json.accessors[accessorIndex];
-  const components = { SCALAR: 1, VEC3: 3, VEC4: 4 }[accessor.type];
-  const binStart = 20 + bytes.readUInt32LE(12) + 8;
-  const start = binStart + (json.bufferViews[accessor.bufferView].byteOffset ?? 0) + (accessor.byteOffset ?? 0);
-  const end = start + 4 * components * accessor.count;
-  return new Float32Array(bytes.buffer.slice(bytes.byteOffset + start, bytes.byteOffset + end));
+/** A .glb file of this JSON and these bytes. */
+export function glbOf(json, bin) {
+  const text = Buffer.from(JSON.stringify(json));
+  const padded = Buffer.concat([text, Buffer.alloc((4 - (text.length % 4)) % 4, " ")]);
+  const header = Buffer.alloc(20);
+  header.write("glTF");
+  [2, 28 + padded.length + bin.length, padded.length, JSON_CHUNK].forEach((word, at) => header.writeUInt32LE(word, 4 + 4 * at));
+  const binHeader = Buffer.alloc(8);
+  binHeader.writeUInt32LE(bin.length);
+  binHeader.writeUInt32LE(BIN_CHUNK, 4);
+  return Buffer.concat([header, padded, binHeader, bin]);
+}
+
+/** The numbers of an accessor, as doubles. Nothing of the file may be packed; see meshopt.js. */
+export function numbersOf({ json, bin }, index) {
+  const { type, componentType, normalized, count, bufferView, byteOffset = 0, sparse } = json.accessors[index];
+  if (bufferView === undefined || sparse) throw new Error(`accessor ${index} is sparse`);
+  const { array: Type, most } = COMPONENT_TYPES[componentType];
+  const view = json.bufferViews[bufferView];
+  const width = COMPONENTS[type];
+  const stride = view.byteStride ?? width * Type.BYTES_PER_ELEMENT;
+  const numbers = new Float64Array(count * width);
+  for (let element = 0; element < count; element += 1) {
+    const start = (view.byteOffset ?? 0) + byteOffset + element * stride;
+    const values = new Type(bin.slice(start, start + width * Type.BYTES_PER_ELEMENT).buffer);
+    values.forEach((value, component) => {
+      numbers[element * width + component] = normalized ? Math.max(value / most, -1) : value;
+    });
+  }
+  return numbers;
 }
 
 /**

@@ -177,6 +177,12 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
             Ok(require(peers::run(&mocap, &["convert", &from, &to]))?)
         });
     }
+    let packed = ["convert", &from, &to, "--threads", "1", "--compress", "meshopt", "--max-error", "1mm"];
+    if peers::run(&mocap, &packed) {
+        stages.add("mocap convert --compress meshopt --max-error 1mm, 1 thread", || {
+            Ok(require(peers::run(&mocap, &packed))?)
+        });
+    }
     if small_enough && peers::run(Path::new("assimp"), &["export", &from, &to]) {
         stages.add("assimp export", || {
             Ok(require(peers::run(Path::new("assimp"), &["export", &from, &to]))?)

@@ -24,7 +24,10 @@ def answer(request):
     scene = bpy.context.scene
     scene.render.fps = max(1, round(request["frames_per_second"]))
     scene.render.fps_base = 1.0
-    bpy.ops.import_scene.gltf(filepath=request["file"])
+    try:
+        bpy.ops.import_scene.gltf(filepath=request["file"])
+    except RuntimeError as error:
+        return {"refusal": str(error).strip()}
 
     armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
     meshes = [thing for thing in bpy.data.objects if thing.type == "MESH" and thing.parent in armatures]

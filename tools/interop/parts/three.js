@@ -6,6 +6,7 @@ import { basename, join } from "node:path";
 import { AnimationMixer, Box3, LoopOnce, SkeletonHelper, Vector3, REVISION } from "three";
 import { BVHLoader } from "three/addons/loaders/BVHLoader.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
 
 import { largestDistance, millimetres, stepsOf, ticksOf, toleranceFor } from "../compare.js";
 import { describe } from "../glb.js";
@@ -38,10 +39,10 @@ const READ_ALIKE = new Set([
 ]);
 
 /** A file as three.js has it: the objects of its nodes, and a way to put them at a time. */
-async function load(path) {
+export async function load(path) {
   const bytes = readFileSync(path);
   const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
-  const gltf = await new GLTFLoader().parseAsync(buffer, "");
+  const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(buffer, "");
   const objectOfNode = new Map();
   gltf.scene.traverse((object) => {
     const node = gltf.parser.associations.get(object)?.nodes;
@@ -60,7 +61,8 @@ async function load(path) {
   return { gltf, objectOfNode, showTime };
 }
 
-function placesOf(objects) {
+/** Where objects stand in the world. */
+export function placesOf(objects) {
   return objects.map((object) => object.getWorldPosition(new Vector3()).toArray());
 }
 

@@ -1,0 +1,110 @@
+// The packed forms, within a bound of a millimetre: the validator on the file and on its unpacked twin, three.js with
+// its decoder, Babylon with its own in Chromium.
+
+import { statSync } from "node:fs";
+import { basename, join } from "node:path";
+
+import { withPage } from "../browser.js";
+import { largestDistance, millimetres, stepsOf, ticksOf, toleranceFor } from "../compare.js";
+import { describe } from "../glb.js";
+import { writeUnpacked } from "../meshopt.js";
+import { convert, fixtures, outputName, pose, subfolder } from "../mocap.js";
+import { open } from "../playback.js";
+import { load, placesOf } from "./three.js";
+import { messagesAbout } from "./validator.js";
+
+/** The bound asked for, in metres. */
+const BOUND = 0.001;
+/** Single precision on the way through a client, as a share of what a place may be off. */
+const ROUNDING = 0.1;
+const FORMS = ["int16", "meshopt", "meshopt-khr"];
+/** What Babylon does not know, and so must refuse by its name: silence, or a wrong pose, would be worse. */
+const UNKNOWN_TO_BABYLON = "KHR_meshopt_compression";
+
+async function checkValidator(results, name, form, output) {
+  const messages = await messagesAbout(output, form);
+  results.check(messages.length === 0, `${name}: ${messages.slice(0, 3).join("\n    ")}`);
+  const twin = await writeUnpacked(output, output.replace(/\.glb$/, ".unpacked.glb"));
+  const ofTwin = await messagesAbout(twin, "default");
+  results.check(ofTwin.length === 0, `${name}, unpacked: ${ofTwin.slice(0, 3).join("\n    ")}`);
+}
+
+/** What three.js makes of a file, at times in seconds. */
+async function playInThree(output, nodes, times) {
+  const { objectOfNode, showTime } = await load(output);
+  const objects = nodes.map((node) => objectOfNode.get(node.index));
+  return times.map((seconds) => {
+    showTime(seconds);
+    return placesOf(objects);
+  });
+}
+
+/** Returns how far the clients were off what the file says, by client. */
+async function checkFile(results, page, address, input, output, form) {
+  const name = `${basename(input)}, ${form}`;
+  const { json, nodes, frames, frameTime, provenance } = describe(output);
+  await checkValidator(results, name, form, output);
+
+  const ticks = ticksOf(frames);
+  const times = ticks.map((tick) => tick * frameTime);
+  const clients = [{ client: "three.js", places: await playInThree(output, nodes, times) }];
+  const answer = await page.evaluate((args) => window.play(...args), [
+    `${address}/files/${form}/${basename(output)}`,
+    nodes.map((node) => node.name),
+    times,
+  ]);
+  if (json.extensionsRequired?.includes(UNKNOWN_TO_BABYLON)) {
+    results.check(answer.refusal?.includes(UNKNOWN_TO_BABYLON), `${name}: Babylon does not refuse it: ${answer.refusal}`);
+  } else if (results.check(answer.places, `${name}: Babylon: ${answer.refusal}`)) {
+    results.check(answer.bones.length === 1, `${name}: Babylon has ${answer.bones.length} skeletons`);
+    clients.push({ client: "Babylon", places: answer.places });
+  }
+
+  const { placesAt } = await open(output);
+  const { sourceTick, change } = stepsOf(provenance);
+  const worst = {};
+  ticks.forEach((tick, index) => {
+    const inFile = placesAt(times[index]);
+    const expected = nodes.map((node) => inFile[node.index]);
+    const tolerance = toleranceFor(expected);
+    const own = largestDistance(pose(output, tick).map((node) => node.translation), expected);
+    results.check(own <= tolerance, `${name}, tick ${tick}: mocap's pose is ${millimetres(own)} from the file`);
+    // Between two frames the bound does not hold, for the source has no frame there.
+    const inSource = Number.isInteger(tick) && pose(input, sourceTick(tick)).map((node) => change(node.translation));
+    for (const { client, places } of clients) {
+      const distance = largestDistance(places[index], expected);
+      results.check(distance <= tolerance, `${name}, tick ${tick}: ${client} is ${millimetres(distance)} from the file`);
+      if (tolerance < 0.00011) worst[client] = Math.max(worst[client] ?? 0, distance);
+      if (!inSource) continue;
+      const error = largestDistance(places[index], inSource);
+      const most = BOUND + ROUNDING * tolerance;
+      results.check(error <= most, `${name}, tick ${tick}: ${client} is ${millimetres(error)} from the source`);
+    }
+  });
+  return worst;
+}
+
+export async function run(results, folder) {
+  const root = subfolder(folder, "compress");
+  await withPage(results, root, "babylon.html", async (page, address) => {
+    for (const form of FORMS) {
+      const outputs = subfolder(root, form);
+      const worst = {};
+      let [files, bytes] = [0, 0];
+      for (const input of fixtures("real")) {
+        await results.guard(`${basename(input)}, ${form}`, async () => {
+          const output = join(outputs, outputName(input, ".glb"));
+          convert(input, output, "--compress", form, "--max-error", `${BOUND * 1000}mm`);
+          if (describe(output).frames < 2) return;
+          files += 1;
+          bytes += statSync(output).size;
+          for (const [client, distance] of Object.entries(await checkFile(results, page, address, input, output, form))) {
+            worst[client] = Math.max(worst[client] ?? 0, distance);
+          }
+        });
+      }
+      const distances = Object.entries(worst).map(([client, distance]) => `${client} at most ${millimetres(distance)} off`);
+      results.note(`${form}: ${files} files, ${bytes} bytes; ${distances.join(", ")}, in figures of human size`);
+    }
+  });
+}
