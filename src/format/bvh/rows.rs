@@ -8,6 +8,8 @@
 mod block;
 mod layout;
 mod segments;
+#[cfg(target_arch = "x86_64")]
+mod short;
 
 use std::ops::Range;
 
