@@ -35,8 +35,9 @@ pub(super) trait Sink {
     /// Takes the frames that follow those it has.
     fn append(&mut self, block: &Block);
 
-    /// Makes room for frames that follow those it has, to be filled in any order. Asked for after the first frame.
-    fn extend(&mut self, frames: usize) -> Self::Frames<'_>;
+    /// Makes room for frames that follow those it has, by several threads, to be filled in any order. Asked for after
+    /// the first frame.
+    fn extend(&mut self, frames: usize, threads: usize) -> Self::Frames<'_>;
 
     /// Keeps no more than the first frames.
     fn truncate(&mut self, frames: usize);
@@ -200,7 +201,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             most,
             &self.last_row,
             self.release,
-            self.sink.extend(most),
+            self.sink.extend(most, self.threads),
         );
         self.sink.truncate(before + read.rows);
         self.rows += read.rows as u64;
