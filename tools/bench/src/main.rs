@@ -255,10 +255,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     );
     for threads in [1, 2] {
         let peak = peak_memory(threads, path, &output)? as f64;
-        let name = format!(
-            "peak memory of convert with {threads} threads, {:.1} MB, of the input",
-            peak / 1e6
-        );
+        let name = format!("peak memory of convert --threads {threads}, {:.1} MB, of the input", peak / 1e6);
         // The program itself takes some MB too.
         let most = (text.len() > 100_000_000).then_some(Wanted::AtMost(1.3));
         print_figure(&name, Some(peak / text.len() as f64), most);
