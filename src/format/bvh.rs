@@ -108,7 +108,7 @@ impl rows::Sink for Count {
 
     type Frames<'a> = Uncounted;
 
-    fn extend(&mut self, frames: usize) -> Uncounted {
+    fn extend(&mut self, frames: usize, _: usize) -> Uncounted {
         self.0 += frames;
         Uncounted
     }

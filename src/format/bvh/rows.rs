@@ -1,14 +1,19 @@
 //! The rows of the MOTION section, as blocks of columns.
 //!
 //! Rows are lines in nearly every file, and then [`Block::read_plain_row`] reads them as fast as numbers can be parsed,
-//! and [`segments`] by several threads where there are many. The first line that is anything else sends the reader to [`layout`], which looks at the rest of the text once and
-//! finds the rule by which rows are written; from there on the careful path reads what the fast one declines.
+//! and [`segments`] by several threads where there are many. The first line that is anything else sends the reader to
+//! [`layout`], which looks at the rest of the text once and finds the rule by which rows are written; from there on the
+//! careful path reads what the fast one declines.
 
+mod block;
 mod layout;
 mod segments;
+#[cfg(target_arch = "x86_64")]
+mod short;
 
 use std::ops::Range;
 
+pub(super) use self::block::Block;
 use self::layout::Layout;
 use super::Failure;
 use super::channel::ChannelKind;
@@ -30,8 +35,9 @@ pub(super) trait Sink {
     /// Takes the frames that follow those it has.
     fn append(&mut self, block: &Block);
 
-    /// Makes room for frames that follow those it has, to be filled in any order. Asked for after the first frame.
-    fn extend(&mut self, frames: usize) -> Self::Frames<'_>;
+    /// Makes room for frames that follow those it has, by several threads, to be filled in any order. Asked for after
+    /// the first frame.
+    fn extend(&mut self, frames: usize, threads: usize) -> Self::Frames<'_>;
 
     /// Keeps no more than the first frames.
     fn truncate(&mut self, frames: usize);
@@ -47,106 +53,6 @@ pub(super) trait Frames: Sized + Send {
 
     /// Fills the first of them, and goes on to the next.
     fn fill(&mut self, block: &Block);
-}
-
-/// Some frames of every column.
-#[derive(Debug)]
-pub(super) struct Block {
-    values: Vec<f64>,
-    frames: usize,
-    capacity: usize,
-    /// Values from one column to the next.
-    stride: usize,
-}
-
-impl Block {
-    /// Frames that keep a block of a usual skeleton in the processor's second cache.
-    const FRAMES: usize = 128;
-    /// Values beyond which a block of an unusual skeleton gets fewer frames.
-    const VALUES: usize = 1 << 16;
-    /// Values between columns. Columns a power of two apart would all be kept in the same few places of the first
-    /// cache, and drive each other out.
-    const GAP: usize = 8;
-
-    fn new(channel_count: usize) -> Self {
-        let capacity = (Self::VALUES / channel_count).clamp(1, Self::FRAMES);
-        let stride = capacity + Self::GAP;
-        Self {
-            values: vec![0.0; stride * channel_count],
-            frames: 0,
-            capacity,
-            stride,
-        }
-    }
-
-    /// How many frames it holds.
-    pub(super) fn frames(&self) -> usize {
-        self.frames
-    }
-
-    /// The values of one column, one a frame.
-    pub(super) fn column(&self, column: usize) -> &[f64] {
-        &self.values[column * self.stride..][..self.frames]
-    }
-
-    fn is_full(&self) -> bool {
-        self.frames == self.capacity
-    }
-
-    /// The values of the last frame, if there is one.
-    fn last_row(&self) -> Option<Vec<f64>> {
-        let last = self.frames.checked_sub(1)?;
-        Some(
-            self.values
-                .chunks_exact(self.stride)
-                .map(|column| column[last])
-                .collect(),
-        )
-    }
-
-    /// Reads a line of exactly as many finite numbers as there are columns into the next frame, and gives its length;
-    /// of any other line nothing is kept.
-    fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
-        let frame = self.frames;
-        let mut rest = skip_blanks(text);
-        let mut is_plain = true;
-        for column in self.values.chunks_exact_mut(self.stride) {
-            // By a reference, so that the compiler makes a parser for this place alone and needs no call to it: see
-            // `tools/bench/README.md`.
-            #[allow(clippy::needless_borrows_for_generic_args, reason = "a seventh of the time")]
-            let (value, length) = fast_float2::parse_partial::<f64, _>(&rest).ok()?;
-            rest = match &rest[length..] {
-                [b' ', after @ ..] if after.first().is_some_and(|&byte| byte > b' ') => after,
-                gap => skip_gap(gap)?,
-            };
-            // NaN is not below anything.
-            is_plain &= value.abs() <= f64::from(f32::MAX);
-            column[frame] = value;
-        }
-        let ends = rest.first().is_none_or(|&byte| is_line_end(byte));
-        if !(ends && is_plain) {
-            return None;
-        }
-        self.frames += 1;
-        Some(text.len() - rest.len())
-    }
-}
-
-/// Skips the blanks behind a number; a line may end there too.
-#[inline(never)]
-fn skip_gap(text: &[u8]) -> Option<&[u8]> {
-    match text {
-        [b' ' | b'\t', after @ ..] => Some(skip_blanks(after)),
-        [byte, ..] if !is_line_end(*byte) => None,
-        _ => Some(text),
-    }
-}
-
-fn skip_blanks(mut text: &[u8]) -> &[u8] {
-    while let [b' ' | b'\t', after @ ..] = text {
-        text = after;
-    }
-    text
 }
 
 /// Reads what is declared and gives it to `sink` block by block.
@@ -295,7 +201,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             most,
             &self.last_row,
             self.release,
-            self.sink.extend(most),
+            self.sink.extend(most, self.threads),
         );
         self.sink.truncate(before + read.rows);
         self.rows += read.rows as u64;

@@ -1,6 +1,7 @@
 //! Joints and numbers into a node graph and channels.
 
 use std::collections::HashMap;
+use std::thread;
 
 use bytemuck::Zeroable;
 use glam::{Mat4, Quat, Vec3};
@@ -295,13 +296,20 @@ impl Sink for Tracks<'_> {
     where
         Self: 'a;
 
-    fn extend(&mut self, frames: usize) -> Frames<'_> {
+    fn extend(&mut self, frames: usize, threads: usize) -> Frames<'_> {
         self.frames += frames;
-        let extended = self.joints.iter_mut().map(|track| {
-            track.extend(frames);
-            track.last_frames(frames)
+        // Memory that this program has had before is not zero: it must be made so, which takes its time.
+        let share = self.joints.len().div_ceil(threads).max(1);
+        thread::scope(|scope| {
+            let mut shares = self.joints.chunks_mut(share);
+            let own = shares.next();
+            let extend = move |tracks: &mut [Track]| tracks.iter_mut().for_each(|track| track.extend(frames));
+            for tracks in shares {
+                scope.spawn(move || extend(tracks));
+            }
+            own.map(extend);
         });
-        Frames(extended.collect())
+        Frames(self.joints.iter_mut().map(|track| track.last_frames(frames)).collect())
     }
 
     fn truncate(&mut self, frames: usize) {

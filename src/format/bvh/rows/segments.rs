@@ -18,6 +18,9 @@ use crate::format::text::is_space;
 /// cache when its numbers are read after its lines were counted.
 const LENGTH: usize = 1 << 18;
 
+/// Segments whose text is released together, for every release interrupts the other processors.
+const RELEASED: usize = 16;
+
 /// Bytes from which on a second thread is worth its start.
 pub(super) const WORTHWHILE: usize = 2 << 20;
 
@@ -98,8 +101,12 @@ pub(super) fn read<F: Frames>(
             if !is_wanted || stop.load(Ordering::Relaxed) < index {
                 break;
             }
-            let segment = read_segment(text, range.clone(), index, rows, &mut block, frames);
-            release(range);
+            let segment = read_segment(text, range, index, rows, &mut block, frames);
+            if (index + 1).is_multiple_of(RELEASED) {
+                // Those before the last so many; somebody may still be reading these.
+                let offset = |segments: usize| first_line + (index + 1).saturating_sub(segments) * LENGTH;
+                release(offset(2 * RELEASED)..offset(RELEASED));
+            }
             if !segment.is_whole {
                 stop.fetch_min(index, Ordering::Relaxed);
             }

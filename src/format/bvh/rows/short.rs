@@ -1,0 +1,195 @@
+//! Short decimal numbers, without a branch that depends on their lengths.
+//!
+//! Where a number's digits, point and end stand changes from number to number, and a parser that goes from byte to byte
+//! guesses wrong at about every second number. Here 16 bytes are looked at together. All vector instructions are of
+//! SSE4.1 at most; a processor is asked for AVX2 because [`lanes`](crate::rotation::lanes) asks it that already.
+
+use std::arch::x86_64::{
+    __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,
+    _mm_movemask_epi8, _mm_packus_epi32, _mm_set_epi64x, _mm_set1_epi8, _mm_set1_epi16, _mm_set1_epi32,
+    _mm_shuffle_epi8, _mm_subs_epu8,
+};
+
+/// Bytes that are looked at: a number of at most 15, sign and point among them, and the one behind it.
+const WINDOW: usize = 16;
+
+/// Powers of ten up to the most decimals. They are exact, and so is every whole number of as many digits: a quotient
+/// of the two is correctly rounded.
+const POWERS: [f64; WINDOW] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+];
+
+/// Where the digits of a number stand, by its end and its point: the last digit comes last, zeros come first.
+static DIGITS: [[[u8; WINDOW]; WINDOW]; WINDOW] = digits();
+
+const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
+    /// Asks the shuffle for a zero.
+    const ZERO: u8 = 0x80;
+    let mut digits = [[[ZERO; WINDOW]; WINDOW]; WINDOW];
+    let mut end = 0;
+    while end < WINDOW {
+        let mut point = 0;
+        while point < WINDOW {
+            let (mut from, mut to) = (end, WINDOW);
+            while from > 0 {
+                from -= 1;
+                if from != point {
+                    to -= 1;
+                    digits[end][point][to] = from as u8;
+                }
+            }
+            point += 1;
+        }
+        end += 1;
+    }
+    digits
+}
+
+/// The number at the start of a text, correctly rounded, and its length: `-`, digits, and a point among them, with a
+/// blank or a line end behind it. `None` for every other spelling, and for what may not be exact.
+#[inline]
+#[target_feature(enable = "avx2")]
+pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
+    let [low, high]: [[u8; 8]; 2] = bytemuck::cast(*text.first_chunk::<WINDOW>()?);
+    let bytes = _mm_set_epi64x(i64::from_le_bytes(high), i64::from_le_bytes(low));
+    // Comparisons are of signed bytes: what is no ASCII is below all of it, and ends a number as a blank does.
+    let ends = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b' ' as i8 + 1)));
+    let minus = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'-' as i8))) & 1;
+    let points = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'.' as i8)));
+    let below_digits = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b'0' as i8)));
+    // Of sign and point a zero is left.
+    let values = _mm_subs_epu8(bytes, _mm_set1_epi8(b'0' as i8));
+    let above_digits = bits(_mm_cmpgt_epi8(values, _mm_set1_epi8(9)));
+
+    let end_bit = ends & ends.wrapping_neg();
+    let inside = end_bit.wrapping_sub(1);
+    let others = below_digits & inside & !minus;
+    let is_other = (above_digits & inside) | (others & !points) | (others & others.wrapping_sub(1));
+    let has_point = u32::from(others != 0);
+    let end = ends.trailing_zeros();
+    let digits = end.wrapping_sub(minus + has_point);
+    // Without an end the length is 32.
+    if is_other != 0 || !(1..WINDOW as u32).contains(&digits) {
+        return None;
+    }
+    let point = (others | end_bit).trailing_zeros();
+    let order: __m128i = bytemuck::cast(DIGITS[end as usize % WINDOW][point as usize % WINDOW]);
+    // Neighbours are put together: digits to pairs, pairs to fours, fours to eights.
+    let pairs = _mm_maddubs_epi16(_mm_shuffle_epi8(values, order), _mm_set1_epi16(0x01_0a));
+    let fours = _mm_madd_epi16(pairs, _mm_set1_epi32(0x1_0064));
+    let eights = _mm_madd_epi16(_mm_packus_epi32(fours, fours), _mm_set1_epi32(0x1_2710));
+    let eights = _mm_cvtsi128_si64(eights);
+    let whole = (eights & 0xffff_ffff) * 100_000_000 + (eights >> 32);
+    let decimals = end - point - has_point;
+    let value = whole as f64 / POWERS[decimals as usize % WINDOW];
+    // Also of zero.
+    let value = f64::from_bits(value.to_bits() | u64::from(minus) << 63);
+    Some((value, end as usize))
+}
+
+/// A bit a byte, from the first byte on.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn bits(bytes: __m128i) -> u32 {
+    _mm_movemask_epi8(bytes) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    /// As [`super::parse`], where the processor can.
+    fn parse(text: &str) -> Option<Option<(f64, usize)>> {
+        let can = std::arch::is_x86_feature_detected!("avx2");
+        // SAFETY: the processor was asked.
+        #[allow(unsafe_code, reason = "the function is for processors with AVX2 alone")]
+        can.then(|| unsafe { super::parse(text.as_bytes()) })
+    }
+
+    #[test]
+    fn what_is_read_is_what_the_standard_library_reads() {
+        let mut count = 0;
+        for digits in [
+            "0",
+            "5",
+            "07",
+            "90",
+            "123",
+            "90071992547409",
+            "99999999999999",
+            "00000000100001",
+        ] {
+            for point in 0..=digits.len() + 1 {
+                for sign in ["", "-"] {
+                    let mut number = format!("{sign}{digits}");
+                    if point <= digits.len() {
+                        number.insert(sign.len() + point, '.');
+                    }
+                    for after in [
+                        " 9999999999999999",
+                        "\t-.e888888888888888",
+                        "\n................",
+                        "\r\n              ",
+                    ] {
+                        let Some(found) = parse(&format!("{number}{after}")) else {
+                            return;
+                        };
+                        let expected: f64 = number.parse().unwrap();
+                        match found {
+                            Some((value, length)) => {
+                                assert_eq!(value.to_bits(), expected.to_bits(), "{number:?}");
+                                assert_eq!(length, number.len());
+                            }
+                            None => assert!(number.len() > 15, "{number:?}"),
+                        }
+                        count += 1;
+                    }
+                }
+            }
+        }
+        assert!(count > 500);
+    }
+
+    #[test]
+    fn every_decimal_of_six_digits_is_correctly_rounded() {
+        for value in 0..1_000_000_u32 {
+            let number = format!("{:.4} -17.25      ", f64::from(value) / 1e4);
+            let Some(found) = parse(&number) else { return };
+            let expected: f64 = number.split(' ').next().unwrap().parse().unwrap();
+            assert_eq!(
+                found.map(|(value, _)| value.to_bits()),
+                Some(expected.to_bits()),
+                "{number}"
+            );
+        }
+    }
+
+    #[test]
+    fn other_spellings_are_left_to_the_other_parser() {
+        for text in [
+            "",
+            "-",
+            ".",
+            "-.",
+            "+1",
+            "1e5",
+            "1.5e-3",
+            "nan",
+            "inf",
+            "1.2.3",
+            "1-2",
+            "--1",
+            "1,5",
+            "1:2",
+            "1/2",
+            "0x10",
+            "1.#QNAN",
+            "1234567890123456",
+            "é1",
+        ] {
+            let padded = format!("{text}{}", " ".repeat(20));
+            let Some(found) = parse(&padded) else { return };
+            assert_eq!(found, None, "{text:?}");
+        }
+        // Too near to the end of the text.
+        assert!(parse("1.5 ").is_none_or(|found| found.is_none()));
+    }
+}
