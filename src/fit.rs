@@ -17,6 +17,7 @@ mod motion;
 mod pose_grid;
 mod stream;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -77,7 +78,7 @@ pub(crate) enum Rotation {
 const MOST_BITS: u32 = 16;
 
 /// How often to start again before giving up.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 16;
 
 /// The room for the next round, of what would do if errors shrank as it does; and the least share that one round takes
 /// away to.
@@ -107,6 +108,11 @@ const DIGIT: f64 = 1e-3;
 
 /// Share of the frames below which keys that all joints share can be worth the loss of room for rounding.
 const WORTH_IT: f32 = 0.9;
+/// Share of the keys below which they are smaller for sure, all keys being somewhat coarser.
+const SURE: f32 = 0.85;
+
+/// The share of the bound from which on a frame gets its key back: the next round rounds otherwise.
+const NEARLY: f32 = 0.97;
 
 /// Codes `animation` so that no joint is more than `bound` metres from its place.
 ///
@@ -139,8 +145,7 @@ pub(crate) fn fit(scene: &Scene, animation: &Animation, bound: f64, container: C
         return fitter.within_bound(scene, Some(full));
     }
     match fitter.within_bound(scene, Some(Arc::new(grid))) {
-        // Half the keys are less than half the bytes that all of them would take.
-        Ok(fewer) if fewer.keys() * 2 < all_keys(&fewer, full.len()) => Ok(fewer),
+        Ok(fewer) if (fewer.keys() as f32) < SURE * all_keys(&fewer, full.len()) as f32 => Ok(fewer),
         Ok(fewer) => {
             let all = fitter.within_bound(scene, Some(full))?;
             Ok(if fewer.stream_size() < all.stream_size() {
@@ -222,7 +227,17 @@ impl Fitter<'_> {
             ..Measured::default()
         };
         for _ in 0..ROUNDS {
-            let tracks = self.round(&room, shared.as_ref());
+            let (tracks, coded) = self.round(&room, shared.as_ref());
+            // In single precision, for the double costs as much as the round itself.
+            if let Some(grid) = &mut shared
+                && keys::refine(
+                    Arc::make_mut(grid),
+                    &self.rough_errors(&coded),
+                    self.bound as f32 * NEARLY,
+                )
+            {
+                continue;
+            }
             let Errors {
                 measured,
                 frames,
@@ -300,7 +315,31 @@ impl Fitter<'_> {
             .collect()
     }
 
-    fn round(&self, room: &[f32], shared: Option<&Arc<Grid>>) -> Vec<FittedTrack> {
+    /// The largest error at every frame.
+    fn rough_errors(&self, coded: &[World]) -> Vec<f32> {
+        let mut errors = vec![0f32; self.motion.frames()];
+        for (index, joint) in self.motion.joints.iter().enumerate() {
+            let (truth, coded) = match joint.parent.filter(|_| joint.is_tip()) {
+                None => (
+                    Cow::Borrowed(&self.truth[index].positions),
+                    Cow::Borrowed(&coded[index].positions),
+                ),
+                Some(parent) => {
+                    let way = joint.offset() * self.motion.joints[parent].scale;
+                    let carried = |world| Cow::Owned(chain::carried(way, errors.len(), Some(world)));
+                    (carried(&self.truth[parent]), carried(&coded[parent]))
+                }
+            };
+            for (error, (truth, coded)) in std::iter::zip(&mut errors, std::iter::zip(truth.iter(), coded.iter())) {
+                *error = error.max(truth.distance_squared(*coded));
+            }
+        }
+        errors.iter_mut().for_each(|error| *error = error.sqrt());
+        errors
+    }
+
+    /// The tracks, and where they put all joints.
+    fn round(&self, room: &[f32], shared: Option<&Arc<Grid>>) -> (Vec<FittedTrack>, Vec<World>) {
         let motion = &self.motion;
         let mut coded: Vec<World> = Vec::with_capacity(motion.joints.len());
         let mut tracks = Vec::with_capacity(motion.joints.len());
@@ -321,7 +360,7 @@ impl Fitter<'_> {
             coded.push(world);
             tracks.push(track);
         }
-        tracks
+        (tracks, coded)
     }
 
     /// How a joint moves in its parent, and where that puts it at every frame.

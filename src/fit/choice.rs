@@ -182,18 +182,23 @@ impl<'a> Around<'a> {
     /// What each corner of a cube costs, in bits: those of its differences, and what its error is worth. To first
     /// order, for a step is a small turn.
     fn scores(&self, base: [i32; 3]) -> [f32; CORNERS] {
+        // What the two values of each component add.
+        let sides: [[(Vec3, f32); 2]; 3] = std::array::from_fn(|slot| {
+            [0, 1].map(|side| {
+                let stored = base[slot] + side;
+                let turn = self.turns[slot] * (stored as f32 - self.lattice.exact[slot]);
+                (turn, self.before.map_or(0.0, |before| price(stored - before[slot])))
+            })
+        });
         let mut turn = [[0f32; CORNERS]; 3];
         let mut scores = [0f32; CORNERS];
         for corner in 0..CORNERS {
-            let mut sum = self.turn;
-            for slot in 0..3 {
-                let stored = base[slot] + (corner >> slot & 1) as i32;
-                sum += self.turns[slot] * (stored as f32 - self.lattice.exact[slot]);
-                scores[corner] += self.before.map_or(0.0, |before| price(stored - before[slot]));
-            }
+            let [a, b, c] = [0, 1, 2].map(|slot| sides[slot][corner >> slot & 1]);
+            let sum = self.turn + a.0 + b.0 + c.0;
             for axis in 0..3 {
                 turn[axis][corner] = sum[axis];
             }
+            scores[corner] = a.1 + b.1 + c.1;
         }
         let [x, y, z] = &turn;
         let mut worst = [0f32; CORNERS];

@@ -43,17 +43,24 @@ pub(super) fn farthest(frames: usize, mut fits: impl FnMut(usize, usize) -> bool
     grid
 }
 
-/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`.
-pub(super) fn refine(grid: &mut Grid, errors: &[f64], bound: f64) {
-    let mut refined = Vec::with_capacity(grid.len() + 16);
+/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`. Tells
+/// whether there was one.
+pub(super) fn refine<T: Copy + PartialOrd>(grid: &mut Grid, errors: &[T], bound: T) -> bool {
+    let mut refined = Vec::with_capacity(grid.len() + grid.len() / 16);
     for (place, &key) in grid.iter().enumerate() {
         refined.push(key);
         let Some(&next) = grid.get(place + 1) else { continue };
-        let between = key + 1..next;
-        let worst = between.max_by(|a, b| errors[*a as usize].total_cmp(&errors[*b as usize]));
-        refined.extend(worst.filter(|frame| errors[*frame as usize] > bound));
+        let (mut worst, mut largest) = (None, bound);
+        for frame in key + 1..next {
+            if errors[frame as usize] > largest {
+                (worst, largest) = (Some(frame), errors[frame as usize]);
+            }
+        }
+        refined.extend(worst);
     }
+    let is_finer = refined.len() > grid.len();
     *grid = refined;
+    is_finer
 }
 
 /// The keys around every frame: calls `with(frame, key, share)` for each, `share` being how far it is from `key` to the
@@ -85,6 +92,17 @@ mod tests {
         assert_eq!(farthest(0, |_, _| true), [0]);
         assert_eq!(farthest(1, |_, _| true), [0]);
         assert_eq!(farthest(2, |_, _| true), [0, 1]);
+    }
+
+    #[test]
+    fn a_frame_that_is_too_far_off_gets_its_key_back() {
+        let errors = [0.0, 2.0, 3.0, 0.5, 1.5, 0.0];
+        let mut grid = vec![0, 3, 5];
+        assert!(refine(&mut grid, &errors, 1.0));
+        assert_eq!(grid, [0, 2, 3, 4, 5]);
+        assert!(refine(&mut grid, &errors, 1.0));
+        assert_eq!(grid, [0, 1, 2, 3, 4, 5]);
+        assert!(!refine(&mut grid, &errors, 1.0));
     }
 
     #[test]

@@ -45,21 +45,13 @@ pub(super) struct Errors {
 /// `times` are the 32-bit times of the frames in the file, and the moments of comparison: at a cut the moment before is
 /// another pose.
 pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) -> Errors {
-    let has_all = |grid: &Grid| grid.len() == motion.frames();
-    let is_full = |track: &FittedTrack| match &track.rotation {
-        Rotation::Still(_) => true,
-        Rotation::Moving { grid, .. } => has_all(grid),
-    };
-    let mut ways = vec![Way::Arc, Way::AsItIs];
-    if !tracks.iter().all(is_full) {
-        ways.push(Way::Chord);
-    }
+    let ways = ways(motion, tracks);
     let joints = motion.joints.len();
     let mut here = vec![(DVec3::ZERO, DQuat::IDENTITY); joints];
     let mut there = vec![vec![(DVec3::ZERO, DMat3::IDENTITY); joints]; ways.len()];
     // The angle by which a decoder may turn each joint differently, and whether one above it may.
     let mut doubts = vec![(0.0, false); joints];
-    let mut cursors = vec![(0usize, 0usize); joints];
+    let mut players: Vec<Player> = tracks.iter().map(|track| Player::new(track, times, &ways)).collect();
     let mut measured = Measured::default();
     let mut frames = vec![0.0; motion.frames()];
     let mut nodes = vec![0.0; joints];
@@ -67,59 +59,21 @@ pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) ->
     for frame in 0..motion.frames() {
         let second = f64::from(times[frame]);
         for (index, joint) in motion.joints.iter().enumerate() {
-            let (translation, rotation) = (joint.translation.at(frame), joint.rotation.at(frame));
-            let source = (translation.as_dvec3(), rotation.as_dquat().normalize());
             let scale = joint
                 .parent
                 .map_or(1.0, |parent| f64::from(motion.joints[parent].scale));
-            here[index] = match joint.parent {
+            let player = &mut players[index];
+            let way = player.translation(second);
+            let source = joint.translation.at(frame).as_dvec3() * scale;
+            here[index].0 = match joint.parent {
                 None => source,
-                Some(parent) => {
-                    let above = here[parent];
-                    (above.0 + above.1 * (source.0 * scale), above.1 * source.1)
-                }
-            };
-            let track = &tracks[index];
-            let cursor = &mut cursors[index];
-            let translation = match &track.translation {
-                Translation::Still(value) => value.as_dvec3(),
-                Translation::Moving { grid, keys, .. } => {
-                    let (key, share) = locate(grid, times, &mut cursor.0, second);
-                    let from = keys[key].value.as_dvec3();
-                    match keys.get(key + 1) {
-                        Some(to) if share > 0.0 => from.lerp(to.value.as_dvec3(), share),
-                        _ => from,
-                    }
-                }
-            };
-            let (from, to, share, doubt) = match &track.rotation {
-                Rotation::Still(value) => (value.as_dquat(), None, 0.0, 0.0),
-                Rotation::Moving { grid, keys, .. } => {
-                    let (key, share) = locate(grid, times, &mut cursor.1, second);
-                    let to = keys.get(key + 1).filter(|_| share > 0.0);
-                    let doubt = to.map_or(0.0, CodedRotation::doubt).max(keys[key].doubt());
-                    (
-                        keys[key].value.as_dquat(),
-                        to.map(|to| to.value.as_dquat()),
-                        share,
-                        doubt,
-                    )
-                }
+                Some(parent) => here[parent].0 + here[parent].1 * source,
             };
             let mut error = 0.0;
-            for (way, there) in std::iter::zip(&ways, &mut there) {
-                let turn = DMat3::from_quat(read(from, to, share, *way));
-                there[index] = match joint.parent {
-                    None => (translation, turn),
-                    Some(parent) => {
-                        let above = there[parent];
-                        let turn = if joint.children.is_empty() {
-                            turn
-                        } else {
-                            above.1 * turn
-                        };
-                        (above.0 + above.1 * (translation * scale), turn)
-                    }
+            for there in &mut there {
+                there[index].0 = match joint.parent {
+                    None => way,
+                    Some(parent) => there[parent].0 + there[parent].1 * (way * scale),
                 };
                 let off = here[index].0.distance_squared(there[index].0);
                 // A NaN is the worst of all.
@@ -127,9 +81,18 @@ pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) ->
                     error = off;
                 }
             }
+            // How a joint is turned that carries nothing, nobody asks.
+            if !joint.children.is_empty() {
+                let source = joint.rotation.at(frame).as_dquat().normalize();
+                here[index].1 = joint.parent.map_or(source, |parent| here[parent].1 * source);
+                let turns = player.rotations(second, &ways);
+                for (turn, there) in std::iter::zip(turns, &mut there) {
+                    there[index].1 = joint.parent.map_or(*turn, |parent| there[parent].1 * *turn);
+                }
+            }
             let mut error = error.sqrt();
             let doubt_above = joint.parent.is_some_and(|parent| doubts[parent].1);
-            doubts[index] = (doubt, doubt > 0.0 || doubt_above);
+            doubts[index] = (player.doubt, player.doubt > 0.0 || doubt_above);
             if doubt_above {
                 let mut above = joint.parent;
                 while let Some(place) = above.filter(|place| doubts[*place].1) {
@@ -155,6 +118,78 @@ pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) ->
         measured,
         frames,
         nodes,
+    }
+}
+
+/// Where every frame has a key nobody goes from one to the next.
+fn ways(motion: &Motion, tracks: &[FittedTrack]) -> Vec<Way> {
+    let is_full = |track: &FittedTrack| match &track.rotation {
+        Rotation::Still(_) => true,
+        Rotation::Moving { grid, .. } => grid.len() == motion.frames(),
+    };
+    let mut ways = vec![Way::Arc, Way::AsItIs];
+    if !tracks.iter().all(is_full) {
+        ways.push(Way::Chord);
+    }
+    ways
+}
+
+/// Plays one track, from its beginning on.
+struct Player<'a> {
+    track: &'a FittedTrack,
+    times: &'a [f32],
+    /// The keys of the translation and of the rotation that are played.
+    cursors: [usize; 2],
+    /// What the last rotation is, one a way.
+    turns: Vec<DMat3>,
+    /// The angle by which another decoder may turn it differently.
+    doubt: f64,
+}
+
+impl<'a> Player<'a> {
+    fn new(track: &'a FittedTrack, times: &'a [f32], ways: &[Way]) -> Self {
+        let turns = match &track.rotation {
+            Rotation::Still(value) => ways
+                .iter()
+                .map(|way| DMat3::from_quat(read(value.as_dquat(), None, 0.0, *way)))
+                .collect(),
+            Rotation::Moving { .. } => vec![DMat3::IDENTITY; ways.len()],
+        };
+        Self {
+            track,
+            times,
+            cursors: [0; 2],
+            turns,
+            doubt: 0.0,
+        }
+    }
+
+    fn translation(&mut self, second: f64) -> DVec3 {
+        match &self.track.translation {
+            Translation::Still(value) => value.as_dvec3(),
+            Translation::Moving { grid, keys, .. } => {
+                let (key, share) = locate(grid, self.times, &mut self.cursors[0], second);
+                let from = keys[key].value.as_dvec3();
+                match keys.get(key + 1) {
+                    Some(to) if share > 0.0 => from.lerp(to.value.as_dvec3(), share),
+                    _ => from,
+                }
+            }
+        }
+    }
+
+    /// The rotation, one a way.
+    fn rotations(&mut self, second: f64, ways: &[Way]) -> &[DMat3] {
+        if let Rotation::Moving { grid, keys, .. } = &self.track.rotation {
+            let (key, share) = locate(grid, self.times, &mut self.cursors[1], second);
+            let to = keys.get(key + 1).filter(|_| share > 0.0);
+            self.doubt = to.map_or(0.0, CodedRotation::doubt).max(keys[key].doubt());
+            let (from, to) = (keys[key].value.as_dquat(), to.map(|to| to.value.as_dquat()));
+            for (way, turn) in std::iter::zip(ways, &mut self.turns) {
+                *turn = DMat3::from_quat(read(from, to, share, *way));
+            }
+        }
+        &self.turns
     }
 }
 
