@@ -128,11 +128,14 @@ pub(crate) fn fit(scene: &Scene, animation: &Animation, bound: f64, container: C
         let message = "32-bit times cannot tell its frames apart, so that no bound can be kept";
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
+    let farthest = |world: &World| world.positions.iter().map(|place| place.length()).fold(0.0, f32::max);
+    let rounding = f64::from(truth.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON);
     let fitter = Fitter {
         truth,
         arms: Arms::all(&motion),
         motion,
         times,
+        rounding,
         bound,
         container,
     };
@@ -214,6 +217,8 @@ struct Fitter<'a> {
     truth: Vec<World>,
     arms: Vec<Arms>,
     times: Vec<f32>,
+    /// How far the source may be off, being of 32-bit numbers, in metres.
+    rounding: f64,
     bound: f64,
     container: Container,
 }
@@ -242,7 +247,7 @@ impl Fitter<'_> {
                 measured,
                 frames,
                 nodes,
-            } = measure(&self.motion, &tracks, &self.times);
+            } = measure(&self.motion, &tracks, &self.times, self.rounding);
             if measured.max <= self.bound {
                 return Ok(Fitted {
                     tracks,

@@ -43,8 +43,8 @@ pub(super) struct Errors {
 /// the largest that any can have.
 ///
 /// `times` are the 32-bit times of the frames in the file, and the moments of comparison: at a cut the moment before is
-/// another pose.
-pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) -> Errors {
+/// another pose. `rounding` is how far the source itself may be off, being of 32-bit numbers; it counts as error.
+pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32], rounding: f64) -> Errors {
     let ways = ways(motion, tracks);
     let joints = motion.joints.len();
     let mut here = vec![(DVec3::ZERO, DQuat::IDENTITY); joints];
@@ -90,7 +90,7 @@ pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32]) ->
                     there[index].1 = joint.parent.map_or(*turn, |parent| there[parent].1 * *turn);
                 }
             }
-            let mut error = error.sqrt();
+            let mut error = error.sqrt() + rounding;
             let doubt_above = joint.parent.is_some_and(|parent| doubts[parent].1);
             doubts[index] = (player.doubt, player.doubt > 0.0 || doubt_above);
             if doubt_above {
