@@ -1,6 +1,7 @@
 //! Proof that a motion survived: where a written glTF file puts every joint at every frame, against its source.
 //!
-//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it.
+//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it. The
+//! moment of a frame is the 32-bit number of seconds next to it, for glTF has no other.
 //! What the conversion did on purpose (unit, up axis, trim, frame rate, in place) stands in the file's
 //! [`Provenance`] and is done to the source as well. A file of another program has none; there the unit is taken from
 //! the lengths of the links, the up axis from what fits the first frame better, and the motion is said to start with
@@ -303,6 +304,7 @@ fn compare(
     for frame in change.first.ceil() as usize..=last.floor() as usize {
         let seconds = (frame as f64 - change.first) / their_rate;
         ours.world(frame as f64 / rate, &mut here);
+        // The moment that glTF has for this frame. Just before it a cut is another pose.
         theirs.world(f64::from(seconds as f32), &mut there);
         let places: Vec<_> = here
             .iter()
