@@ -33,26 +33,32 @@ const DIFFERENCE: f32 = 0.15;
 /// What a code costs that is off by more than the tolerance.
 const TOO_FAR: f32 = 1000.0;
 
+/// The most that the filter takes.
+pub(super) const MOST_BITS: u32 = 16;
+
 /// The corners of a cube of the grid.
 const CORNERS: usize = 8;
 
-/// The codes for some frames, and the largest error that they leave, in metres.
+/// The codes for some frames; none where so many bits leave one of them off by more than `tolerance`, unless they are
+/// the most that there are.
 pub(super) fn choose(
     task: &Task,
     arms: &Arms,
     bits: u32,
-    frames: impl ExactSizeIterator<Item = usize>,
+    frames: &[u32],
     tolerance: f32,
-) -> (Vec<CodedRotation>, f32) {
+) -> Option<Vec<CodedRotation>> {
     let mut keys: Vec<CodedRotation> = Vec::with_capacity(frames.len());
-    let mut largest = 0f32;
-    for frame in frames {
+    for &frame in frames {
+        let frame = frame as usize;
         let around = Around::new(task, arms, bits, frame, keys.last(), tolerance);
         let (key, error) = around.best(|key| task.error(arms, frame, key.value));
-        largest = largest.max(error);
+        if error > tolerance && bits < MOST_BITS {
+            return None;
+        }
         keys.push(key);
     }
-    (keys, largest)
+    Some(keys)
 }
 
 /// Whether codes of so many bits can be near enough, by a look at some frames.
