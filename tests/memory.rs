@@ -142,6 +142,16 @@ fn claims() -> Vec<(&'static str, String)> {
     ]
 }
 
+/// The start of a C3D file, with 65,535 points in a frame, of which none is there.
+fn many_points() -> Vec<u8> {
+    let mut bytes = fs::read("fixtures/real/optotrak.c3d").unwrap();
+    bytes.truncate(5310);
+    let used = bytes.windows(4).position(|four| four == b"USED").unwrap();
+    // Behind the name: the way to the next parameter, the type, the number of dimensions.
+    bytes[used + 8..][..2].copy_from_slice(&[0xFF, 0xFF]);
+    bytes
+}
+
 #[test]
 fn memory_is_a_small_multiple_of_the_input() {
     let mut failures = String::new();
@@ -182,5 +192,6 @@ fn memory_is_a_small_multiple_of_the_input() {
             &fs::read(format!("fixtures/real/{name}.bvh")).unwrap(),
         );
     }
+    hold(Limits::default(), "C3D points that are not there", &many_points());
     assert!(failures.is_empty(), "\n{failures}");
 }

@@ -63,7 +63,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     let (processor, section) = processor(bytes)?;
     let parameters = parameters::read(bytes, section, processor)?;
     let header = Header::read(bytes, processor, &parameters, options)?;
-    let points = points::read(bytes, processor, &header, warnings)?;
+    let points = points::read(bytes, processor, &header, parameters.labels().len(), warnings)?;
     Ok(scene::build(&parameters, &header, points, warnings))
 }
 

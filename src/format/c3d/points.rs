@@ -23,19 +23,27 @@ pub(super) struct Track {
     pub(super) positions: Vec<DVec3>,
 }
 
+/// Where not one record is whole, a number of points is a claim that nothing holds but their labels: so many there are
+/// at most.
 pub(super) fn read(
     bytes: &[u8],
     processor: Processor,
     header: &Header,
+    labels: usize,
     warnings: &mut Warnings,
 ) -> Result<Points, Failure> {
     let number_size = if header.scale.is_some() { 2 } else { 4 };
     let point_size = 4 * number_size;
     let record_size = header.points * point_size + header.samples * number_size;
     let data = bytes.get(header.data..).unwrap_or_default();
+    let count = if data.len() < record_size || header.frames == 0 {
+        header.points.min(labels)
+    } else {
+        header.points
+    };
     let mut points = Points {
         frames: 0,
-        tracks: vec![Track::default(); header.points],
+        tracks: vec![Track::default(); count],
     };
     if record_size == 0 {
         return Ok(points);

@@ -44,12 +44,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
         kind: NodeKind::Group,
         ..Node::default()
     });
-    // Where not one record is whole, a number of points is a claim that nothing holds but their labels.
-    let count = match points.frames {
-        0 => header.points.min(parameters.labels().len()),
-        _ => header.points,
-    };
-    let names = names(parameters, count, warnings);
+    let names = names(parameters, points.tracks.len(), warnings);
     let mut channels = Vec::with_capacity(points.tracks.len());
     for (name, track) in std::iter::zip(names, points.tracks) {
         report_gap(&name, &track, points.frames, warnings);
