@@ -287,7 +287,7 @@ fn the_bound_holds_on_generated_motions() {
 #[test]
 fn a_build_without_meshopt_says_so() {
     let text = br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],
-        "extensionsRequired":["EXT_meshopt_compression"],"scenes":[{}],"scene":0}"#;
+        "extensionsRequired":["EXT_meshopt_compression"],"nodes":[{}],"scenes":[{"nodes":[0]}],"scene":0}"#;
     let read = Importer::new().read(text, "needs_meshopt.gltf");
     let scene = in_metres(&import("cmu_short.bvh"));
     let written = write_glb(&scene, &options(Compression::Meshopt, 0.001));

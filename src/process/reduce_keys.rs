@@ -26,7 +26,7 @@ use crate::scene::{Keys, Scene};
 /// };
 /// let before = keys(&scene);
 /// let error = reduce_keys(&mut scene, 0.001)?;
-/// assert!(error <= 0.001 && keys(&scene) < before / 2);
+/// assert!(error <= 0.001 && keys(&scene) < before * 3 / 4);
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///

@@ -183,7 +183,7 @@ fn what_is_wrong_is_said() {
         text.replace(r#""type":"SCALAR""#, r#""type":"VEC3""#),
         text.replace(
             r#""asset":{"#,
-            r#""extensionsRequired":["EXT_meshopt_compression"],"asset":{"#,
+            r#""extensionsRequired":["KHR_draco_mesh_compression"],"asset":{"#,
         ),
         text.replace(r#""translation":[0.0,90.0,0.0]"#, r#""translation":[0.0,1e39,0.0]"#),
     ];
