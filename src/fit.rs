@@ -26,7 +26,7 @@ use glam::{Quat, Vec3};
 
 use self::chain::Arms;
 pub(crate) use self::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode};
-use self::keys::Grid;
+pub(crate) use self::keys::Grid;
 use self::measure::Measured;
 use self::motion::{Motion, World};
 use self::rounds::Fitter;
@@ -114,16 +114,16 @@ pub(crate) fn fit(scene: &Scene, animation: &Animation, bound: f64, container: C
         bound,
         container,
     };
-    let full: Arc<Grid> = Arc::new(keys::all(fitter.motion.frames()));
     if container != Container::Filtered {
         return fitter.within_bound(scene, None);
     }
+    let full: Arc<Grid> = Arc::new(keys::all(fitter.motion.frames()));
     let grid = pose_grid::choose(&fitter.motion, &fitter.truth, bound as f32 * FOR_KEYS);
     if grid.len() as f32 > WORTH_IT * full.len() as f32 {
         return fitter.within_bound(scene, Some(full));
     }
     match fitter.within_bound(scene, Some(Arc::new(grid))) {
-        Ok(fewer) if (fewer.keys() as f32) < SURE * all_keys(&fewer, full.len()) as f32 => Ok(fewer),
+        Ok(fewer) if (fewer.keys() as f32) < SURE * (fewer.grids().count() * full.len()) as f32 => Ok(fewer),
         Ok(fewer) => {
             let all = fitter.within_bound(scene, Some(full))?;
             Ok(if fewer.stream_size() < all.stream_size() {
@@ -136,46 +136,39 @@ pub(crate) fn fit(scene: &Scene, animation: &Animation, bound: f64, container: C
     }
 }
 
-/// The keys that all tracks would have at every frame.
-fn all_keys(fitted: &Fitted, frames: usize) -> usize {
-    let moves = |track: &FittedTrack| {
-        usize::from(matches!(track.translation, Translation::Moving { .. }))
-            + usize::from(matches!(track.rotation, Rotation::Moving { .. }))
-    };
-    fitted.tracks.iter().map(moves).sum::<usize>() * frames
-}
-
 impl Fitted {
-    /// The keys of all tracks.
-    pub(crate) fn keys(&self) -> usize {
-        let of_track = |track: &FittedTrack| {
+    /// The grids of all tracks that move.
+    fn grids(&self) -> impl Iterator<Item = &Arc<Grid>> {
+        self.tracks.iter().flat_map(|track| {
             let translation = match &track.translation {
-                Translation::Still(_) => 0,
-                Translation::Moving { keys, .. } => keys.len(),
+                Translation::Still(_) => None,
+                Translation::Moving { grid, .. } => Some(grid),
             };
             let rotation = match &track.rotation {
-                Rotation::Still(_) => 0,
-                Rotation::Moving { keys, .. } => keys.len(),
+                Rotation::Still(_) => None,
+                Rotation::Moving { grid, .. } => Some(grid),
             };
-            translation + rotation
-        };
-        self.tracks.iter().map(of_track).sum()
+            translation.into_iter().chain(rotation)
+        })
+    }
+
+    /// The keys of all tracks.
+    pub(crate) fn keys(&self) -> usize {
+        self.grids().map(|grid| grid.len()).sum()
     }
 
     /// Bytes of the streams of all tracks and of the times, nearly.
     fn stream_size(&self) -> usize {
-        let mut grids: Vec<&Arc<Grid>> = Vec::new();
         let mut size = 0;
         for track in &self.tracks {
-            if let Translation::Moving { grid, keys, .. } = &track.translation {
+            if let Translation::Moving { keys, .. } = &track.translation {
                 size += stream::size(keys.len(), |key| keys[key].code);
-                grids.push(grid);
             }
-            if let Rotation::Moving { grid, keys, .. } = &track.rotation {
+            if let Rotation::Moving { keys, .. } = &track.rotation {
                 size += stream::size(keys.len(), |key| stream::words(keys[key].code));
-                grids.push(grid);
             }
         }
+        let mut grids: Vec<&Arc<Grid>> = self.grids().collect();
         grids.dedup_by(|a, b| Arc::ptr_eq(a, b));
         let times = |grid: &&Arc<Grid>| {
             stream::size(grid.len(), |key| {

@@ -6,9 +6,9 @@
 
 use glam::{Mat3, Quat, Vec3};
 
-use super::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode};
+use super::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode, same_side};
 use super::keys::{self, Grid};
-use super::motion::{Motion, World};
+use super::motion::{Motion, World, mean_rotation};
 
 /// Points at this distance from a joint, in metres, must not be off either: a joint's turn about its own bone moves
 /// none of the joints below it but the skin around it. The idea and the distance are those of the Animation Compression
@@ -64,11 +64,6 @@ impl Arms {
     /// `turn` too far; both in the joint's own space.
     fn error(&self, error: Vec3, turn: Quat) -> f32 {
         let turn = turn.xyz() * if turn.w < 0.0 { -2.0 } else { 2.0 };
-        self.error_by(error, turn)
-    }
-
-    /// As [`Self::error`], with the turn as an axis times an angle.
-    fn error_by(&self, error: Vec3, turn: Vec3) -> f32 {
         let around = turn.length_squared() * (SHELL * SHELL);
         let farthest = self.ways.iter().map(|way| (error + turn.cross(*way)).length_squared());
         farthest.fold(around, f32::max).sqrt()
@@ -145,15 +140,13 @@ impl Task {
         let middle = self.wanted[self.wanted.len() / 2];
         let last = *self.wanted.last()?;
         // Most joints move, and show it at once.
-        let same = |other: Quat| if other.dot(first) < 0.0 { -other } else { other };
-        let guess = (first + same(middle) + same(last)).normalize();
+        let guess = (first + same_side(middle, first) + same_side(last, first)).normalize();
         for frame in [0, self.wanted.len() / 2, self.wanted.len() - 1] {
             if self.error(arms, frame, guess) > 2.0 * tolerance {
                 return None;
             }
         }
-        let sum = self.wanted.iter().fold(guess * 0.0, |sum, wanted| sum + same(*wanted));
-        let mean = sum.normalize();
+        let mean = mean_rotation(&self.wanted)?;
         let fits = (0..self.wanted.len()).all(|frame| self.error(arms, frame, mean) <= tolerance);
         fits.then_some(mean)
     }
@@ -287,7 +280,6 @@ pub(super) fn moved(
 
 /// Component by component, on the shorter way, and normalised: within a hundredth of a degree of slerp for keys a few
 /// degrees apart. The measure at the end uses both.
-fn blend(from: Quat, to: Quat, share: f32) -> Quat {
-    let to = if from.dot(to) < 0.0 { -to } else { to };
-    (from + (to - from) * share).normalize()
+pub(super) fn blend(from: Quat, to: Quat, share: f32) -> Quat {
+    (from + (same_side(to, from) - from) * share).normalize()
 }

@@ -52,7 +52,7 @@ pub(super) fn choose(
     for &frame in frames {
         let frame = frame as usize;
         let around = Around::new(task, arms, bits, frame, keys.last(), tolerance);
-        let (key, error) = around.best(|key| task.error(arms, frame, key.value));
+        let (key, error) = around.best();
         if error > tolerance && bits < MOST_BITS {
             return None;
         }
@@ -67,7 +67,7 @@ pub(super) fn may_suffice(task: &Task, arms: &Arms, bits: u32, frames: &[u32], t
     frames.iter().step_by(EVERY).all(|&frame| {
         let frame = frame as usize;
         let around = Around::new(task, arms, bits, frame, None, tolerance);
-        around.best(|key| task.error(arms, frame, key.value)).1 <= tolerance
+        around.best().1 <= tolerance
     })
 }
 
@@ -80,13 +80,11 @@ struct Found {
 
 /// The codes around one rotation.
 struct Around<'a> {
+    task: &'a Task,
+    arms: &'a Arms,
+    frame: usize,
     lattice: Lattice,
     bits: u32,
-    ways: &'a [Vec3],
-    /// How long the chain below the joint is.
-    reach: f32,
-    /// How far off the joint is, in its own space.
-    error: Vec3,
     /// How much too far the wanted rotation turns it: the axis, times the angle.
     turn: Vec3,
     /// What a step of each component adds to that.
@@ -98,7 +96,7 @@ struct Around<'a> {
 
 impl<'a> Around<'a> {
     fn new(
-        task: &Task,
+        task: &'a Task,
         arms: &'a Arms,
         bits: u32,
         frame: usize,
@@ -110,10 +108,10 @@ impl<'a> Around<'a> {
         let near = to_turn * lattice.rotation;
         let twice = if near.w < 0.0 { -2.0 } else { 2.0 };
         Self {
+            task,
+            arms,
+            frame,
             bits,
-            ways: &arms.ways,
-            reach: arms.reach,
-            error: task.errors[frame],
             turn: near.xyz() * twice,
             turns: lattice.steps.map(|step| (to_turn * step).xyz() * twice),
             before: previous
@@ -124,25 +122,22 @@ impl<'a> Around<'a> {
         }
     }
 
-    /// The best code, and the error that it leaves, which `exact` tells.
-    fn best(&self, exact: impl Fn(&CodedRotation) -> f32) -> (CodedRotation, f32) {
+    /// The best code, and the error that it leaves.
+    fn best(&self) -> (CodedRotation, f32) {
         let base = self.lattice.exact.map(floor);
         let near = self.cheapest([(base, self.scores(base))]);
-        if near.is_good {
-            return self.finish(near.stored, &exact);
-        }
-        // The eight cubes around the corner that is next to it.
-        let cubes: [_; CORNERS] = std::array::from_fn(|corner| {
-            let base = [0, 1, 2].map(|slot| base[slot] + if corner >> slot & 1 == 0 { -1 } else { 1 });
-            (base, self.scores(base))
-        });
-        self.finish(self.cheapest(cubes).stored, &exact)
-    }
-
-    fn finish(&self, stored: [i32; 3], exact: impl Fn(&CodedRotation) -> f32) -> (CodedRotation, f32) {
+        let stored = if near.is_good {
+            near.stored
+        } else {
+            // The eight cubes around the corner that is next to it.
+            let cubes: [_; CORNERS] = std::array::from_fn(|corner| {
+                let base = [0, 1, 2].map(|slot| base[slot] + if corner >> slot & 1 == 0 { -1 } else { 1 });
+                (base, self.scores(base))
+            });
+            self.cheapest(cubes).stored
+        };
         let key = self.lattice.code(stored);
-        let error = exact(&key);
-        (key, error)
+        (key, self.task.error(self.arms, self.frame, key.value))
     }
 
     /// The cheapest of the corners of some cubes that all readers understand alike; if there is none, the one of those
@@ -182,7 +177,7 @@ impl<'a> Around<'a> {
     fn difference(&self, stored: [i32; 3]) -> f32 {
         let key = self.lattice.code(stored);
         let stretch = (key.value.length_squared() - 1.0).abs();
-        (stretch + key.doubt() as f32) * self.reach
+        (stretch + key.doubt() as f32) * self.arms.reach
     }
 
     /// What each corner of a cube costs, in bits: those of its differences, and what its error is worth. To first
@@ -212,11 +207,12 @@ impl<'a> Around<'a> {
             let square = x[corner] * x[corner] + y[corner] * y[corner] + z[corner] * z[corner];
             worst[corner] = square * (SHELL * SHELL);
         }
-        for way in self.ways {
+        let error = self.task.errors[self.frame];
+        for way in &self.arms.ways {
             for corner in 0..CORNERS {
-                let off_x = self.error.x + y[corner] * way.z - z[corner] * way.y;
-                let off_y = self.error.y + z[corner] * way.x - x[corner] * way.z;
-                let off_z = self.error.z + x[corner] * way.y - y[corner] * way.x;
+                let off_x = error.x + y[corner] * way.z - z[corner] * way.y;
+                let off_y = error.y + z[corner] * way.x - x[corner] * way.z;
+                let off_z = error.z + x[corner] * way.y - y[corner] * way.x;
                 worst[corner] = worst[corner].max(off_x * off_x + off_y * off_y + off_z * off_z);
             }
         }

@@ -52,7 +52,8 @@ impl RotationCode {
     }
 }
 
-fn same_side(rotation: Quat, previous: Quat) -> Quat {
+/// Of the two quaternions that stand for `rotation` the one that is nearer to `previous`.
+pub(super) fn same_side(rotation: Quat, previous: Quat) -> Quat {
     if rotation.dot(previous) < 0.0 {
         -rotation
     } else {
@@ -176,8 +177,9 @@ pub(super) const FINE: u32 = 10;
 /// single precision.
 const DOUBT: f32 = 0.005;
 
-/// What a reader makes of a code of the QUATERNION filter: the quaternion of the four 16-bit integers after the filter. The formula is that of EXT_meshopt_compression, appendix B.
-pub(super) fn decode_filtered(code: [i16; 4]) -> CodedRotation {
+/// What a reader makes of a code of the QUATERNION filter: the quaternion of the four 16-bit integers after the filter.
+/// The formula is that of EXT_meshopt_compression, appendix B.
+fn decode_filtered(code: [i16; 4]) -> CodedRotation {
     let one = f32::from(code[3] | 3);
     let left_out = (code[3] & 3) as usize;
     let [x, y, z] = [code[0], code[1], code[2]].map(f32::from);

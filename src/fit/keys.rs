@@ -1,7 +1,7 @@
 //! Which frames keep a key.
 
 /// The frames of the keys of a track, in order. The first and the last frame always have one.
-pub(super) type Grid = Vec<u32>;
+pub(crate) type Grid = Vec<u32>;
 
 /// Every frame.
 pub(super) fn all(frames: usize) -> Grid {

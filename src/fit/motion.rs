@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use glam::{Quat, Vec3};
 
 use super::chain::SHELL;
+use super::code::same_side;
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Keys, Node, NodeId, Scene};
@@ -69,16 +70,11 @@ impl Track<'_, Vec3> {
     }
 }
 
-impl Track<'_, Quat> {
-    fn mean(&self) -> Option<Quat> {
-        let first = *self.values().first()?;
-        let same_side = |value: Quat| if value.dot(first) < 0.0 { -value } else { value };
-        let sum = self
-            .values()
-            .iter()
-            .fold(first * 0.0, |sum, value| sum + same_side(*value));
-        Some(sum.normalize())
-    }
+/// Nothing of no rotations.
+pub(super) fn mean_rotation(rotations: &[Quat]) -> Option<Quat> {
+    let first = *rotations.first()?;
+    let add = |sum: Quat, rotation: &Quat| sum + same_side(*rotation, first);
+    Some(rotations.iter().fold(first * 0.0, add).normalize())
 }
 
 /// Positions and rotations in the world, one a moment.
@@ -175,7 +171,7 @@ impl<'a> Motion<'a> {
                 let far = |value: &Vec3| value.distance(*mean) * scale > tolerance;
                 !joint.translation.values().iter().any(far)
             });
-            let steady_rotation = joint.rotation.mean().filter(|mean| {
+            let steady_rotation = mean_rotation(joint.rotation.values()).filter(|mean| {
                 let angle = |value: &Quat| 2.0 * (mean.conjugate() * *value).xyz().length();
                 let far = |value: &Quat| angle(value) * reaches[index] > tolerance;
                 !joint.rotation.values().iter().any(far)

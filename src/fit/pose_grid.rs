@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use super::chain::blend;
 use super::keys::{self, Grid};
 use super::motion::{Motion, World};
 
@@ -35,9 +36,7 @@ fn is_near(
             joint.translation.at(0)
         };
         let rotation = if joint.rotation.moves() {
-            let (a, b) = (joint.rotation.at(from), joint.rotation.at(to));
-            let b = if a.dot(b) < 0.0 { -b } else { b };
-            (a + (b - a) * share).normalize()
+            blend(joint.rotation.at(from), joint.rotation.at(to), share)
         } else {
             joint.rotation.at(0)
         };

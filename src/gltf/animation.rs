@@ -1,5 +1,7 @@
 //! Channels as glTF tracks: what moves becomes a sampler, what does not becomes part of its node.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
@@ -11,7 +13,7 @@ use super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 use super::meshopt::{self, Filter};
 use super::{Options, Report};
 use crate::error::{Code, Diagnostic, Result};
-use crate::fit::{Fitted, Rotation, RotationCode, Translation, TranslationCode, fit};
+use crate::fit::{Fitted, Grid, Rotation, RotationCode, Translation, TranslationCode, fit};
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
 
@@ -43,7 +45,7 @@ struct Writer<'a> {
     report: &'a mut Report,
     clocks: Vec<Clock<'a>>,
     /// The frames with keys, and the accessor of their times, of tracks within a bound.
-    grids: Vec<(Vec<u32>, Index<Accessor>)>,
+    grids: Vec<(Arc<Grid>, Index<Accessor>)>,
     samplers: Vec<Sampler>,
     channels: Vec<Channel>,
 }
@@ -253,9 +255,11 @@ impl<'a> Writer<'a> {
                 self.still(node, Property::Translation, &[place.translation.to_array()]);
             }
             Translation::Moving { code, grid, keys } => {
-                let values = || keys.iter().map(|key| key.value.to_array()).collect::<Vec<_>>();
                 let output = match code {
-                    TranslationCode::Float => self.buffer.push(Usage::Keys, &values()),
+                    TranslationCode::Float => {
+                        let values: Vec<_> = keys.iter().map(|key| key.value.to_array()).collect();
+                        self.buffer.push(Usage::Keys, &values)
+                    }
                     TranslationCode::Filtered(_) => {
                         let codes: Vec<_> = keys.iter().map(|key| key.code).collect();
                         self.buffer.push_stream(Filter::Exponential, ComponentType::F32, &codes)
@@ -296,15 +300,15 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn moving(&mut self, node: usize, property: Property, fitted: &Fitted, grid: &[u32], output: Index<Accessor>) {
-        let known = self.grids.iter().find(|(other, _)| *other == grid);
+    fn moving(&mut self, node: usize, property: Property, fitted: &Fitted, grid: &Arc<Grid>, output: Index<Accessor>) {
+        let known = self.grids.iter().find(|(other, _)| other == grid);
         let input = match known {
             Some((_, accessor)) => *accessor,
             None => {
                 let time = |frame: &u32| [(fitted.ticks[*frame as usize] / self.ticks_per_second) as f32];
                 let times: Vec<_> = grid.iter().map(time).collect();
                 let accessor = self.buffer.push_times(self.options.compression, &times);
-                self.grids.push((grid.to_vec(), accessor));
+                self.grids.push((Arc::clone(grid), accessor));
                 accessor
             }
         };

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use gltf::json::Root;
 use gltf::{Document, buffer};
 use serde::Deserialize;
+use serde_json::{Map, Value};
 
 use super::compression::{EXT, KHR};
 use super::meshopt::{self, Filter};
@@ -26,6 +27,11 @@ struct Settings {
     filter: Option<String>,
 }
 
+/// What one of the two extensions says, of a buffer or of a view.
+fn settings(extensions: &Map<String, Value>) -> Option<&Value> {
+    [EXT, KHR].into_iter().find_map(|name| extensions.get(name))
+}
+
 /// The document, valid but for the extensions that are read here although the `gltf` crate does not know them.
 pub(super) fn known(mut root: Root) -> Result<Document> {
     let is_meshopt = |name: &String| name == EXT || name == KHR;
@@ -39,10 +45,8 @@ pub(super) fn known(mut root: Root) -> Result<Document> {
 /// Whether a buffer only stands for what the streams hold, and has no bytes.
 pub(super) fn is_placeholder(document: &Document, buffer: &buffer::Buffer) -> bool {
     let json = &document.as_json().buffers[buffer.index()];
-    let is_marked = json.extensions.as_ref().is_some_and(|extensions| {
-        let settings = [EXT, KHR].into_iter().find_map(|name| extensions.others.get(name));
-        settings.is_some_and(|settings| settings.get("fallback") == Some(&true.into()))
-    });
+    let settings = json.extensions.as_ref().and_then(|json| settings(&json.others));
+    let is_marked = settings.is_some_and(|settings| settings.get("fallback") == Some(&true.into()));
     json.uri.is_none() && (is_marked || buffer.index() > 0)
 }
 
@@ -57,8 +61,7 @@ pub(super) fn decode(document: &Document, buffers: &[Vec<u8>]) -> Result<HashMap
     });
     for view in samplers.filter_map(|accessor| accessor.view()) {
         let json = &document.as_json().buffer_views[view.index()];
-        let extensions = json.extensions.as_ref().map(|extensions| &extensions.others);
-        let settings = [EXT, KHR].into_iter().find_map(|name| extensions?.get(name));
+        let settings = json.extensions.as_ref().and_then(|json| settings(&json.others));
         let (Some(settings), false) = (settings, views.contains_key(&view.index())) else {
             continue;
         };

@@ -115,7 +115,8 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
             max_error: args.compress.max_error,
         };
         written = gltf::export(&scene, output, &options)?;
-        if written.achieved.is_some() && args.batch.out_dir.is_none() {
+        // For `tell` alone, which says nothing where `--quiet` is.
+        if written.achieved.is_some() && args.batch.out_dir.is_none() && !args.batch.spread.quiet {
             let plain = gltf::Options {
                 keep_constant: args.keep_constant,
                 ..gltf::Options::default()
