@@ -1,12 +1,14 @@
 //! Smaller files keep their promise. Every file is read back and compared with its source in double precision by
 //! `verify`, which knows nothing of how it was made.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
+use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, Options, write_glb};
 use mocap::process::{convert_units, reduce_keys, trim};
-use mocap::scene::{NodeId, Scene};
+use mocap::scene::{Node, NodeId, Scene};
 use mocap::survey::survey;
 use mocap::verify::verify;
 use mocap::{Code, Importer, Pose, SkeletonMesh};
@@ -120,6 +122,43 @@ fn sizes_are_what_they_are_meant_to_be() {
     for (compression, millimetres, limit) in limits {
         let glb = write_glb(&scene, &options(compression, millimetres / 1000.0)).unwrap();
         assert!(glb.len() <= limit, "{compression:?}, {millimetres} mm: {}", glb.len());
+    }
+}
+
+/// A joint has keys of its own, but where those that the whole pose has are smaller, for these need their times once.
+#[test]
+fn keys_are_shared_where_that_is_smaller() {
+    for (file, is_shared) in [
+        ("mocopi_jump_six_channels.bvh", true),
+        ("motionbuilder_vicon_walk.bvh", false),
+    ] {
+        let scene = in_metres(&import(file));
+        let document = Document::new(&scene, &options(Compression::Int16, 0.025)).unwrap();
+        let glb = document.to_glb().unwrap();
+        assert_eq!(document.glb_len().unwrap(), glb.len());
+        let read = gltf::Gltf::from_slice(&glb).unwrap();
+        let samplers = read
+            .animations()
+            .flat_map(|animation| animation.samplers().collect::<Vec<_>>());
+        let clocks: BTreeSet<usize> = samplers.map(|sampler| sampler.input().index()).collect();
+        assert_eq!(clocks.len() == 1, is_shared, "{file}: {clocks:?}");
+    }
+}
+
+/// Neither moves nor carries anything, and hangs on nothing.
+#[test]
+fn a_node_by_itself_stays_where_it_is() {
+    let mut source = import("rokoko_dance.bvh");
+    source.nodes.push(Node {
+        name: "Marker".into(),
+        transform: Mat4::from_translation(Vec3::new(100.0, 200.0, 300.0)),
+        ..Node::default()
+    });
+    let scene = in_metres(&source);
+    for compression in containers() {
+        let glb = write_glb(&scene, &options(compression, 0.005)).unwrap();
+        let verified = verify(&source, &glb).unwrap();
+        assert!(verified.max_error <= 0.005, "{compression:?}: {verified:?}");
     }
 }
 

@@ -4,11 +4,19 @@
 //! has it but as it has to be below the coded parent: turned so that its children stand where they belong although it
 //! does not itself. What remains at the end of a chain is hardly more than what its last joint adds.
 
+use std::ops::Range;
+use std::slice;
+
 use glam::{Mat3, Quat, Vec3};
 
 use super::code::{CodedRotation, CodedTranslation, RotationCode, TranslationCode, same_side};
 use super::keys::{self, Grid};
+use super::lanes::{self, SINGLES};
 use super::motion::{Motion, World, mean_rotation};
+
+pub(super) type Lanes = lanes::Lanes<f32, SINGLES>;
+pub(super) type Vectors = lanes::Vectors<f32, SINGLES>;
+pub(super) type Quaternions = lanes::Quaternions<f32, SINGLES>;
 
 /// Points at this distance from a joint, in metres, must not be off either: a joint's turn about its own bone moves
 /// none of the joints below it but the skin around it. The idea and the distance are those of the Animation Compression
@@ -19,9 +27,9 @@ pub(super) const SHELL: f32 = 0.03;
 pub(super) struct Arms {
     /// The ways to what stands still in it, in metres.
     pub(super) ways: Vec<Vec3>,
-    /// What to turn by for an error of the joint's own place, so that the children are off as little as possible in
+    /// The rows of a matrix: what to turn by for an error of the joint's own place, so that the children are off as little as possible in
     /// the sense of least squares.
-    counter_turn: Mat3,
+    counter_turn: [[f32; 3]; 3],
     /// The longest way.
     pub(super) longest: f32,
     /// The length of the longest chain from the joint on.
@@ -38,6 +46,14 @@ impl Arms {
     fn new(motion: &Motion, index: usize, reach: f32) -> Self {
         let mut ways = Vec::new();
         rigid_ways(motion, index, Vec3::ZERO, Quat::IDENTITY, &mut ways);
+        Self {
+            reach,
+            ..Self::of(ways)
+        }
+    }
+
+    /// Those to what stands still in a joint.
+    pub(super) fn of(ways: Vec<Vec3>) -> Self {
         // Minimises sum |w x way + error|^2 + SHELL^2 |w|^2 over w.
         let mut normal = Mat3::from_diagonal(Vec3::splat(SHELL * SHELL));
         let mut sum = Vec3::ZERO;
@@ -53,10 +69,10 @@ impl Arms {
         );
         let longest = ways.iter().map(|way| way.length()).fold(SHELL, f32::max);
         Self {
-            counter_turn: normal.inverse() * cross * -1.0,
+            counter_turn: (normal.inverse() * cross * -1.0).transpose().to_cols_array_2d(),
             ways,
             longest,
-            reach,
+            reach: longest,
         }
     }
 
@@ -99,62 +115,129 @@ fn rigid_ways(motion: &Motion, index: usize, start: Vec3, turn: Quat, ways: &mut
     }
 }
 
-/// What a joint has to do at every frame.
-pub(super) struct Task {
-    /// The rotation to the coded parent that is best for the children.
-    pub(super) wanted: Vec<Quat>,
-    /// From a rotation to the coded parent to how much too far the joint is turned.
-    pub(super) to_turn: Vec<Quat>,
-    /// The error of the joint's own place, in its own space.
-    pub(super) errors: Vec<Vec3>,
+/// What a joint has to do, given where a reader has it and how it turns what the joint hangs on.
+pub(super) struct Task<'a> {
+    pub(super) arms: &'a Arms,
+    pub(super) truth: &'a World,
+    pub(super) positions: &'a [Vec3],
+    pub(super) above: Option<&'a World>,
 }
 
-impl Task {
-    pub(super) fn new(arms: &Arms, truth: &World, positions: &[Vec3], above: Option<&World>) -> Self {
-        let frames = positions.len();
-        let mut task = Self {
-            wanted: Vec::with_capacity(frames),
-            to_turn: Vec::with_capacity(frames),
-            errors: Vec::with_capacity(frames),
-        };
-        for (frame, position) in positions.iter().enumerate() {
-            let to_own = truth.rotations[frame].conjugate();
-            let error = to_own * (*position - truth.positions[frame]);
-            let to_turn = above.map_or(to_own, |above| to_own * above.rotations[frame]);
-            let counter = arms.counter_turn * error * 0.5;
-            let wanted = to_turn.conjugate() * Quat::from_xyzw(counter.x, counter.y, counter.z, 1.0);
-            task.wanted.push(wanted.normalize());
-            task.to_turn.push(to_turn);
-            task.errors.push(error);
+/// What it has to do at one frame.
+#[derive(Clone, Copy)]
+pub(super) struct Aim {
+    /// The rotation to the coded parent that is best for the children.
+    pub(super) wanted: Quat,
+    /// From a rotation to the coded parent to how much too far the joint is turned.
+    to_turn: Quat,
+    /// The error of the joint's own place, in its own space.
+    error: Vec3,
+}
+
+impl Aim {
+    /// The error that a rotation to the coded parent leaves.
+    pub(super) fn error(&self, arms: &Arms, rotation: Quat) -> f32 {
+        arms.error(self.error, self.to_turn * rotation)
+    }
+}
+
+/// [`Aim`] at some frames.
+pub(super) struct Aims {
+    pub(super) wanted: Quaternions,
+    pub(super) to_turn: Quaternions,
+    pub(super) error: Vectors,
+}
+
+impl Aims {
+    #[inline(always)]
+    pub(super) fn at(&self, lane: usize) -> Aim {
+        Aim {
+            wanted: Quat::from_array(self.wanted.lane(lane)),
+            to_turn: Quat::from_array(self.to_turn.lane(lane)),
+            error: Vec3::from_array(self.error.lane(lane)),
         }
-        task
+    }
+}
+
+impl Aims {
+    /// The largest error that coded rotations leave.
+    #[inline(always)]
+    pub(super) fn largest_error(&self, arms: &Arms, keys: &[CodedRotation]) -> f32 {
+        let values = Quaternions::of(|lane| keys[lane.min(keys.len() - 1)].value.to_array());
+        let turn = self.to_turn * values;
+        let turn = turn.xyz() * Lanes::all(2.0).flipped(turn.w);
+        let mut squares = turn.dot(turn) * Lanes::all(SHELL * SHELL);
+        for way in &arms.ways {
+            let off = self.error + turn.cross(Vectors::all(way.to_array()));
+            squares = squares.max(off.dot(off));
+        }
+        squares.0.into_iter().fold(0.0, f32::max).sqrt()
+    }
+}
+
+impl Task<'_> {
+    /// At some frames, as many as there are lanes or fewer.
+    #[inline(always)]
+    pub(super) fn aims(&self, frames: &[u32]) -> Aims {
+        let frame = |lane: usize| frames[lane.min(frames.len() - 1)] as usize;
+        let positions = |from: &[Vec3]| Vectors::of(|lane| from[frame(lane)].to_array());
+        let rotations = |from: &[Quat]| Quaternions::of(|lane| from[frame(lane)].to_array());
+        let to_own = rotations(&self.truth.rotations).conjugate();
+        let error = to_own * (positions(self.positions) - positions(&self.truth.positions));
+        let to_turn = match self.above {
+            None => to_own,
+            Some(above) => to_own * rotations(&above.rotations),
+        };
+        let [x, y, z] = self.arms.counter_turn;
+        let half = Lanes::all(0.5);
+        let counter = Quaternions {
+            x: Vectors::all(x).dot(error) * half,
+            y: Vectors::all(y).dot(error) * half,
+            z: Vectors::all(z).dot(error) * half,
+            w: Lanes::ONE,
+        };
+        Aims {
+            wanted: (to_turn.conjugate() * counter).normalize(),
+            to_turn,
+            error,
+        }
     }
 
-    pub(super) fn error(&self, arms: &Arms, frame: usize, rotation: Quat) -> f32 {
-        arms.error(self.errors[frame], self.to_turn[frame] * rotation)
+    /// At all frames.
+    fn all_aims(&self) -> Vec<Aim> {
+        let frames = keys::all(self.positions.len());
+        let some = frames.chunks(SINGLES);
+        some.flat_map(|some| {
+            let aims = self.aims(some);
+            (0..some.len()).map(move |lane| aims.at(lane))
+        })
+        .collect()
     }
 
     /// One rotation for all frames, if it keeps every child within `tolerance`.
-    pub(super) fn constant(&self, arms: &Arms, tolerance: f32) -> Option<Quat> {
-        let first = *self.wanted.first()?;
-        let middle = self.wanted[self.wanted.len() / 2];
-        let last = *self.wanted.last()?;
+    pub(super) fn constant(&self, tolerance: f32) -> Option<Quat> {
+        let last = self.positions.len().checked_sub(1)?;
         // Most joints move, and show it at once.
-        let guess = (first + same_side(middle, first) + same_side(last, first)).normalize();
-        for frame in [0, self.wanted.len() / 2, self.wanted.len() - 1] {
-            if self.error(arms, frame, guess) > 2.0 * tolerance {
-                return None;
-            }
+        let few = self.aims(&[0, last.div_ceil(2) as u32, last as u32]);
+        let few = [0, 1, 2].map(|lane| few.at(lane));
+        let first = few[0].wanted;
+        let add = |sum: Quat, aim: &Aim| sum + same_side(aim.wanted, first);
+        let guess = few.iter().fold(first * 0.0, add).normalize();
+        if few.iter().any(|aim| aim.error(self.arms, guess) > 2.0 * tolerance) {
+            return None;
         }
-        let mean = mean_rotation(&self.wanted)?;
-        let fits = (0..self.wanted.len()).all(|frame| self.error(arms, frame, mean) <= tolerance);
+        let aims = self.all_aims();
+        let wanted: Vec<Quat> = aims.iter().map(|aim| aim.wanted).collect();
+        let mean = mean_rotation(&wanted)?;
+        let fits = aims.iter().all(|aim| aim.error(self.arms, mean) <= tolerance);
         fits.then_some(mean)
     }
 
     /// Keys as far apart as `tolerance` allows, without regard to other joints.
-    pub(super) fn own_grid(&self, arms: &Arms, code: RotationCode, ticks: &[f64], tolerance: f32) -> Grid {
-        let coded = |frame: usize| code.nearest(self.wanted[frame], None).value;
-        keys::farthest(self.wanted.len(), |from, to| {
+    pub(super) fn own_grid(&self, code: RotationCode, ticks: &[f64], tolerance: f32) -> Grid {
+        let aims = self.all_aims();
+        let coded = |frame: usize| code.nearest(aims[frame].wanted, None).value;
+        keys::farthest(aims.len(), |from, to| {
             let (a, b) = (coded(from), coded(to));
             let span = ticks[to] - ticks[from];
             // From the middle outwards: the error is most often largest there.
@@ -162,7 +245,7 @@ impl Task {
             let inner = (middle..to).chain((from + 1..middle).rev());
             inner.into_iter().all(|frame| {
                 let share = ((ticks[frame] - ticks[from]) / span) as f32;
-                self.error(arms, frame, blend(a, b, share)) <= tolerance
+                aims[frame].error(self.arms, blend(a, b, share)) <= tolerance
             })
         })
     }
@@ -170,59 +253,67 @@ impl Task {
     /// The nearest keys on `grid`.
     pub(super) fn code(&self, code: RotationCode, grid: &[u32]) -> Vec<CodedRotation> {
         let mut keys: Vec<CodedRotation> = Vec::with_capacity(grid.len());
-        for &frame in grid {
-            let key = code.nearest(self.wanted[frame as usize], keys.last());
-            keys.push(key);
+        for frames in grid.chunks(SINGLES) {
+            let aims = self.aims(frames);
+            for lane in 0..frames.len() {
+                let key = code.nearest(aims.at(lane).wanted, keys.last());
+                keys.push(key);
+            }
         }
         keys
     }
 }
 
-/// Where coded rotations put a joint's axes at every frame.
-pub(super) fn turned(keys: &[CodedRotation], grid: &[u32], ticks: &[f64], above: Option<&World>) -> Vec<Quat> {
-    let mut rotations = Vec::with_capacity(ticks.len());
-    keys::between(grid, ticks, |frame, key, share| {
+impl Task<'_> {
+    /// The nearest keys at some frames, each given the one before it.
+    pub(super) fn code_after(
+        &self,
+        code: RotationCode,
+        frames: &[u32],
+        previous: &[CodedRotation],
+    ) -> Vec<CodedRotation> {
+        let nearest = |(frame, previous)| code.nearest(self.aims(slice::from_ref(frame)).at(0).wanted, Some(previous));
+        std::iter::zip(frames, previous).map(nearest).collect()
+    }
+}
+
+/// Puts a joint's axes where coded rotations turn them.
+pub(super) fn turn(
+    rotations: &mut [Quat],
+    (keys, grid): (&[CodedRotation], &[u32]),
+    ticks: &[f64],
+    stretches: &[Range<usize>],
+    above: Option<&World>,
+) {
+    keys::between(grid, ticks, stretches, |frame, key, share| {
         let own = match keys.get(key + 1) {
             Some(next) if share > 0.0 => blend(keys[key].value, next.value, share),
             _ => keys[key].value,
         };
-        rotations.push(above.map_or(own, |above| above.rotations[frame] * own).normalize());
+        rotations[frame] = above.map_or(own, |above| above.rotations[frame] * own).normalize();
     });
-    rotations
 }
 
-/// How a joint that does not turn in its parent is turned at every frame.
-pub(super) fn stood(still: Quat, frames: usize, above: Option<&World>) -> Vec<Quat> {
-    match above {
-        None => vec![still; frames],
-        Some(above) => {
-            let turned = |above: &Quat| (*above * still).normalize();
-            above.rotations.iter().map(turned).collect()
-        }
+/// How a joint that does not turn in its parent is turned.
+pub(super) fn stand(rotations: &mut [Quat], still: Quat, stretches: &[Range<usize>], above: Option<&World>) {
+    for frame in stretches.iter().cloned().flatten() {
+        rotations[frame] = above.map_or(still, |above| (above.rotations[frame] * still).normalize());
     }
 }
 
-/// Where a joint that does not move in its parent is at every frame; the way from there is in metres.
-pub(super) fn carried(way: Vec3, frames: usize, above: Option<&World>) -> Vec<Vec3> {
-    match above {
-        None => vec![way; frames],
-        Some(above) => std::iter::zip(&above.positions, &above.rotations)
-            .map(|(position, rotation)| *position + *rotation * way)
-            .collect(),
+/// Where a joint is that does not move in its parent; the way from there is in metres.
+pub(super) fn carry(positions: &mut [Vec3], way: Vec3, stretches: &[Range<usize>], above: Option<&World>) {
+    for frame in stretches.iter().cloned().flatten() {
+        positions[frame] = above.map_or(way, |above| above.positions[frame] + above.rotations[frame] * way);
     }
 }
 
-/// The translation to the coded parent at every frame that puts the joint where it belongs.
-pub(super) fn wanted_translations(truth: &World, scale: f32, above: Option<&World>) -> Vec<Vec3> {
-    match above {
-        None => truth.positions.clone(),
-        Some(above) => (0..truth.positions.len())
-            .map(|frame| {
-                let way = truth.positions[frame] - above.positions[frame];
-                above.rotations[frame].conjugate() * way / scale
-            })
-            .collect(),
-    }
+/// The translation to the coded parent that puts a joint where it belongs.
+pub(super) fn wanted_translation(truth: &World, scale: f32, above: Option<&World>, frame: usize) -> Vec3 {
+    above.map_or(truth.positions[frame], |above| {
+        let way = truth.positions[frame] - above.positions[frame];
+        above.rotations[frame].conjugate() * way / scale
+    })
 }
 
 /// Keys as far apart as `tolerance`, in the joint's parent, allows.
@@ -236,46 +327,40 @@ pub(super) fn translation_grid(wanted: &[Vec3], ticks: &[f64], tolerance: f32) -
     })
 }
 
-/// The keys on `grid`: numbers stay as they are from key to key where that keeps the joint within `tolerance`.
-pub(super) fn code_translations(
-    wanted: &[Vec3],
+/// A key whose numbers stay as they were before where that keeps the joint within `tolerance`.
+pub(super) fn code_translation(
+    wanted: Vec3,
     code: TranslationCode,
-    grid: &[u32],
+    previous: Option<&CodedTranslation>,
     tolerance: f32,
-) -> Vec<CodedTranslation> {
-    let mut keys: Vec<CodedTranslation> = Vec::with_capacity(grid.len());
-    for &frame in grid {
-        let (wanted, previous) = (wanted[frame as usize], keys.last());
-        let held = code.holding(wanted, previous);
-        keys.push(if held.value.distance(wanted) <= tolerance {
-            held
-        } else {
-            code.nearest(wanted)
-        });
+) -> CodedTranslation {
+    let held = code.holding(wanted, previous);
+    if held.value.distance(wanted) <= tolerance {
+        held
+    } else {
+        code.nearest(wanted)
     }
-    keys
 }
 
-/// Where coded translations put a joint at every frame.
-pub(super) fn moved(
-    keys: &[CodedTranslation],
-    grid: &[u32],
+/// Puts a joint where coded translations move it.
+pub(super) fn place(
+    positions: &mut [Vec3],
+    (keys, grid): (&[CodedTranslation], &[u32]),
     ticks: &[f64],
+    stretches: &[Range<usize>],
     scale: f32,
     above: Option<&World>,
-) -> Vec<Vec3> {
-    let mut positions = Vec::with_capacity(ticks.len());
-    keys::between(grid, ticks, |frame, key, share| {
+) {
+    keys::between(grid, ticks, stretches, |frame, key, share| {
         let own = match keys.get(key + 1) {
             Some(next) if share > 0.0 => keys[key].value.lerp(next.value, share),
             _ => keys[key].value,
         };
-        positions.push(match above {
+        positions[frame] = match above {
             None => own,
             Some(above) => above.positions[frame] + above.rotations[frame] * (own * scale),
-        });
+        };
     });
-    positions
 }
 
 /// Component by component, on the shorter way, and normalised: within a hundredth of a degree of slerp for keys a few

@@ -47,7 +47,7 @@ impl RotationCode {
                 doubts: 0,
             },
             Self::Short => short(same_side(rotation.normalize(), previous_value)),
-            Self::Filtered(bits) => Lattice::new(rotation, bits, previous).nearest(),
+            Self::Filtered(bits) => Lattice::new(bits).nearest(rotation, previous),
         }
     }
 }
@@ -87,7 +87,7 @@ fn short(rotation: Quat) -> CodedRotation {
 }
 
 /// The integer below. `f32::floor` is a call on processors of 2003.
-pub(super) fn floor(value: f32) -> i32 {
+fn floor(value: f32) -> i32 {
     let towards_zero = value as i32;
     towards_zero - i32::from(towards_zero as f32 > value)
 }
@@ -97,76 +97,67 @@ fn round(value: f32) -> i32 {
     (value + 0.5f32.copysign(value)) as i32
 }
 
-/// The codes around a rotation, for the QUATERNION filter: the corners of a grid in three dimensions.
+/// The component of a quaternion that the QUATERNION filter leaves out: the largest one. It stays the one of the code
+/// before as long as the others fit, because a change of it changes everything.
+pub(super) fn left_out(components: [f32; 4], kept: Option<usize>) -> usize {
+    /// The others are below the root of a half; some room is left to choose in.
+    const FITS: f32 = 0.705;
+    let larger = |a: usize, b: usize| {
+        if components[b].abs() > components[a].abs() {
+            b
+        } else {
+            a
+        }
+    };
+    let largest = larger(larger(0, 1), larger(2, 3));
+    match kept {
+        Some(kept) if components[largest].abs() < FITS && components[kept].abs() > 0.3 => kept,
+        _ => largest,
+    }
+}
+
+/// The codes of the QUATERNION filter with so many bits: a grid in three dimensions.
+#[derive(Clone, Copy)]
 pub(super) struct Lattice {
-    /// The three stored components, in steps.
-    pub(super) exact: [f32; 3],
-    /// What a step of each changes of the quaternion.
-    pub(super) steps: [Quat; 3],
-    /// The rotation, with a left-out component that is positive.
-    pub(super) rotation: Quat,
     /// The largest number that a component can be.
     one: i32,
-    /// The fourth number of the code.
-    mark: i16,
 }
 
 impl Lattice {
-    /// The left-out component is the largest one. It stays the one of the code before as long as the others fit,
-    /// because a change of it changes everything.
-    pub(super) fn new(rotation: Quat, bits: u32, previous: Option<&CodedRotation>) -> Self {
-        /// The others are below the root of a half; some room is left to choose in.
-        const FITS: f32 = 0.705;
-        let components = rotation.to_array();
-        let larger = |a: usize, b: usize| {
-            if components[b].abs() > components[a].abs() {
-                b
-            } else {
-                a
-            }
-        };
-        let largest = larger(larger(0, 1), larger(2, 3));
-        let kept = previous.map(|previous| (previous.code[3] & 3) as usize);
-        let left_out = match kept {
-            Some(kept) if kept == largest || (components[largest].abs() < FITS && components[kept].abs() > 0.3) => kept,
-            _ => largest,
-        };
-        let one = (1 << (bits - 1)) - 1;
-        let scale = one as f32 * SQRT_2;
-        let rotation = if components[left_out] < 0.0 {
-            -rotation
-        } else {
-            rotation
-        };
-        let components = rotation.to_array();
-        let stored = [1, 2, 3].map(|slot| (left_out + slot) & 3);
+    pub(super) fn new(bits: u32) -> Self {
         Self {
-            exact: stored.map(|c| components[c] * scale),
-            steps: stored.map(|c| {
-                let mut step = [0.0; 4];
-                step[c] = 1.0 / scale;
-                step[left_out] = -components[c] / (components[left_out] * scale);
-                Quat::from_array(step)
-            }),
-            rotation,
-            one,
-            mark: ((one & !3) | left_out as i32) as i16,
+            one: (1 << (bits - 1)) - 1,
         }
     }
 
-    /// Whether differences to the code before mean something.
-    pub(super) fn continues(&self, previous: &CodedRotation) -> bool {
-        previous.code[3] == self.mark
+    /// The steps of a component of the size 1.
+    pub(super) fn scale(self) -> f32 {
+        self.one as f32 * SQRT_2
     }
 
-    /// What stands for three whole numbers.
-    pub(super) fn code(&self, stored: [i32; 3]) -> CodedRotation {
+    /// The fourth number of a code.
+    fn mark(self, left_out: usize) -> i16 {
+        ((self.one & !3) | left_out as i32) as i16
+    }
+
+    /// The numbers of the code before, if differences to them mean something.
+    pub(super) fn before(self, left_out: usize, previous: &CodedRotation) -> Option<[i32; 3]> {
+        let [x, y, z, mark] = previous.code;
+        (mark == self.mark(left_out)).then(|| [x, y, z].map(i32::from))
+    }
+
+    /// What stands for three whole numbers: the components after the one that is left out.
+    pub(super) fn code(self, stored: [i32; 3], left_out: usize) -> CodedRotation {
         let [x, y, z] = stored.map(|c| c.clamp(-self.one, self.one) as i16);
-        decode_filtered([x, y, z, self.mark])
+        decode_filtered([x, y, z, self.mark(left_out)])
     }
 
-    fn nearest(&self) -> CodedRotation {
-        self.code(self.exact.map(round))
+    fn nearest(self, rotation: Quat, previous: Option<&CodedRotation>) -> CodedRotation {
+        let components = rotation.to_array();
+        let left_out = left_out(components, previous.map(CodedRotation::left_out));
+        let scale = self.scale().copysign(components[left_out]);
+        let stored = [1, 2, 3].map(|slot| round(components[(left_out + slot) & 3] * scale));
+        self.code(stored, left_out)
     }
 }
 
@@ -186,27 +177,29 @@ fn decode_filtered(code: [i16; 4]) -> CodedRotation {
     let w = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
     let to_short = SHORT / SQRT_2 / one;
     let exact = (Vec4::new(x, y, z, w) * to_short).to_array();
-    let mut shorts = [0.0; 4];
-    let mut doubts = 0;
-    for slot in 0..4 {
-        let rounded = round(exact[slot]) as f32;
-        // The left-out component is the root of a difference, whose error grows as the component gets smaller.
-        let doubt = if slot < 3 {
-            DOUBT
-        } else {
-            DOUBT * SHORT / exact[3].max(1.0)
-        };
-        doubts += u8::from((exact[slot] - rounded).abs() > 0.5 - doubt);
-        shorts[(left_out + 1 + slot) & 3] = rounded;
-    }
+    let [a, b, c, d] = exact.map(|exact| round(exact) as f32);
+    // The left-out component is the root of a difference, whose error grows as the component gets smaller.
+    let doubt = [DOUBT, DOUBT, DOUBT, DOUBT * SHORT / exact[3].max(1.0)];
+    let in_doubt = |slot: usize, rounded: f32| u8::from((exact[slot] - rounded).abs() > 0.5 - doubt[slot]);
+    let shorts = match left_out {
+        0 => [d, a, b, c],
+        1 => [c, d, a, b],
+        2 => [b, c, d, a],
+        _ => [a, b, c, d],
+    };
     CodedRotation {
         code,
         value: Quat::from_array(shorts.map(|c| c / SHORT)),
-        doubts,
+        doubts: in_doubt(0, a) + in_doubt(1, b) + in_doubt(2, c) + in_doubt(3, d),
     }
 }
 
 impl CodedRotation {
+    /// The component that the QUATERNION filter leaves out.
+    pub(super) fn left_out(&self) -> usize {
+        (self.code[3] & 3) as usize
+    }
+
     /// The angle, in radians, by which another decoder's rotation may differ.
     pub(super) fn doubt(&self) -> f64 {
         2.0 * f64::from(self.doubts).sqrt() / f64::from(SHORT)
@@ -233,6 +226,9 @@ pub(crate) struct CodedTranslation {
 pub(super) const MANTISSA: f32 = 8_388_607.0;
 
 impl TranslationCode {
+    /// Bytes of a key, without those of its time.
+    pub(super) const BYTES: usize = size_of::<[f32; 3]>();
+
     pub(super) fn nearest(self, translation: Vec3) -> CodedTranslation {
         self.holding(translation, None)
     }

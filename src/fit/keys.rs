@@ -1,5 +1,7 @@
 //! Which frames keep a key.
 
+use std::ops::Range;
+
 /// The frames of the keys of a track, in order. The first and the last frame always have one.
 pub(crate) type Grid = Vec<u32>;
 
@@ -43,36 +45,74 @@ pub(super) fn farthest(frames: usize, mut fits: impl FnMut(usize, usize) -> bool
     grid
 }
 
-/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`. Tells
-/// whether there was one.
-pub(super) fn refine<T: Copy + PartialOrd>(grid: &mut Grid, errors: &[T], bound: T) -> bool {
-    let mut refined = Vec::with_capacity(grid.len() + grid.len() / 16);
-    for (place, &key) in grid.iter().enumerate() {
-        refined.push(key);
-        let Some(&next) = grid.get(place + 1) else { continue };
-        let (mut worst, mut largest) = (None, bound);
-        for frame in key + 1..next {
-            if errors[frame as usize] > largest {
-                (worst, largest) = (Some(frame), errors[frame as usize]);
-            }
-        }
-        refined.extend(worst);
-    }
-    let is_finer = refined.len() > grid.len();
-    *grid = refined;
-    is_finer
+/// A frame that gets its key back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Insertion {
+    pub(super) frame: usize,
+    /// The place of the key before it, in the grid as it was.
+    pub(super) after: usize,
 }
 
-/// The keys around every frame: calls `with(frame, key, share)` for each, `share` being how far it is from `key` to the
-/// next. At a key the share is 0.
-pub(super) fn between(grid: &[u32], ticks: &[f64], mut with: impl FnMut(usize, usize, f32)) {
-    for key in 0..grid.len() {
-        let from = grid[key] as usize;
-        with(from, key, 0.0);
-        if let Some(&to) = grid.get(key + 1) {
-            let span = ticks[to as usize] - ticks[from];
-            for frame in from + 1..to as usize {
-                with(frame, key, ((ticks[frame] - ticks[from]) / span) as f32);
+/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`. Gives
+/// these, and for each the frames from the key before to the one after it, this left out.
+pub(super) fn refine<T: Copy + PartialOrd>(
+    grid: &mut Grid,
+    errors: &[T],
+    bound: T,
+) -> (Vec<Insertion>, Vec<Range<usize>>) {
+    let (mut insertions, mut stretches) = (Vec::new(), Vec::new());
+    for (after, pair) in grid.windows(2).enumerate() {
+        let (key, next) = (pair[0] as usize, pair[1] as usize);
+        let (mut worst, mut largest) = (None, bound);
+        for (frame, error) in std::iter::zip(key + 1..next, &errors[key + 1..next]) {
+            if *error > largest {
+                (worst, largest) = (Some(frame), *error);
+            }
+        }
+        if let Some(frame) = worst {
+            insertions.push(Insertion { frame, after });
+            stretches.push(key..next);
+        }
+    }
+    let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
+    insert(grid, &insertions, &frames);
+    (insertions, stretches)
+}
+
+/// Puts new values behind others, in place.
+pub(super) fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new: &[T]) {
+    let mut end = values.len();
+    values.extend_from_slice(new);
+    // From the end on, so that nothing is written over that is still to be moved.
+    for (place, (insertion, value)) in std::iter::zip(insertions, new).enumerate().rev() {
+        let first = insertion.after + 1;
+        values.copy_within(first..end, first + place + 1);
+        values[first + place] = *value;
+        end = first;
+    }
+}
+
+/// The keys around the frames of some stretches, each of which begins at a key and ends before one: calls
+/// `with(frame, key, share)` for each, `share` being how far it is from `key` to the next. At a key the share is 0.
+pub(super) fn between(
+    grid: &[u32],
+    ticks: &[f64],
+    stretches: &[Range<usize>],
+    mut with: impl FnMut(usize, usize, f32),
+) {
+    for stretch in stretches {
+        let first = grid.partition_point(|key| (*key as usize) < stretch.start);
+        for key in first..grid.len() {
+            let from = grid[key] as usize;
+            if from >= stretch.end {
+                break;
+            }
+            with(from, key, 0.0);
+            if let Some(&to) = grid.get(key + 1) {
+                let span = ticks[to as usize] - ticks[from];
+                for frame in from + 1..to as usize {
+                    with(frame, key, ((ticks[frame] - ticks[from]) / span) as f32);
+                }
             }
         }
     }
@@ -80,6 +120,8 @@ pub(super) fn between(grid: &[u32], ticks: &[f64], mut with: impl FnMut(usize, u
 
 #[cfg(test)]
 mod tests {
+    use std::slice;
+
     use super::*;
 
     #[test]
@@ -98,18 +140,23 @@ mod tests {
     fn a_frame_that_is_too_far_off_gets_its_key_back() {
         let errors = [0.0, 2.0, 3.0, 0.5, 1.5, 0.0];
         let mut grid = vec![0, 3, 5];
-        assert!(refine(&mut grid, &errors, 1.0));
+        let insertion = |frame, after| Insertion { frame, after };
+        let found = refine(&mut grid, &errors, 1.0);
+        assert_eq!(found, (vec![insertion(2, 0), insertion(4, 1)], vec![0..3, 3..5]));
         assert_eq!(grid, [0, 2, 3, 4, 5]);
-        assert!(refine(&mut grid, &errors, 1.0));
+        let stretches = slice::from_ref(&(0..2)).to_vec();
+        assert_eq!(refine(&mut grid, &errors, 1.0), (vec![insertion(1, 0)], stretches));
         assert_eq!(grid, [0, 1, 2, 3, 4, 5]);
-        assert!(!refine(&mut grid, &errors, 1.0));
+        assert_eq!(refine(&mut grid, &errors, 1.0), (vec![], vec![]));
     }
 
     #[test]
     fn every_frame_lies_between_its_keys() {
         let ticks = [0.0, 1.0, 1.5, 2.0, 3.0, 4.0];
         let mut found = Vec::new();
-        between(&[0, 3, 5], &ticks, |frame, key, share| found.push((frame, key, share)));
+        between(&[0, 3, 5], &ticks, slice::from_ref(&(0..6)), |frame, key, share| {
+            found.push((frame, key, share));
+        });
         let expected = [
             (0, 0, 0.0),
             (1, 0, 0.5),
@@ -119,5 +166,22 @@ mod tests {
             (5, 2, 0.0),
         ];
         assert_eq!(found, expected);
+        let mut found = Vec::new();
+        between(&[0, 2, 3, 5], &ticks, &[0..2, 3..5], |frame, key, _| {
+            found.push((frame, key));
+        });
+        assert_eq!(found, [(0, 0), (1, 0), (3, 2), (4, 2)]);
+    }
+
+    #[test]
+    fn new_values_stand_behind_the_others() {
+        let mut values = vec!["a", "c", "d", "e", "g"];
+        let insertion = |after| Insertion { frame: 0, after };
+        insert(
+            &mut values,
+            &[insertion(0), insertion(3), insertion(4)],
+            &["b", "f", "h"],
+        );
+        assert_eq!(values, ["a", "b", "c", "d", "e", "f", "g", "h"]);
     }
 }

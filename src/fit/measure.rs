@@ -1,11 +1,11 @@
 //! How far coded tracks are from what they stand for: the proof, in double precision, of what was made in single.
 
-use glam::{DMat3, DQuat, DVec3};
+use std::ops::Range;
 
-use super::code::CodedRotation;
-use super::keys::Grid;
+use super::FittedTrack;
+use super::lanes::DOUBLES;
 use super::motion::Motion;
-use super::{FittedTrack, Rotation, Translation};
+use super::play::{Body, CHORD, Clock, Frames, Lanes, Player, WAYS};
 
 /// The largest distance between a joint and its place, and where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,208 +20,318 @@ pub(crate) struct Measured {
     pub(crate) tick: f64,
 }
 
-/// How a reader goes from one key to the next, and what it makes of a quaternion whose length is not quite 1.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Way {
-    /// Slerp, and made unit length, as the specification says.
-    Arc,
-    /// Component by component, then made unit length, as many engines do.
-    Chord,
-    /// Slerp, and taken as it is: a matrix made of it stretches what it turns. Babylon.js does that, and three.js but
-    /// for keys that are near to one another.
-    AsItIs,
-}
-
-/// The largest errors: of all, at each frame, and of each node.
+/// What was measured at every frame.
 pub(super) struct Errors {
-    pub(super) measured: Measured,
+    /// The largest distances.
     pub(super) frames: Vec<f64>,
-    pub(super) nodes: Vec<f64>,
+    /// Their nodes.
+    nodes: Vec<usize>,
+    /// The sums of the squares of all distances.
+    squares: Vec<f64>,
 }
 
-/// Forward kinematics of both sides at every moment, for every way of reading. Where decoders may differ, the error is
-/// the largest that any can have.
-///
-/// `times` are the 32-bit times of the frames in the file, and the moments of comparison: at a cut the moment before is
-/// another pose. `rounding` is how far the source itself may be off, being of 32-bit numbers; it counts as error.
-pub(super) fn measure(motion: &Motion, tracks: &[FittedTrack], times: &[f32], rounding: f64) -> Errors {
-    let ways = ways(motion, tracks);
-    let joints = motion.joints.len();
-    let mut here = vec![(DVec3::ZERO, DQuat::IDENTITY); joints];
-    let mut there = vec![vec![(DVec3::ZERO, DMat3::IDENTITY); joints]; ways.len()];
-    // The angle by which a decoder may turn each joint differently, and whether one above it may.
-    let mut doubts = vec![(0.0, false); joints];
-    let mut players: Vec<Player> = tracks.iter().map(|track| Player::new(track, times, &ways)).collect();
-    let mut measured = Measured::default();
-    let mut frames = vec![0.0; motion.frames()];
-    let mut nodes = vec![0.0; joints];
-    let mut squares = 0.0;
-    for frame in 0..motion.frames() {
-        let second = f64::from(times[frame]);
-        for (index, joint) in motion.joints.iter().enumerate() {
-            let scale = joint
-                .parent
-                .map_or(1.0, |parent| f64::from(motion.joints[parent].scale));
-            let player = &mut players[index];
-            let way = player.translation(second);
-            let source = joint.translation.at(frame).as_dvec3() * scale;
-            here[index].0 = match joint.parent {
-                None => source,
-                Some(parent) => here[parent].0 + here[parent].1 * source,
-            };
-            let mut error = 0.0;
-            for there in &mut there {
-                there[index].0 = match joint.parent {
-                    None => way,
-                    Some(parent) => there[parent].0 + there[parent].1 * (way * scale),
-                };
-                let off = here[index].0.distance_squared(there[index].0);
-                // A NaN is the worst of all.
-                if off > error || off.is_nan() {
-                    error = off;
-                }
-            }
-            // How a joint is turned that carries nothing, nobody asks.
-            if !joint.children.is_empty() {
-                let source = joint.rotation.at(frame).as_dquat().normalize();
-                here[index].1 = joint.parent.map_or(source, |parent| here[parent].1 * source);
-                let turns = player.rotations(second, &ways);
-                for (turn, there) in std::iter::zip(turns, &mut there) {
-                    there[index].1 = joint.parent.map_or(*turn, |parent| there[parent].1 * *turn);
-                }
-            }
-            let mut error = error.sqrt() + rounding;
-            let doubt_above = joint.parent.is_some_and(|parent| doubts[parent].1);
-            doubts[index] = (player.doubt, player.doubt > 0.0 || doubt_above);
-            if doubt_above {
-                let mut above = joint.parent;
-                while let Some(place) = above.filter(|place| doubts[*place].1) {
-                    error += doubts[place].0 * here[index].0.distance(here[place].0);
-                    above = motion.joints[place].parent;
-                }
-            }
-            squares += error * error;
-            for largest in [&mut frames[frame], &mut nodes[index]] {
-                if error > *largest || error.is_nan() {
-                    *largest = error;
-                }
-            }
-            if error > measured.max || error.is_nan() {
-                measured.max = error;
-                measured.node = index;
-                measured.tick = motion.ticks[frame];
-            }
-        }
-    }
-    measured.rms = (squares / (joints * motion.frames()).max(1) as f64).sqrt();
-    Errors {
-        measured,
-        frames,
-        nodes,
-    }
-}
-
-/// Where every frame has a key nobody goes from one to the next.
-fn ways(motion: &Motion, tracks: &[FittedTrack]) -> Vec<Way> {
-    let is_full = |track: &FittedTrack| match &track.rotation {
-        Rotation::Still(_) => true,
-        Rotation::Moving { grid, .. } => grid.len() == motion.frames(),
-    };
-    let mut ways = vec![Way::Arc, Way::AsItIs];
-    if !tracks.iter().all(is_full) {
-        ways.push(Way::Chord);
-    }
-    ways
-}
-
-/// Plays one track, from its beginning on.
-struct Player<'a> {
-    track: &'a FittedTrack,
-    times: &'a [f32],
-    /// The keys of the translation and of the rotation that are played.
-    cursors: [usize; 2],
-    /// What the last rotation is, one a way.
-    turns: Vec<DMat3>,
-    /// The angle by which another decoder may turn it differently.
-    doubt: f64,
-}
-
-impl<'a> Player<'a> {
-    fn new(track: &'a FittedTrack, times: &'a [f32], ways: &[Way]) -> Self {
-        let turns = match &track.rotation {
-            Rotation::Still(value) => ways
-                .iter()
-                .map(|way| DMat3::from_quat(read(value.as_dquat(), None, 0.0, *way)))
-                .collect(),
-            Rotation::Moving { .. } => vec![DMat3::IDENTITY; ways.len()],
-        };
+impl Errors {
+    /// For so many frames, none of them measured.
+    pub(super) fn new(frames: usize) -> Self {
         Self {
-            track,
-            times,
-            cursors: [0; 2],
-            turns,
-            doubt: 0.0,
+            frames: vec![0.0; frames],
+            nodes: vec![0; frames],
+            squares: vec![0.0; frames],
         }
     }
 
-    fn translation(&mut self, second: f64) -> DVec3 {
-        match &self.track.translation {
-            Translation::Still(value) => value.as_dvec3(),
-            Translation::Moving { grid, keys, .. } => {
-                let (key, share) = locate(grid, self.times, &mut self.cursors[0], second);
-                let from = keys[key].value.as_dvec3();
-                match keys.get(key + 1) {
-                    Some(to) if share > 0.0 => from.lerp(to.value.as_dvec3(), share),
-                    _ => from,
+    pub(super) fn summary(&self, motion: &Motion) -> Measured {
+        let mut measured = Measured::default();
+        for (frame, &error) in self.frames.iter().enumerate() {
+            if error > measured.max || error.is_nan() {
+                measured = Measured {
+                    max: error,
+                    node: self.nodes[frame],
+                    tick: motion.ticks[frame],
+                    rms: 0.0,
+                };
+            }
+        }
+        let distances = (motion.joints.len() * self.frames.len()).max(1);
+        measured.rms = (self.squares.iter().sum::<f64>() / distances as f64).sqrt();
+        measured
+    }
+
+    /// How far off every node is, of `nodes`, where it is farther off than all others.
+    pub(super) fn of_nodes(&self, nodes: usize) -> Vec<f64> {
+        let mut errors = vec![0.0; nodes];
+        for (&node, &error) in std::iter::zip(&self.nodes, &self.frames) {
+            errors[node] = f64::max(errors[node], error);
+        }
+        errors
+    }
+}
+
+/// Forward kinematics of both sides, for every way of reading. Where decoders may differ, the error is the largest that
+/// any can have.
+pub(super) struct Proof<'a> {
+    pub(super) motion: &'a Motion<'a>,
+    pub(super) tracks: &'a [FittedTrack],
+    /// The 32-bit times of the frames in the file, and the moments of comparison: at a cut the moment before is another
+    /// pose.
+    pub(super) times: &'a [f32],
+    /// How far the source itself may be off, being of 32-bit numbers; it counts as error.
+    pub(super) rounding: f64,
+}
+
+impl Proof<'_> {
+    /// At every frame of some stretches.
+    pub(super) fn measure(&self, stretches: &[Range<usize>], errors: &mut Errors) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor was asked, and has these instructions.
+            #[allow(
+                unsafe_code,
+                reason = "nearly twice as fast, and nothing else differs: `tools/bench/README.md`"
+            )]
+            return unsafe { self.measure_with_avx2(stretches, errors) };
+        }
+        self.measure_lanes(stretches, errors);
+    }
+
+    /// The same code with vectors of four lanes in place of two. Sums and products are not fused, so that every
+    /// processor gives the same bits.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn measure_with_avx2(&self, stretches: &[Range<usize>], errors: &mut Errors) {
+        self.measure_lanes(stretches, errors);
+    }
+
+    #[inline(always)]
+    fn measure_lanes(&self, stretches: &[Range<usize>], errors: &mut Errors) {
+        let times = self.times;
+        let mut clocks: Vec<Clock> = Vec::new();
+        let players: Vec<Player> = std::iter::zip(&self.motion.joints, self.tracks)
+            .map(|(joint, track)| Player::new(self.motion, joint, track, &mut clocks))
+            .collect();
+        // Where every frame has a key nobody goes from one to the next.
+        let ways = if clocks.iter().all(|clock| clock.grid.len() == times.len()) {
+            CHORD
+        } else {
+            WAYS
+        };
+        let mut bodies = vec![Body::default(); players.len()];
+        for stretch in stretches {
+            for first in stretch.clone().step_by(DOUBLES) {
+                let count = (stretch.end - first).min(DOUBLES);
+                let frames = Frames { first, count };
+                for clock in &mut clocks {
+                    clock.set(times, frames);
+                }
+                let mut worst = Lanes::ZERO;
+                let mut nodes = Lanes::ZERO;
+                let mut squares = Lanes::ZERO;
+                for (index, player) in players.iter().enumerate() {
+                    let (above, rest) = bodies.split_at_mut(index);
+                    let body = &mut rest[0];
+                    player.play(frames, &clocks, ways, above, body);
+                    let mut error = body.off(ways).sqrt() + Lanes::all(self.rounding);
+                    if let Some(parent) = player.parent.filter(|parent| above[*parent].is_doubtful) {
+                        error = error + doubt(&players, above, parent, body);
+                    }
+                    squares = squares + error * error;
+                    nodes = Lanes::of(|lane| {
+                        let is_worse = error.0[lane] > worst.0[lane] || error.0[lane].is_nan();
+                        if is_worse { index as f64 } else { nodes.0[lane] }
+                    });
+                    worst = worst.max(error);
+                }
+                for lane in 0..count {
+                    errors.frames[first + lane] = worst.0[lane];
+                    errors.nodes[first + lane] = nodes.0[lane] as usize;
+                    errors.squares[first + lane] = squares.0[lane];
                 }
             }
         }
     }
+}
 
-    /// The rotation, one a way.
-    fn rotations(&mut self, second: f64, ways: &[Way]) -> &[DMat3] {
-        if let Rotation::Moving { grid, keys, .. } = &self.track.rotation {
-            let (key, share) = locate(grid, self.times, &mut self.cursors[1], second);
-            let to = keys.get(key + 1).filter(|_| share > 0.0);
-            self.doubt = to.map_or(0.0, CodedRotation::doubt).max(keys[key].doubt());
-            let (from, to) = (keys[key].value.as_dquat(), to.map(|to| to.value.as_dquat()));
-            for (way, turn) in std::iter::zip(ways, &mut self.turns) {
-                *turn = DMat3::from_quat(read(from, to, share, *way));
-            }
+/// By how much decoders may differ about the place of a body below `above`, one of `bodies`.
+#[inline(always)]
+fn doubt(players: &[Player], bodies: &[Body], above: usize, body: &Body) -> Lanes {
+    let mut sum = Lanes::ZERO;
+    let mut place = Some(above);
+    while let Some(joint) = place.filter(|place| bodies[*place].is_doubtful) {
+        if let Some(doubt) = bodies[joint].doubt {
+            sum = sum + doubt * body.here.distance_squared(bodies[joint].here).sqrt();
         }
-        &self.turns
+        place = players[joint].parent;
     }
+    sum
 }
 
-/// What a reader has between two keys.
-fn read(from: DQuat, to: Option<DQuat>, share: f64, way: Way) -> DQuat {
-    let between = |from: DQuat, to: Option<DQuat>| match to {
-        Some(to) if way == Way::Chord => from.lerp(to, share),
-        Some(to) => from.slerp(to, share),
-        None => from,
-    };
-    match way {
-        Way::AsItIs => slerp_as_it_is(from, to, share),
-        _ => between(from.normalize(), to.map(DQuat::normalize)),
-    }
-}
+#[cfg(test)]
+mod tests {
+    use std::slice;
+    use std::sync::Arc;
 
-/// Slerp that keeps the lengths of its ends.
-fn slerp_as_it_is(from: DQuat, to: Option<DQuat>, share: f64) -> DQuat {
-    let Some(to) = to else { return from };
-    let (length, other) = (from.length(), to.length());
-    from.normalize().slerp(to.normalize(), share) * (length + (other - length) * share)
-}
+    use glam::{Mat4, Quat, Vec3};
 
-/// The last key that is not after `second`, and how far it is from there to the next.
-fn locate(grid: &Grid, times: &[f32], cursor: &mut usize, second: f64) -> (usize, f64) {
-    let time = |key: usize| f64::from(times[grid[key] as usize]);
-    while *cursor + 1 < grid.len() && time(*cursor + 1) <= second {
-        *cursor += 1;
+    use super::*;
+    use crate::fit::{CodedRotation, Grid, Rotation, RotationCode, Translation, keys};
+    use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+
+    const FRAMES: usize = 14;
+    const LAST: usize = FRAMES - 1;
+
+    /// A joint at the origin that turns about z, by so much in all, and its end site one metre away on the x axis.
+    fn turning(degrees: f32) -> Scene {
+        let node = |index: usize| Node {
+            name: ["Joint", "End"][index].into(),
+            kind: [NodeKind::Joint, NodeKind::EndSite][index],
+            parent: index.checked_sub(1).map(NodeId::new),
+            transform: Mat4::from_translation(Vec3::X * index as f32),
+            ..Node::default()
+        };
+        Scene {
+            nodes: (0..2).map(node).collect(),
+            animations: vec![Animation {
+                ticks_per_second: 30.0,
+                duration: LAST as f64,
+                channels: vec![Channel {
+                    node_name: "Joint".into(),
+                    position_keys: Keys::constant(Vec3::ZERO),
+                    rotation_keys: Keys::every_tick((0..FRAMES).map(|frame| turn(degrees, frame)).collect()),
+                    scaling_keys: Keys::constant(Vec3::ONE),
+                }],
+                ..Animation::default()
+            }],
+            ..Scene::default()
+        }
     }
-    let key = *cursor;
-    if key + 1 == grid.len() || second <= time(key) {
-        return (key, 0.0);
+
+    fn turn(degrees: f32, frame: usize) -> Quat {
+        Quat::from_rotation_z((degrees * frame as f32 / LAST as f32).to_radians())
     }
-    (key, (second - time(key)) / (time(key + 1) - time(key)))
+
+    /// The angle of a frame, and the angle of all frames.
+    fn angles(degrees: f32, frame: usize) -> (f64, f64) {
+        let all = f64::from(degrees).to_radians();
+        (all * frame as f64 / LAST as f64, all)
+    }
+
+    /// What [`turning`] comes to with keys at the frames of `grid`, each with its value and its doubts.
+    fn tracks(grid: Grid, key: impl Fn(usize) -> (Quat, u8)) -> Vec<FittedTrack> {
+        let key = |frame: &u32| {
+            let (value, doubts) = key(*frame as usize);
+            CodedRotation {
+                code: [0; 4],
+                value,
+                doubts,
+            }
+        };
+        let keys = grid.iter().map(key).collect();
+        vec![
+            FittedTrack {
+                translation: Translation::Still(Vec3::ZERO),
+                rotation: Rotation::Moving {
+                    code: RotationCode::Float,
+                    grid: Arc::new(grid),
+                    keys,
+                },
+            },
+            FittedTrack {
+                translation: Translation::Still(Vec3::X),
+                rotation: Rotation::Still(Quat::IDENTITY),
+            },
+        ]
+    }
+
+    /// The largest distances at all frames.
+    fn measured(degrees: f32, tracks: &[FittedTrack]) -> Vec<f64> {
+        let scene = turning(degrees);
+        let motion = Motion::new(&scene, &scene.animations[0]).unwrap();
+        let times: Vec<f32> = motion.ticks.iter().map(|tick| (tick / 30.0) as f32).collect();
+        let proof = Proof {
+            motion: &motion,
+            tracks,
+            times: &times,
+            rounding: 0.0,
+        };
+        let mut errors = Errors::new(FRAMES);
+        proof.measure(slice::from_ref(&(0..FRAMES)), &mut errors);
+
+        // The same bits without wide vectors, and nearly the same in stretches that no number of lanes divides.
+        let mut plain = Errors::new(FRAMES);
+        proof.measure_lanes(slice::from_ref(&(0..FRAMES)), &mut plain);
+        assert_eq!(errors.frames, plain.frames);
+        let mut parts = Errors::new(FRAMES);
+        proof.measure(&[0..3, 3..4, 4..9, 9..FRAMES], &mut parts);
+        for (all, part) in std::iter::zip(&errors.frames, &parts.frames) {
+            assert!((all - part).abs() < 1e-15, "{all}, not {part}");
+        }
+        errors.frames
+    }
+
+    /// 32-bit quaternions are off by some 1e-7, and so is what they turn at a distance of a metre.
+    fn assert_near(found: &[f64], expected: impl Fn(usize) -> f64) {
+        for (frame, found) in found.iter().enumerate() {
+            let expected = expected(frame);
+            assert!(
+                (found - expected).abs() < 3e-7,
+                "frame {frame}: {found}, not {expected}"
+            );
+        }
+    }
+
+    /// From key to key the angle of a chord is not that of the arc: `tan a = s sin A / (1 - s + s cos A)`, for half of
+    /// what the quaternions turn by.
+    #[test]
+    fn the_worst_reader_goes_along_the_chord() {
+        // On both sides of where the series for small angles ends.
+        for degrees in [12.0, 21.0, 24.0, 100.0, 170.0] {
+            let found = measured(
+                degrees,
+                &tracks(vec![0, LAST as u32], |frame| (turn(degrees, frame), 0)),
+            );
+            assert_near(&found, |frame| {
+                let (angle, all) = angles(degrees, frame);
+                let (share, half) = (frame as f64 / LAST as f64, all / 2.0);
+                let chord = 2.0 * (share * half.sin()).atan2(1.0 - share + share * half.cos());
+                2.0 * ((chord - angle) / 2.0).sin().abs()
+            });
+        }
+    }
+
+    /// A quaternion of length l, taken as it is, is the matrix `I + l^2 (R - I)`.
+    #[test]
+    fn a_length_that_is_not_one_stretches() {
+        let length = 1.01;
+        let longer = |frame| (turn(60.0, frame) * length, 0);
+        let found = measured(60.0, &tracks(keys::all(FRAMES), longer));
+        let square = f64::from(length).powi(2);
+        assert_near(&found, |frame| {
+            let (angle, _) = angles(60.0, frame);
+            (square - 1.0) * 2.0 * (angle / 2.0).sin()
+        });
+    }
+
+    /// By how much decoders may differ, the end site may be off.
+    #[test]
+    fn doubt_counts_as_error() {
+        let doubtful = |frame| (turn(60.0, frame), if frame == 5 { 3 } else { 0 });
+        let found = measured(60.0, &tracks(keys::all(FRAMES), doubtful));
+        assert_near(
+            &found,
+            |frame| if frame == 5 { 2.0 * 3f64.sqrt() / 32767.0 } else { 0.0 },
+        );
+    }
+
+    #[test]
+    fn the_worst_frame_is_named() {
+        let scene = turning(60.0);
+        let motion = Motion::new(&scene, &scene.animations[0]).unwrap();
+        let mut errors = Errors::new(FRAMES);
+        (errors.frames[4], errors.nodes[4]) = (0.5, 1);
+        (errors.frames[7], errors.nodes[7]) = (0.25, 0);
+        errors.squares[4] = 0.25 * (2 * FRAMES) as f64;
+        let found = errors.summary(&motion);
+        assert_eq!((found.max, found.node, found.tick, found.rms), (0.5, 1, 4.0, 0.5));
+        assert_eq!(errors.of_nodes(3), [0.25, 0.5, 0.0]);
+    }
 }

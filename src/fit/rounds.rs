@@ -1,17 +1,15 @@
 //! One round after the other, until the bound is kept.
 
-use std::borrow::Cow;
+use std::ops::Range;
+use std::slice;
 use std::sync::Arc;
 
-use glam::{Quat, Vec3};
-
-use super::chain::{self, Arms, Task};
-use super::choice::{self, MOST_BITS};
-use super::code::{self, CodedRotation, RotationCode, TranslationCode};
+use super::chain::Arms;
+use super::draft::Draft;
 use super::keys::{self, Grid};
-use super::measure::{Errors, Measured, measure};
+use super::measure::{Errors, Measured, Proof};
 use super::motion::{Motion, World};
-use super::{Container, Fitted, FittedTrack, Rotation, Translation};
+use super::{Container, Fitted};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::Scene;
 
@@ -28,18 +26,6 @@ const LEAST: f32 = 0.5;
 /// How far the children of a root may be off, and those at the end of a chain.
 const FIRST_ROOM: f32 = 0.75;
 const LAST_ROOM: f32 = 0.97;
-/// For the translations of a joint that moves in its parent.
-const FOR_TRANSLATIONS: f32 = 0.8;
-
-/// The largest step of a rotation to try, at the end of its longest lever, in its room.
-const ROTATION_STEP: f32 = 1.5;
-/// The step of a translation in its room: half the diagonal of a cube of such steps is as long as the room.
-const TRANSLATION_STEP: f32 = 1.15;
-
-/// What the numbers that stand for all frames are rounded to: a share of the bound that nobody misses. They stand in
-/// the JSON of a file, where every digit takes a byte.
-const DIGIT: f64 = 1e-3;
-
 /// The share of the bound from which on a frame gets its key back: the next round rounds otherwise.
 const NEARLY: f32 = 0.97;
 
@@ -56,11 +42,11 @@ pub(super) struct Fitter<'a> {
 }
 
 /// What a joint is given, from round to round.
-struct Means {
+pub(super) struct Means {
     /// How far its children may be off.
-    room: f32,
+    pub(super) room: f32,
     /// The fewest bits of a rotation that may do.
-    bits: u32,
+    pub(super) bits: u32,
 }
 
 impl Fitter<'_> {
@@ -72,25 +58,24 @@ impl Fitter<'_> {
             ..Measured::default()
         };
         for _ in 0..ROUNDS {
-            let (tracks, coded) = self.round(&mut means, shared.as_ref());
-            // In single precision, for the double costs as much as the round itself.
-            if let Some(grid) = &mut shared
-                && keys::refine(
-                    Arc::make_mut(grid),
-                    &self.rough_errors(&coded),
-                    self.bound as f32 * NEARLY,
-                )
-            {
-                continue;
+            let mut draft = self.draft(&mut means, shared.as_ref());
+            if let Some(grid) = &mut shared {
+                self.complete(&mut draft, &means, grid);
             }
-            let Errors {
-                measured,
-                frames,
-                nodes,
-            } = measure(&self.motion, &tracks, &self.times, self.rounding);
+            let mut errors = Errors::new(self.motion.frames());
+            let mut measured = self.measure(&draft, slice::from_ref(&(0..self.motion.frames())), &mut errors);
+            while let Some(grid) = &mut shared
+                && measured.max > self.bound
+            {
+                let stretches = self.refine(&mut draft, &means, grid, &errors.frames, self.bound);
+                if stretches.is_empty() {
+                    break;
+                }
+                measured = self.measure(&draft, &stretches, &mut errors);
+            }
             if measured.max <= self.bound {
                 return Ok(Fitted {
-                    tracks,
+                    tracks: draft.tracks,
                     ticks: self.motion.ticks.clone(),
                     measured,
                 });
@@ -98,18 +83,7 @@ impl Fitter<'_> {
             if measured.max < best.max {
                 best = measured;
             }
-            let frame = self.motion.ticks.partition_point(|tick| *tick < measured.tick) as u32;
-            let is_key = match &mut shared {
-                Some(grid) => {
-                    let is_key = grid.binary_search(&frame).is_ok();
-                    keys::refine(Arc::make_mut(grid), &frames, self.bound);
-                    is_key
-                }
-                None => true,
-            };
-            if is_key {
-                self.narrow(&mut means, &nodes);
-            }
+            self.narrow(&mut means, &errors.of_nodes(self.motion.joints.len()));
         }
         let millimetres = |metres: f64| format!("{:.6} mm", metres * 1000.0);
         Err(Diagnostic::new(
@@ -120,6 +94,17 @@ impl Fitter<'_> {
         .expected_found(millimetres(self.bound), millimetres(best.max))
         .help("allow a larger error, or store 32-bit floats")
         .into())
+    }
+
+    fn measure(&self, draft: &Draft, stretches: &[Range<usize>], errors: &mut Errors) -> Measured {
+        let proof = Proof {
+            motion: &self.motion,
+            tracks: &draft.tracks,
+            times: &self.times,
+            rounding: self.rounding,
+        };
+        proof.measure(stretches, errors);
+        errors.summary(&self.motion)
     }
 
     /// Gives less room to every joint above one that is too far off.
@@ -163,180 +148,57 @@ impl Fitter<'_> {
             .collect()
     }
 
-    /// The largest error at every frame.
-    fn rough_errors(&self, coded: &[World]) -> Vec<f32> {
+    /// Gives keys back until no frame is too far off, in single precision, which is enough to see where.
+    fn complete(&self, draft: &mut Draft, means: &[Means], grid: &mut Arc<Grid>) {
         let mut errors = vec![0f32; self.motion.frames()];
+        let mut stretches = slice::from_ref(&(0..errors.len())).to_vec();
+        while !stretches.is_empty() {
+            self.rough_errors(&draft.coded, &stretches, &mut errors);
+            stretches = self.refine(draft, means, grid, &errors, self.bound as f32 * NEARLY);
+        }
+    }
+
+    /// The largest error at every frame of some stretches.
+    fn rough_errors(&self, coded: &[World], stretches: &[Range<usize>], errors: &mut [f32]) {
+        let frames = || stretches.iter().cloned().flatten();
+        frames().for_each(|frame| errors[frame] = 0.0);
         for (index, joint) in self.motion.joints.iter().enumerate() {
-            let (truth, coded) = match joint.parent.filter(|_| joint.is_tip()) {
-                None => (
-                    Cow::Borrowed(&self.truth[index].positions),
-                    Cow::Borrowed(&coded[index].positions),
-                ),
-                Some(parent) => {
-                    let way = joint.offset() * self.motion.joints[parent].scale;
-                    let carried = |world| Cow::Owned(chain::carried(way, errors.len(), Some(world)));
-                    (carried(&self.truth[parent]), carried(&coded[parent]))
+            match (joint.is_tip(), joint.parent) {
+                (false, _) => {
+                    let (truth, coded) = (&self.truth[index].positions, &coded[index].positions);
+                    for frame in frames() {
+                        errors[frame] = errors[frame].max(truth[frame].distance_squared(coded[frame]));
+                    }
                 }
-            };
-            for (error, (truth, coded)) in std::iter::zip(&mut errors, std::iter::zip(truth.iter(), coded.iter())) {
-                *error = error.max(truth.distance_squared(*coded));
+                (true, Some(parent)) => {
+                    let way = joint.offset() * self.motion.joints[parent].scale;
+                    let (truth, coded) = (&self.truth[parent], &coded[parent]);
+                    for frame in frames() {
+                        let place = |world: &World| world.positions[frame] + world.rotations[frame] * way;
+                        errors[frame] = errors[frame].max(place(truth).distance_squared(place(coded)));
+                    }
+                }
+                // It stands where it stood.
+                (true, None) => {}
             }
         }
-        errors.iter_mut().for_each(|error| *error = error.sqrt());
-        errors
+        frames().for_each(|frame| errors[frame] = errors[frame].sqrt());
     }
 
-    /// The tracks, and where they put all joints.
-    fn round(&self, means: &mut [Means], shared: Option<&Arc<Grid>>) -> (Vec<FittedTrack>, Vec<World>) {
-        let motion = &self.motion;
-        let mut coded: Vec<World> = Vec::with_capacity(motion.joints.len());
-        let mut tracks = Vec::with_capacity(motion.joints.len());
-        for (index, joint) in motion.joints.iter().enumerate() {
-            let above = joint.parent.map(|parent| &coded[parent]);
-            let (track, world) = if joint.is_tip() {
-                let track = FittedTrack {
-                    translation: Translation::Still(self.short_vector(joint.offset())),
-                    rotation: Rotation::Still(self.short_rotation(joint.turn())),
-                };
-                (track, World::default())
-            } else {
-                let (translation, positions) = self.place(index, above, means[index].room, shared);
-                let (rotation, rotations) = self.turn(index, &positions, above, &mut means[index], shared);
-                let track = FittedTrack { translation, rotation };
-                (track, World { positions, rotations })
-            };
-            coded.push(world);
-            tracks.push(track);
-        }
-        (tracks, coded)
-    }
-
-    /// How a joint moves in its parent, and where that puts it at every frame.
-    fn place(
+    /// Gives keys back to frames that are farther off than `bound`, and codes these. Gives the frames where that changes
+    /// something.
+    fn refine<T: Copy + PartialOrd>(
         &self,
-        index: usize,
-        above: Option<&World>,
-        room: f32,
-        shared: Option<&Arc<Grid>>,
-    ) -> (Translation, Vec<Vec3>) {
-        let (joint, ticks) = (&self.motion.joints[index], &self.motion.ticks);
-        let scale = joint.parent.map_or(1.0, |parent| self.motion.joints[parent].scale);
-        if !joint.shifts() {
-            let still = self.short_vector(joint.offset());
-            let positions = chain::carried(still * scale, self.motion.frames(), above);
-            return (Translation::Still(still), positions);
+        draft: &mut Draft,
+        means: &[Means],
+        grid: &mut Arc<Grid>,
+        errors: &[T],
+        bound: T,
+    ) -> Vec<Range<usize>> {
+        let (insertions, stretches) = keys::refine(Arc::make_mut(grid), errors, bound);
+        if !insertions.is_empty() {
+            self.insert(draft, means, grid, &insertions, &stretches);
         }
-        let wanted = chain::wanted_translations(&self.truth[index], scale, above);
-        let tolerance = room * FOR_TRANSLATIONS / scale;
-        let code = self.translation_code(&wanted, tolerance);
-        let grid = shared
-            .cloned()
-            .unwrap_or_else(|| self.own(chain::translation_grid(&wanted, ticks, tolerance), 12));
-        let keys = chain::code_translations(&wanted, code, &grid, tolerance);
-        let positions = chain::moved(&keys, &grid, ticks, scale, above);
-        (Translation::Moving { code, grid, keys }, positions)
-    }
-
-    /// How a joint turns in its parent, and how that turns its axes at every frame.
-    fn turn(
-        &self,
-        index: usize,
-        positions: &[Vec3],
-        above: Option<&World>,
-        means: &mut Means,
-        shared: Option<&Arc<Grid>>,
-    ) -> (Rotation, Vec<Quat>) {
-        let (joint, arms) = (&self.motion.joints[index], &self.arms[index]);
-        let frames = self.motion.frames();
-        let stand = |still: Quat| {
-            let still = self.short_rotation(still);
-            (Rotation::Still(still), chain::stood(still, frames, above))
-        };
-        if !joint.turns() {
-            return stand(joint.turn());
-        }
-        let task = Task::new(arms, &self.truth[index], positions, above);
-        if let Some(still) = task.constant(arms, means.room) {
-            return stand(still);
-        }
-        let (code, grid, keys) = self.rotations(&task, arms, shared, means);
-        let rotations = chain::turned(&keys, &grid, &self.motion.ticks, above);
-        (Rotation::Moving { code, grid, keys }, rotations)
-    }
-
-    /// A number that stands for all frames, with no more digits than it needs.
-    fn short(&self, value: f32) -> f32 {
-        if self.container == Container::Float {
-            return value;
-        }
-        let digits = 10f64.powi((self.bound * DIGIT).log10().floor().clamp(-9.0, -1.0).abs() as i32);
-        ((f64::from(value) * digits).round() / digits) as f32
-    }
-
-    fn short_vector(&self, value: Vec3) -> Vec3 {
-        Vec3::from_array(value.to_array().map(|axis| self.short(axis)))
-    }
-
-    fn short_rotation(&self, value: Quat) -> Quat {
-        Quat::from_array(value.to_array().map(|component| self.short(component)))
-    }
-
-    /// The keys of a joint that turns.
-    fn rotations(
-        &self,
-        task: &Task,
-        arms: &Arms,
-        shared: Option<&Arc<Grid>>,
-        means: &mut Means,
-    ) -> (RotationCode, Arc<Grid>, Vec<CodedRotation>) {
-        let room = means.room;
-        let code = match self.container {
-            Container::Float => RotationCode::Float,
-            Container::Short => RotationCode::Short,
-            Container::Filtered => {
-                let steps = arms.longest / (room * ROTATION_STEP);
-                RotationCode::Filtered((steps.log2().ceil() as i32 + 1).clamp(4, MOST_BITS as i32) as u32)
-            }
-        };
-        let ticks = &self.motion.ticks;
-        let grid = shared
-            .cloned()
-            .unwrap_or_else(|| self.own(task.own_grid(arms, code, ticks, room), code.bytes()));
-        let RotationCode::Filtered(fewest) = code else {
-            let keys = task.code(code, &grid);
-            return (code, grid, keys);
-        };
-        // What was too little in the round before is not tried again.
-        means.bits = fewest.max(means.bits);
-        loop {
-            let bits = means.bits;
-            if (bits == MOST_BITS || choice::may_suffice(task, arms, bits, &grid, room))
-                && let Some(keys) = choice::choose(task, arms, bits, &grid, room)
-            {
-                return (RotationCode::Filtered(bits), grid, keys);
-            }
-            means.bits += 1;
-        }
-    }
-
-    /// The grid of one joint; every frame where its own times would cost more than they spare. `bytes` are those of a key
-    /// beside its time.
-    fn own(&self, grid: Grid, bytes: usize) -> Arc<Grid> {
-        let frames = self.motion.frames();
-        Arc::new(if grid.len() * (bytes + 4) < frames * bytes {
-            grid
-        } else {
-            keys::all(frames)
-        })
-    }
-
-    fn translation_code(&self, wanted: &[Vec3], room: f32) -> TranslationCode {
-        if self.container != Container::Filtered {
-            return TranslationCode::Float;
-        }
-        let largest = wanted.iter().map(|value| value.abs().max_element()).fold(0.0, f32::max);
-        let fine = (room * TRANSLATION_STEP).log2().floor();
-        let range = (largest / code::MANTISSA).log2().ceil();
-        TranslationCode::Filtered(fine.max(range).clamp(-100.0, 100.0) as i32)
+        stretches
     }
 }

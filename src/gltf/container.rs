@@ -13,8 +13,12 @@ use super::Document;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::write_file_with;
 
-/// Bytes before the JSON text and between it and the buffer: the header and two chunk headers, with padding.
-const GLB_OVERHEAD: usize = 12 + 8 + 8 + 6;
+/// Bytes before the first chunk of a `.glb` file, and before what is in a chunk.
+const GLB_HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
+
+/// Bytes before the JSON text and between it and the buffer, with padding.
+const GLB_OVERHEAD: usize = GLB_HEADER + 2 * CHUNK_HEADER + 6;
 
 impl Document {
     /// The bytes of a `.glb` file.
@@ -23,6 +27,16 @@ impl Document {
     /// [`Code::LimitExceeded`] beyond the 4 GiB that the container can hold.
     pub fn to_glb(&self) -> Result<Vec<u8>> {
         self.glb()?.to_vec().map_err(|error| unwritable(&error))
+    }
+
+    /// How many bytes [`Self::to_glb`] would give, without making them.
+    ///
+    /// # Errors
+    /// As [`Self::to_glb`].
+    pub fn glb_len(&self) -> Result<usize> {
+        let glb = self.glb()?;
+        let chunk = |bytes: &[u8]| CHUNK_HEADER + bytes.len().next_multiple_of(4);
+        Ok(GLB_HEADER + chunk(&glb.json) + glb.bin.as_deref().map_or(0, chunk))
     }
 
     /// Writes a `.glb` file, and gives its length.

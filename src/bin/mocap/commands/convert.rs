@@ -121,7 +121,7 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
                 keep_constant: args.keep_constant,
                 ..gltf::Options::default()
             };
-            plain_bytes = Some(gltf::write_glb(&scene, &plain)?.len());
+            plain_bytes = Some(gltf::Document::new(&scene, &plain)?.glb_len()?);
         }
     }
     let nodes = scene.nodes.len();
