@@ -87,7 +87,7 @@ impl Proof<'_> {
             // SAFETY: the processor was asked, and has these instructions.
             #[allow(
                 unsafe_code,
-                reason = "nearly twice as fast, and nothing else differs: `tools/bench/README.md`"
+                reason = "a ninth of a conversion, and nothing else differs: `tools/bench/README.md`"
             )]
             return unsafe { self.measure_with_avx2(stretches, errors) };
         }

@@ -26,9 +26,6 @@ const LEAST: f32 = 0.5;
 /// How far the children of a root may be off, and those at the end of a chain.
 const FIRST_ROOM: f32 = 0.75;
 const LAST_ROOM: f32 = 0.97;
-/// The share of the bound from which on a frame gets its key back: the next round rounds otherwise.
-const NEARLY: f32 = 0.97;
-
 /// All that stays the same from round to round.
 pub(super) struct Fitter<'a> {
     pub(super) motion: Motion<'a>,
@@ -154,7 +151,7 @@ impl Fitter<'_> {
         let mut stretches = slice::from_ref(&(0..errors.len())).to_vec();
         while !stretches.is_empty() {
             self.rough_errors(&draft.coded, &stretches, &mut errors);
-            stretches = self.refine(draft, means, grid, &errors, self.bound as f32 * NEARLY);
+            stretches = self.refine(draft, means, grid, &errors, self.bound as f32);
         }
     }
 
