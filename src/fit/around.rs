@@ -1,6 +1,6 @@
 //! The codes around the rotations of some frames: the corners of cubes.
 
-use super::chain::{Aims, Arms, Lanes, Quaternions, SHELL, Vectors};
+use super::chain::{Aims, Arms, Lanes, Quaternions, Vectors};
 use super::code::{CodedRotation, FINE, Lattice, left_out};
 use super::lanes::SINGLES;
 
@@ -272,12 +272,12 @@ impl Cubes {
         let near = aims.to_turn * aims.wanted;
         // The left-out component is positive, of the quaternion that is stored.
         let stored = stored.map(|component| (component * Lanes::all(scale)).flipped(out));
-        let exact_first = stored.map(floor);
+        let first = stored.map(floor);
         let twice = Lanes::all(2.0).flipped(near.w);
         let step = (twice * Lanes::all(1.0 / scale)).flipped(out);
         Self {
-            first: exact_first,
-            way: std::array::from_fn(|slot| exact_first[slot] - stored[slot]),
+            first,
+            way: std::array::from_fn(|slot| first[slot] - stored[slot]),
             turn: near.xyz() * twice,
             turns: std::array::from_fn(|slot| {
                 let share = ordered[slot + 1] * out.recip();
@@ -319,12 +319,7 @@ impl Cubes {
         for corner in 0..CORNERS {
             let [a, b, c] = [0, 1, 2].map(|slot| sides[slot][corner >> slot & 1]);
             let turn = self.turn + a + b + c;
-            let mut worst = turn.dot(turn) * Lanes::all(SHELL * SHELL);
-            for way in &arms.ways {
-                let off = self.error + turn.cross(Vectors::all(way.to_array()));
-                worst = worst.max(off.dot(off));
-            }
-            let share = worst * share;
+            let share = arms.squares(self.error, turn) * share;
             let too_far = share.sqrt() * Lanes::all(TOO_FAR);
             costs[corner] = Lanes::of(|lane| {
                 let beyond = if share.0[lane] > MOST { too_far.0[lane] } else { 0.0 };

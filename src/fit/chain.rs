@@ -76,6 +76,16 @@ impl Arms {
         }
     }
 
+    /// The squares of [`Self::error`] at some frames; a turn is its axis, times its angle.
+    #[inline(always)]
+    pub(super) fn squares(&self, error: Vectors, turn: Vectors) -> Lanes {
+        let around = turn.dot(turn) * Lanes::all(SHELL * SHELL);
+        self.ways.iter().fold(around, |worst, way| {
+            let off = error + turn.cross(Vectors::all(way.to_array()));
+            worst.max(off.dot(off))
+        })
+    }
+
     /// How far off the children are, and points around the joint, where the joint is off by `error` and turned by
     /// `turn` too far; both in the joint's own space.
     fn error(&self, error: Vec3, turn: Quat) -> f32 {
@@ -157,21 +167,14 @@ impl Aims {
             error: Vec3::from_array(self.error.lane(lane)),
         }
     }
-}
 
-impl Aims {
     /// The largest error that coded rotations leave.
     #[inline(always)]
     pub(super) fn largest_error(&self, arms: &Arms, keys: &[CodedRotation]) -> f32 {
         let values = Quaternions::of(|lane| keys[lane.min(keys.len() - 1)].value.to_array());
         let turn = self.to_turn * values;
         let turn = turn.xyz() * Lanes::all(2.0).flipped(turn.w);
-        let mut squares = turn.dot(turn) * Lanes::all(SHELL * SHELL);
-        for way in &arms.ways {
-            let off = self.error + turn.cross(Vectors::all(way.to_array()));
-            squares = squares.max(off.dot(off));
-        }
-        squares.0.into_iter().fold(0.0, f32::max).sqrt()
+        arms.squares(self.error, turn).0.into_iter().fold(0.0, f32::max).sqrt()
     }
 }
 
