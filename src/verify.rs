@@ -68,7 +68,7 @@ pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Resul
     let output = output.as_ref();
     let opener = Importer::new();
     let bytes = opener.open(output)?;
-    let file = File::read(&bytes, &|sibling| opener.open(&output.with_file_name(sibling)));
+    let file = read(&bytes, &|sibling| opener.open(&output.with_file_name(sibling)));
     let file = file.map_err(|error| error.with_path(output))?;
     let importer = file
         .provenance()
@@ -101,7 +101,20 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
             .help("verify the files, not their bytes")
             .into())
     };
-    verify_file(source, &File::read(output, &refuse)?)
+    verify_file(source, &read(output, &refuse)?)
+}
+
+/// Reads the file to compare, and says what may be compared where it is something else.
+fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File> {
+    if !File::sniff(bytes) {
+        return Err(Diagnostic::new(
+            Code::InvalidGltf,
+            "a file is compared with the glTF that was made of it, and this is none",
+        )
+        .help("give the file that was read first, then the .glb or .gltf that was written")
+        .into());
+    }
+    File::read(bytes, open)
 }
 
 fn verify_file(source: &Scene, file: &File) -> Result<Verification> {

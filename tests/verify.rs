@@ -5,7 +5,7 @@ use mocap::gltf::{Options, export, write_glb};
 use mocap::process::{convert_units, in_place, resample, root_motion, trim};
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{verify, verify_files};
-use mocap::{Importer, RootOffset, Scene, SkeletonMesh};
+use mocap::{Code, Importer, RootOffset, Scene, SkeletonMesh};
 
 fn fixture(file: &str) -> String {
     format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
@@ -176,6 +176,16 @@ fn a_file_that_ends_early_is_compared_as_far_as_it_goes() {
 fn a_file_of_another_skeleton_is_refused() {
     let error = verify(&import("lecture_Test.bvh"), &glb(&import("cmu_short.bvh"))).unwrap_err();
     assert!(error.to_string().contains("no joint"), "{error}");
+}
+
+#[test]
+fn what_is_no_gltf_is_refused_with_what_to_give() {
+    let source = fixture("lecture_Test.bvh");
+    let error = verify_files(&source, &source).unwrap_err();
+    assert_eq!((error.code(), error.path()), (Code::InvalidGltf, Some(source.as_ref())));
+    assert!(error.diagnostic().help.as_ref().unwrap().contains(".glb"), "{error}");
+    let error = verify(&import("lecture_Test.bvh"), b"HIERARCHY").unwrap_err();
+    assert_eq!(error.code(), Code::InvalidGltf);
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "gltf",
     description: "glTF 2.0, skeleton and animation",
     extensions: &["glb", "gltf"],
-    sniff,
+    sniff: File::sniff,
     read,
 };
 
@@ -36,12 +36,6 @@ const TIME_ROUNDING: f64 = 1.2e-7;
 
 /// Seconds between frames that can be meant; from other claims no ticks could be made.
 const PLAUSIBLE_FRAME_TIMES: RangeInclusive<f64> = 1e-6..=1e6;
-
-/// A `.glb` begins with its magic number, a `.gltf` is a JSON object whose first page names an `asset`.
-fn sniff(bytes: &[u8]) -> bool {
-    let is_json = bytes.trim_ascii_start().starts_with(b"{");
-    bytes.starts_with(b"glTF") || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
-}
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let file = File::read(source.bytes, &|beside| {

@@ -55,6 +55,12 @@ impl Values {
 }
 
 impl File {
+    /// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
+    pub(crate) fn sniff(bytes: &[u8]) -> bool {
+        let is_json = bytes.trim_ascii_start().starts_with(b"{");
+        bytes.starts_with(b"glTF") || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
+    }
+
     /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
     pub(crate) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         check_length(bytes)?;
