@@ -53,12 +53,22 @@ pub(super) struct Insertion {
     pub(super) after: usize,
 }
 
-/// Gives a key back, between every two, to the frame whose error is the largest, where that is beyond `bound`. Gives
-/// these, and for each the frames from the key before to the one after it, this left out.
+/// How many frames between two keys get theirs back where one is too far off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Amount {
+    /// That whose error is the largest.
+    Worst,
+    /// All of them.
+    All,
+}
+
+/// Gives keys back, between every two, where the error of a frame is beyond `bound`. Gives these, and for each two the
+/// frames from the key before to the one after, this left out.
 pub(super) fn refine<T: Copy + PartialOrd>(
     grid: &mut Grid,
     errors: &[T],
     bound: T,
+    amount: Amount,
 ) -> (Vec<Insertion>, Vec<Range<usize>>) {
     let (mut insertions, mut stretches) = (Vec::new(), Vec::new());
     for (after, pair) in grid.windows(2).enumerate() {
@@ -69,10 +79,13 @@ pub(super) fn refine<T: Copy + PartialOrd>(
                 (worst, largest) = (Some(frame), *error);
             }
         }
-        if let Some(frame) = worst {
-            insertions.push(Insertion { frame, after });
-            stretches.push(key..next);
-        }
+        let Some(worst) = worst else { continue };
+        let frames = match amount {
+            Amount::Worst => worst..worst + 1,
+            Amount::All => key + 1..next,
+        };
+        insertions.extend(frames.map(|frame| Insertion { frame, after }));
+        stretches.push(key..next);
     }
     let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
     insert(grid, &insertions, &frames);
@@ -141,13 +154,20 @@ mod tests {
         let errors = [0.0, 2.0, 3.0, 0.5, 1.5, 0.0];
         let mut grid = vec![0, 3, 5];
         let insertion = |frame, after| Insertion { frame, after };
-        let found = refine(&mut grid, &errors, 1.0);
+        let found = refine(&mut grid, &errors, 1.0, Amount::Worst);
         assert_eq!(found, (vec![insertion(2, 0), insertion(4, 1)], vec![0..3, 3..5]));
         assert_eq!(grid, [0, 2, 3, 4, 5]);
         let stretches = slice::from_ref(&(0..2)).to_vec();
-        assert_eq!(refine(&mut grid, &errors, 1.0), (vec![insertion(1, 0)], stretches));
+        let found = refine(&mut grid, &errors, 1.0, Amount::Worst);
+        assert_eq!(found, (vec![insertion(1, 0)], stretches));
         assert_eq!(grid, [0, 1, 2, 3, 4, 5]);
-        assert_eq!(refine(&mut grid, &errors, 1.0), (vec![], vec![]));
+        assert_eq!(refine(&mut grid, &errors, 1.0, Amount::Worst), (vec![], vec![]));
+
+        let mut grid = vec![0, 3, 5];
+        let found = refine(&mut grid, &errors, 1.8, Amount::All);
+        let stretches = slice::from_ref(&(0..3)).to_vec();
+        assert_eq!(found, (vec![insertion(1, 0), insertion(2, 0)], stretches));
+        assert_eq!(grid, [0, 1, 2, 3, 5]);
     }
 
     #[test]

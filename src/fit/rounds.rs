@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::chain::Arms;
 use super::draft::Draft;
-use super::keys::{self, Grid};
+use super::keys::{self, Amount, Grid};
 use super::measure::{Errors, Measured, Proof};
 use super::motion::{Motion, World};
 use super::{Container, Fitted};
@@ -61,10 +61,11 @@ impl Fitter<'_> {
             }
             let mut errors = Errors::new(self.motion.frames());
             let mut measured = self.measure(&draft, slice::from_ref(&(0..self.motion.frames())), &mut errors);
-            while let Some(grid) = &mut shared
-                && measured.max > self.bound
-            {
-                let stretches = self.refine(&mut draft, &means, grid, &errors.frames, self.bound);
+            for step in 0.. {
+                let Some(grid) = shared.as_mut().filter(|_| measured.max > self.bound) else {
+                    break;
+                };
+                let stretches = self.refine(&mut draft, &means, grid, (&errors.frames, self.bound), step);
                 if stretches.is_empty() {
                     break;
                 }
@@ -149,9 +150,12 @@ impl Fitter<'_> {
     fn complete(&self, draft: &mut Draft, means: &[Means], grid: &mut Arc<Grid>) {
         let mut errors = vec![0f32; self.motion.frames()];
         let mut stretches = slice::from_ref(&(0..errors.len())).to_vec();
-        while !stretches.is_empty() {
+        for step in 0.. {
             self.rough_errors(&draft.coded, &stretches, &mut errors);
-            stretches = self.refine(draft, means, grid, &errors, self.bound as f32);
+            stretches = self.refine(draft, means, grid, (&errors, self.bound as f32), step);
+            if stretches.is_empty() {
+                break;
+            }
         }
     }
 
@@ -182,17 +186,18 @@ impl Fitter<'_> {
         frames().for_each(|frame| errors[frame] = errors[frame].sqrt());
     }
 
-    /// Gives keys back to frames that are farther off than `bound`, and codes these. Gives the frames where that changes
-    /// something.
+    /// Gives keys back to frames that are farther off than a bound, and codes these. Gives the frames where that changes
+    /// something. After some steps nothing is left out any more where it is not enough, so that there is an end.
     fn refine<T: Copy + PartialOrd>(
         &self,
         draft: &mut Draft,
         means: &[Means],
         grid: &mut Arc<Grid>,
-        errors: &[T],
-        bound: T,
+        (errors, bound): (&[T], T),
+        step: usize,
     ) -> Vec<Range<usize>> {
-        let (insertions, stretches) = keys::refine(Arc::make_mut(grid), errors, bound);
+        let amount = if step < ROUNDS { Amount::Worst } else { Amount::All };
+        let (insertions, stretches) = keys::refine(Arc::make_mut(grid), errors, bound, amount);
         if !insertions.is_empty() {
             self.insert(draft, means, grid, &insertions, &stretches);
         }
