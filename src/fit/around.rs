@@ -72,7 +72,6 @@ impl LeftOut {
 struct Corner {
     place: usize,
     score: f32,
-    is_near: bool,
 }
 
 impl Corner {
@@ -88,8 +87,13 @@ impl Corner {
         Self {
             place,
             score: scores[place],
-            is_near: scores[place] < TOO_FAR,
         }
+    }
+
+    /// Whether its error is within the tolerance.
+    #[inline(always)]
+    fn is_near(self) -> bool {
+        self.score < TOO_FAR
     }
 
     #[inline(always)]
@@ -114,7 +118,6 @@ pub(super) struct Around<'a> {
 }
 
 /// Cubes of the lattice, one a lane, and what their corners mean.
-#[derive(Clone, Copy)]
 struct Cubes {
     /// The first corner: whole numbers.
     first: [Lanes; 3],
@@ -152,7 +155,7 @@ impl<'a> Around<'a> {
         let first = self.cubes.first(lane);
         let corner = Corner::cheapest(&scores(&self.costs, lane, first, before));
         let key = self.lattice.code(corner.stored(first), left_out);
-        if corner.is_near && self.is_clear(&key) {
+        if corner.is_near() && self.is_clear(&key) {
             return key;
         }
         self.best_of_more(lane, left_out, before)
@@ -186,7 +189,7 @@ impl<'a> Around<'a> {
         let mut least: Option<(CodedRotation, f32)> = None;
         loop {
             let mut best = (0, Corner::cheapest(&cubes[0].1));
-            for (place, (_, scores)) in cubes.iter().enumerate() {
+            for (place, (_, scores)) in cubes.iter().enumerate().skip(1) {
                 let corner = Corner::cheapest(scores);
                 if corner.score < best.1.score {
                     best = (place, corner);
@@ -194,7 +197,7 @@ impl<'a> Around<'a> {
             }
             let (place, corner) = best;
             let key = self.lattice.code(corner.stored(cubes[place].0), left_out);
-            if !corner.is_near {
+            if !corner.is_near() {
                 return Err(least.map_or(key, |least| least.0));
             }
             if self.is_clear(&key) {
@@ -243,13 +246,7 @@ impl Cubes {
         // What a component of 1 makes of the rotation that it is of: the columns of a product of quaternions.
         let Quaternions { x, y, z, w } = aims.to_turn;
         let column = |x, y, z| Vectors { x, y, z };
-        let minus = |lanes: Lanes| Lanes::ZERO - lanes;
-        let columns = [
-            column(w, z, minus(y)),
-            column(minus(z), w, x),
-            column(y, minus(x), w),
-            column(x, y, z),
-        ];
+        let columns = [column(w, z, -y), column(-z, w, x), column(y, -x, w), column(x, y, z)];
         // The component that is left out, and the three after it.
         let mut ordered = [Lanes::ZERO; 4];
         let mut turned = [Vectors::ZERO; 4];
@@ -358,7 +355,7 @@ mod tests {
             ([f32::INFINITY, 2e3, 5e3, 4e3, 1.5e3, 9e3, 8e3, f32::INFINITY], 4),
         ] {
             let corner = Corner::cheapest(&scores);
-            assert_eq!((corner.place, corner.is_near), (place, scores[place] < TOO_FAR));
+            assert_eq!((corner.place, corner.is_near()), (place, scores[place] < TOO_FAR));
         }
     }
 

@@ -5,7 +5,6 @@
 //! does not itself. What remains at the end of a chain is hardly more than what its last joint adds.
 
 use std::ops::Range;
-use std::slice;
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -27,8 +26,8 @@ pub(super) const SHELL: f32 = 0.03;
 pub(super) struct Arms {
     /// The ways to what stands still in it, in metres.
     pub(super) ways: Vec<Vec3>,
-    /// The rows of a matrix: what to turn by for an error of the joint's own place, so that the children are off as little as possible in
-    /// the sense of least squares.
+    /// The rows of a matrix: what to turn by for an error of the joint's own place, so that the children are off as
+    /// little as possible in the sense of least squares.
     counter_turn: [[f32; 3]; 3],
     /// The longest way.
     pub(super) longest: f32,
@@ -134,10 +133,9 @@ pub(super) struct Task<'a> {
 }
 
 /// What it has to do at one frame.
-#[derive(Clone, Copy)]
-pub(super) struct Aim {
+struct Aim {
     /// The rotation to the coded parent that is best for the children.
-    pub(super) wanted: Quat,
+    wanted: Quat,
     /// From a rotation to the coded parent to how much too far the joint is turned.
     to_turn: Quat,
     /// The error of the joint's own place, in its own space.
@@ -146,7 +144,7 @@ pub(super) struct Aim {
 
 impl Aim {
     /// The error that a rotation to the coded parent leaves.
-    pub(super) fn error(&self, arms: &Arms, rotation: Quat) -> f32 {
+    fn error(&self, arms: &Arms, rotation: Quat) -> f32 {
         arms.error(self.error, self.to_turn * rotation)
     }
 }
@@ -159,8 +157,7 @@ pub(super) struct Aims {
 }
 
 impl Aims {
-    #[inline(always)]
-    pub(super) fn at(&self, lane: usize) -> Aim {
+    fn at(&self, lane: usize) -> Aim {
         Aim {
             wanted: Quat::from_array(self.wanted.lane(lane)),
             to_turn: Quat::from_array(self.to_turn.lane(lane)),
@@ -206,23 +203,23 @@ impl Task<'_> {
         }
     }
 
-    /// At all frames.
-    fn all_aims(&self) -> Vec<Aim> {
-        let frames = keys::all(self.positions.len());
-        let some = frames.chunks(SINGLES);
-        some.flat_map(|some| {
+    /// At as many frames as there are, one after the other.
+    fn each_aim(&self, frames: &[u32]) -> impl Iterator<Item = Aim> {
+        frames.chunks(SINGLES).flat_map(|some| {
             let aims = self.aims(some);
             (0..some.len()).map(move |lane| aims.at(lane))
         })
-        .collect()
+    }
+
+    fn all_aims(&self) -> Vec<Aim> {
+        self.each_aim(&keys::all(self.positions.len())).collect()
     }
 
     /// One rotation for all frames, if it keeps every child within `tolerance`.
     pub(super) fn constant(&self, tolerance: f32) -> Option<Quat> {
         let last = self.positions.len().checked_sub(1)?;
         // Most joints move, and show it at once.
-        let few = self.aims(&[0, last.div_ceil(2) as u32, last as u32]);
-        let few = [0, 1, 2].map(|lane| few.at(lane));
+        let few: Vec<Aim> = self.each_aim(&[0, last.div_ceil(2) as u32, last as u32]).collect();
         let first = few[0].wanted;
         let add = |sum: Quat, aim: &Aim| sum + same_side(aim.wanted, first);
         let guess = few.iter().fold(first * 0.0, add).normalize();
@@ -242,32 +239,21 @@ impl Task<'_> {
         let coded = |frame: usize| code.nearest(aims[frame].wanted, None).value;
         keys::farthest(aims.len(), |from, to| {
             let (a, b) = (coded(from), coded(to));
-            let span = ticks[to] - ticks[from];
-            // From the middle outwards: the error is most often largest there.
-            let middle = usize::midpoint(from, to);
-            let inner = (middle..to).chain((from + 1..middle).rev());
-            inner.into_iter().all(|frame| {
-                let share = ((ticks[frame] - ticks[from]) / span) as f32;
-                aims[frame].error(self.arms, blend(a, b, share)) <= tolerance
-            })
+            let mut inner = keys::inner(ticks, from, to);
+            inner.all(|(frame, share)| aims[frame].error(self.arms, blend(a, b, share)) <= tolerance)
         })
     }
 
     /// The nearest keys on `grid`.
     pub(super) fn code(&self, code: RotationCode, grid: &[u32]) -> Vec<CodedRotation> {
         let mut keys: Vec<CodedRotation> = Vec::with_capacity(grid.len());
-        for frames in grid.chunks(SINGLES) {
-            let aims = self.aims(frames);
-            for lane in 0..frames.len() {
-                let key = code.nearest(aims.at(lane).wanted, keys.last());
-                keys.push(key);
-            }
+        for aim in self.each_aim(grid) {
+            let key = code.nearest(aim.wanted, keys.last());
+            keys.push(key);
         }
         keys
     }
-}
 
-impl Task<'_> {
     /// The nearest keys at some frames, each given the one before it.
     pub(super) fn code_after(
         &self,
@@ -275,8 +261,8 @@ impl Task<'_> {
         frames: &[u32],
         previous: &[CodedRotation],
     ) -> Vec<CodedRotation> {
-        let nearest = |(frame, previous)| code.nearest(self.aims(slice::from_ref(frame)).at(0).wanted, Some(previous));
-        std::iter::zip(frames, previous).map(nearest).collect()
+        let nearest = |(aim, previous): (Aim, _)| code.nearest(aim.wanted, Some(previous));
+        std::iter::zip(self.each_aim(frames), previous).map(nearest).collect()
     }
 }
 
@@ -299,14 +285,14 @@ pub(super) fn turn(
 
 /// How a joint that does not turn in its parent is turned.
 pub(super) fn stand(rotations: &mut [Quat], still: Quat, stretches: &[Range<usize>], above: Option<&World>) {
-    for frame in stretches.iter().cloned().flatten() {
+    for frame in keys::frames(stretches) {
         rotations[frame] = above.map_or(still, |above| (above.rotations[frame] * still).normalize());
     }
 }
 
 /// Where a joint is that does not move in its parent; the way from there is in metres.
 pub(super) fn carry(positions: &mut [Vec3], way: Vec3, stretches: &[Range<usize>], above: Option<&World>) {
-    for frame in stretches.iter().cloned().flatten() {
+    for frame in keys::frames(stretches) {
         positions[frame] = above.map_or(way, |above| above.positions[frame] + above.rotations[frame] * way);
     }
 }
@@ -322,11 +308,8 @@ pub(super) fn wanted_translation(truth: &World, scale: f32, above: Option<&World
 /// Keys as far apart as `tolerance`, in the joint's parent, allows.
 pub(super) fn translation_grid(wanted: &[Vec3], ticks: &[f64], tolerance: f32) -> Grid {
     keys::farthest(wanted.len(), |from, to| {
-        let span = ticks[to] - ticks[from];
-        (from + 1..to).all(|frame| {
-            let share = ((ticks[frame] - ticks[from]) / span) as f32;
-            wanted[from].lerp(wanted[to], share).distance(wanted[frame]) <= tolerance
-        })
+        let mut inner = keys::inner(ticks, from, to);
+        inner.all(|(frame, share)| wanted[from].lerp(wanted[to], share).distance(wanted[frame]) <= tolerance)
     })
 }
 

@@ -1,7 +1,6 @@
 //! A motion coded, joint by joint from the root on, and where a reader of that has all joints.
 
 use std::ops::Range;
-use std::slice;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -85,8 +84,7 @@ impl Fitter<'_> {
     pub(super) fn draft(&self, means: &mut [Means], shared: Option<&Arc<Grid>>) -> Draft {
         let motion = &self.motion;
         let frames = motion.frames();
-        let all = 0..frames;
-        let everywhere = slice::from_ref(&all);
+        let everywhere = motion.everywhere();
         let mut coded: Vec<World> = Vec::with_capacity(motion.joints.len());
         let mut tracks = Vec::with_capacity(motion.joints.len());
         for (index, joint) in motion.joints.iter().enumerate() {
@@ -104,9 +102,9 @@ impl Fitter<'_> {
                 rotations: vec![Quat::IDENTITY; frames],
             };
             let translation = self.translation(&spot, means[index].room, shared);
-            spot.place(&translation, &mut world.positions, everywhere);
+            spot.place(&translation, &mut world.positions, &everywhere);
             let rotation = self.rotation(&spot, &world.positions, &mut means[index], shared);
-            spot.turn(&rotation, &mut world.rotations, everywhere);
+            spot.turn(&rotation, &mut world.rotations, &everywhere);
             tracks.push(FittedTrack { translation, rotation });
             coded.push(world);
         }
@@ -121,7 +119,7 @@ impl Fitter<'_> {
             truth: &self.truth[index],
             ticks: &self.motion.ticks,
             above,
-            scale: joint.parent.map_or(1.0, |parent| self.motion.joints[parent].scale),
+            scale: self.motion.unit(joint),
         }
     }
 

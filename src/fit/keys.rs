@@ -105,6 +105,24 @@ pub(super) fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new
     }
 }
 
+/// The frames of some stretches.
+pub(super) fn frames(stretches: &[Range<usize>]) -> impl Iterator<Item = usize> {
+    stretches.iter().cloned().flatten()
+}
+
+/// How far a frame is from one key to the next.
+fn share(ticks: &[f64], from: usize, to: usize, frame: usize) -> f32 {
+    ((ticks[frame] - ticks[from]) / (ticks[to] - ticks[from])) as f32
+}
+
+/// The frames between two keys, and how far each is from one to the other. From the middle outwards: the error is most
+/// often largest there.
+pub(super) fn inner(ticks: &[f64], from: usize, to: usize) -> impl Iterator<Item = (usize, f32)> {
+    let middle = usize::midpoint(from, to);
+    let frames = (middle..to).chain((from + 1..middle).rev());
+    frames.map(move |frame| (frame, share(ticks, from, to, frame)))
+}
+
 /// The keys around the frames of some stretches, each of which begins at a key and ends before one: calls
 /// `with(frame, key, share)` for each, `share` being how far it is from `key` to the next. At a key the share is 0.
 pub(super) fn between(
@@ -122,9 +140,9 @@ pub(super) fn between(
             }
             with(from, key, 0.0);
             if let Some(&to) = grid.get(key + 1) {
-                let span = ticks[to as usize] - ticks[from];
-                for frame in from + 1..to as usize {
-                    with(frame, key, ((ticks[frame] - ticks[from]) / span) as f32);
+                let to = to as usize;
+                for frame in from + 1..to {
+                    with(frame, key, share(ticks, from, to, frame));
                 }
             }
         }

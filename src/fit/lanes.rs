@@ -25,35 +25,25 @@ pub(super) trait Real:
     fn is_none(self) -> bool;
 }
 
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
+macro_rules! reals {
+    ($($number:ty),*) => {
+        $(impl Real for $number {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
 
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
-    }
+            #[inline(always)]
+            fn root(self) -> Self {
+                self.sqrt()
+            }
 
-    #[inline(always)]
-    fn is_none(self) -> bool {
-        self.is_nan()
-    }
+            #[inline(always)]
+            fn is_none(self) -> bool {
+                self.is_nan()
+            }
+        })*
+    };
 }
-
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-
-    #[inline(always)]
-    fn root(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn is_none(self) -> bool {
-        self.is_nan()
-    }
-}
+reals!(f32, f64);
 
 /// One number a frame.
 #[derive(Clone, Copy, Debug)]
@@ -138,6 +128,15 @@ impl<T: Real, const N: usize> Mul for Lanes<T, N> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self::of(|lane| self.0[lane] * other.0[lane])
+    }
+}
+
+impl<T: Real, const N: usize> Neg for Lanes<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::of(|lane| -self.0[lane])
     }
 }
 
@@ -298,9 +297,9 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     #[inline(always)]
     pub(super) fn conjugate(self) -> Self {
         Self {
-            x: Lanes::ZERO - self.x,
-            y: Lanes::ZERO - self.y,
-            z: Lanes::ZERO - self.z,
+            x: -self.x,
+            y: -self.y,
+            z: -self.z,
             w: self.w,
         }
     }

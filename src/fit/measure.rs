@@ -131,7 +131,7 @@ impl Proof<'_> {
                     let body = &mut rest[0];
                     player.play(frames, &clocks, ways, above, body);
                     let mut error = body.off(ways).sqrt() + Lanes::all(self.rounding);
-                    if let Some(parent) = player.parent.filter(|parent| above[*parent].is_doubtful) {
+                    if let Some(parent) = player.joint.parent.filter(|parent| above[*parent].is_doubtful) {
                         error = error + doubt(&players, above, parent, body);
                     }
                     squares = squares + error * error;
@@ -160,7 +160,7 @@ fn doubt(players: &[Player], bodies: &[Body], above: usize, body: &Body) -> Lane
         if let Some(doubt) = bodies[joint].doubt {
             sum = sum + doubt * body.here.distance_squared(bodies[joint].here).sqrt();
         }
-        place = players[joint].parent;
+        place = players[joint].joint.parent;
     }
     sum
 }

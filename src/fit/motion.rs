@@ -1,6 +1,7 @@
 //! What has to be met: where every joint is and how it is turned, at every moment that counts.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use glam::{Quat, Vec3};
 
@@ -166,7 +167,7 @@ impl<'a> Motion<'a> {
                     reaches[index] = reaches[index].max(reach);
                 }
             }
-            let scale = joint.parent.map_or(1.0, |parent| self.joints[parent].scale);
+            let scale = self.unit(joint);
             let steady_translation = joint.translation.mean().filter(|mean| {
                 let far = |value: &Vec3| value.distance(*mean) * scale > tolerance;
                 !joint.translation.values().iter().any(far)
@@ -183,6 +184,16 @@ impl<'a> Motion<'a> {
 
     pub(super) fn frames(&self) -> usize {
         self.ticks.len()
+    }
+
+    /// All frames, as one stretch.
+    pub(super) fn everywhere(&self) -> Vec<Range<usize>> {
+        std::iter::once(0..self.frames()).collect()
+    }
+
+    /// Length in the world of a unit of a joint's translation.
+    pub(super) fn unit(&self, joint: &Joint) -> f32 {
+        joint.parent.map_or(1.0, |parent| self.joints[parent].scale)
     }
 
     /// Where all joints are in the world. Those that neither move nor carry another are left empty: their parent says

@@ -132,8 +132,7 @@ impl Body {
 
 /// Plays one joint of the source, and its track.
 pub(super) struct Player<'a> {
-    joint: &'a Joint<'a>,
-    pub(super) parent: Option<usize>,
+    pub(super) joint: &'a Joint<'a>,
     /// Length in the world of a unit of its translation.
     scale: Lanes,
     translation: Played<'a, Vectors, CodedTranslation>,
@@ -154,11 +153,9 @@ impl<'a> Player<'a> {
         track: &'a FittedTrack,
         clocks: &mut Vec<Clock<'a>>,
     ) -> Self {
-        let scale = joint.parent.map_or(1.0, |parent| motion.joints[parent].scale);
         Self {
             joint,
-            parent: joint.parent,
-            scale: Lanes::all(scale.into()),
+            scale: Lanes::all(motion.unit(joint).into()),
             translation: match &track.translation {
                 Translation::Still(still) => Played::Still(Vectors::all(still.as_dvec3().to_array())),
                 Translation::Moving { grid, keys, .. } => Played::Moving {
@@ -183,7 +180,7 @@ impl<'a> Player<'a> {
 
     #[inline(always)]
     pub(super) fn play(&self, frames: Frames, clocks: &[Clock], ways: usize, bodies: &[Body], body: &mut Body) {
-        let above = self.parent.map(|parent| &bodies[parent]);
+        let above = self.joint.parent.map(|parent| &bodies[parent]);
         let source = match &self.joint.translation {
             Track::Still(value) => Vectors::all(value.as_dvec3().to_array()),
             Track::Moving(values) => Vectors::of(|lane| values[frames.at(lane)].as_dvec3().to_array()),
@@ -247,9 +244,8 @@ impl<'a> Player<'a> {
         };
         let next = |lane: usize| (clock.keys[lane] + usize::from(clock.shares.0[lane] > 0.0)).min(keys.len() - 1);
         let from = Quaternions::of(|lane| keys[clock.keys[lane]].value.as_dquat().to_array());
-        let length = from.length();
+        let mut length = from.length();
         let mut unit = from * length.recip();
-        let mut length = length;
         if clock.is_between {
             let to = Quaternions::of(|lane| keys[next(lane)].value.as_dquat().to_array());
             let other = to.length();

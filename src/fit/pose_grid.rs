@@ -11,13 +11,8 @@ use super::motion::{Motion, World};
 pub(super) fn choose(motion: &Motion, truth: &[World], tolerance: f32) -> Grid {
     let mut pose = vec![(Vec3::ZERO, Quat::IDENTITY); motion.joints.len()];
     keys::farthest(motion.frames(), |from, to| {
-        let middle = usize::midpoint(from, to);
-        let inner = (middle..to).chain((from + 1..middle).rev());
-        inner.into_iter().all(|frame| {
-            let span = motion.ticks[to] - motion.ticks[from];
-            let share = ((motion.ticks[frame] - motion.ticks[from]) / span) as f32;
-            is_near(motion, truth, [from, to, frame], share, tolerance, &mut pose)
-        })
+        let mut inner = keys::inner(&motion.ticks, from, to);
+        inner.all(|(frame, share)| is_near(motion, truth, [from, to, frame], share, tolerance, &mut pose))
     })
 }
 

@@ -1,7 +1,6 @@
 //! One round after the other, until the bound is kept.
 
 use std::ops::Range;
-use std::slice;
 use std::sync::Arc;
 
 use super::chain::Arms;
@@ -26,6 +25,7 @@ const LEAST: f32 = 0.5;
 /// How far the children of a root may be off, and those at the end of a chain.
 const FIRST_ROOM: f32 = 0.75;
 const LAST_ROOM: f32 = 0.97;
+
 /// All that stays the same from round to round.
 pub(super) struct Fitter<'a> {
     pub(super) motion: Motion<'a>,
@@ -60,12 +60,14 @@ impl Fitter<'_> {
                 self.complete(&mut draft, &means, grid);
             }
             let mut errors = Errors::new(self.motion.frames());
-            let mut measured = self.measure(&draft, slice::from_ref(&(0..self.motion.frames())), &mut errors);
+            let mut measured = self.measure(&draft, &self.motion.everywhere(), &mut errors);
             for step in 0.. {
-                let Some(grid) = shared.as_mut().filter(|_| measured.max > self.bound) else {
-                    break;
+                let stretches = match &mut shared {
+                    Some(grid) if measured.max > self.bound => {
+                        self.refine(&mut draft, &means, grid, (&errors.frames, self.bound), step)
+                    }
+                    _ => Vec::new(),
                 };
-                let stretches = self.refine(&mut draft, &means, grid, (&errors.frames, self.bound), step);
                 if stretches.is_empty() {
                     break;
                 }
@@ -149,7 +151,7 @@ impl Fitter<'_> {
     /// Gives keys back until no frame is too far off, in single precision, which is enough to see where.
     fn complete(&self, draft: &mut Draft, means: &[Means], grid: &mut Arc<Grid>) {
         let mut errors = vec![0f32; self.motion.frames()];
-        let mut stretches = slice::from_ref(&(0..errors.len())).to_vec();
+        let mut stretches = self.motion.everywhere();
         for step in 0.. {
             self.rough_errors(&draft.coded, &stretches, &mut errors);
             stretches = self.refine(draft, means, grid, (&errors, self.bound as f32), step);
@@ -161,7 +163,7 @@ impl Fitter<'_> {
 
     /// The largest error at every frame of some stretches.
     fn rough_errors(&self, coded: &[World], stretches: &[Range<usize>], errors: &mut [f32]) {
-        let frames = || stretches.iter().cloned().flatten();
+        let frames = || keys::frames(stretches);
         frames().for_each(|frame| errors[frame] = 0.0);
         for (index, joint) in self.motion.joints.iter().enumerate() {
             match (joint.is_tip(), joint.parent) {
