@@ -34,7 +34,7 @@ mod velocities;
 use serde::Serialize;
 
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::gltf::Provenance;
+use crate::format::gltf::Provenance;
 use crate::limits::Limits;
 use crate::scene::{Scene, UpAxis};
 

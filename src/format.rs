@@ -8,7 +8,7 @@ pub mod bvh;
 pub mod c3d;
 #[cfg(feature = "fbx")]
 pub mod fbx;
-mod gltf;
+pub mod gltf;
 pub(crate) mod text;
 pub(crate) mod warnings;
 

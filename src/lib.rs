@@ -15,28 +15,27 @@
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 pub mod arrays;
-pub mod bvh;
+mod compress;
 pub mod dump;
 pub mod error;
 pub mod export;
-mod fit;
 pub mod format;
-pub mod gltf;
 pub mod import;
 pub mod limits;
+mod math;
 pub mod player;
 pub mod pose;
 pub mod process;
 #[cfg(feature = "render")]
 pub mod render;
-mod rotation;
 pub mod scene;
-pub mod survey;
+pub mod skeleton;
 pub mod verify;
 
 pub use glam;
 
 pub use crate::error::{Code, Diagnostic, Error, Location, Result};
+pub use crate::format::{bvh, gltf};
 pub use crate::import::{Importer, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};

@@ -15,7 +15,7 @@
 //!
 //! What else can be done to a motion, in the order in which it is best done: [`trim()`], [`resample()`],
 //! [`convert_units()`] (after which lengths are metres and +Y is up), [`in_place()`] or [`root_motion()`],
-//! [`rest_pose()`], [`reduce_keys()`]. [`survey`](crate::survey) guesses what a file does not say: its unit, its up axis, its cuts.
+//! [`rest_pose()`], [`reduce_keys()`]. [`survey`](crate::skeleton) guesses what a file does not say: its unit, its up axis, its cuts.
 //!
 //! The mesh steps read the rest pose from the node transforms, so they come before any
 //! [`Scene::update_node_matrices`](crate::scene::Scene::update_node_matrices). Assimp also reorders faces for the

@@ -7,7 +7,7 @@
 //! the lengths of the links, the up axis from what fits the first frame better, and the motion is said to start with
 //! the source's first frame.
 
-mod skeleton;
+mod chain;
 
 use std::collections::{HashMap, VecDeque};
 use std::path::Path;
@@ -15,14 +15,14 @@ use std::path::Path;
 use glam::{DMat4, DVec3};
 use serde::Serialize;
 
-use self::skeleton::Skeleton;
+use self::chain::Skeleton;
 use crate::error::{Code, Diagnostic, Result};
-use crate::gltf::Provenance;
-use crate::gltf::read::File;
+use crate::format::gltf::File;
+use crate::format::gltf::Provenance;
 use crate::import::Importer;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
-use crate::survey;
+use crate::skeleton;
 
 /// How far a written file is from its source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -133,7 +133,7 @@ fn verify_file(source: &Scene, file: &File) -> Result<Verification> {
         None => Change::guessed(&ours, &theirs, &pairs),
     };
     let missing = |kind: NodeKind| {
-        let is_missing = |(index, joint): &(usize, &skeleton::Joint)| {
+        let is_missing = |(index, joint): &(usize, &chain::Joint)| {
             joint.kind == kind && !pairs.iter().any(|(ours, _)| ours == index)
         };
         ours.joints
@@ -190,7 +190,7 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
     let mut places: HashMap<(String, bool), VecDeque<usize>> = HashMap::new();
     // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
     let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
-    let key = |joint: &skeleton::Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
+    let key = |joint: &chain::Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
     for (place, joint) in theirs.joints.iter().enumerate() {
         places.entry(key(joint)).or_default().push_back(place);
     }
@@ -308,7 +308,7 @@ fn compare(
     // A file of another program may end earlier. Half a frame is room for its rounding.
     let their_rate = change
         .frames_per_second
-        .map_or(rate, |wanted| survey::rate_before(rate, wanted));
+        .map_or(rate, |wanted| skeleton::rate_before(rate, wanted));
     let last = last.min(change.first + theirs.end * their_rate + 0.5);
     let root_of = roots(ours);
     let mut start: Option<Vec<DVec3>> = None;

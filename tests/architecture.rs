@@ -5,34 +5,32 @@ use std::path::{Path, PathBuf};
 
 /// The modules of the library, each with the modules that it may use, all of which stand before it. Data flows in one
 /// direction: bytes, format, scene, steps and poses, outputs. `lib` only re-exports.
-///
-/// `format` uses `gltf` for one thing: both the reader of glTF and the proof of an export stand on the same access to
-/// a glTF file.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("limits", &["error"]),
+    ("export", &["error"]),
     ("scene", &["error", "limits"]),
-    ("rotation", &["scene"]),
+    ("math", &["scene"]),
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
-    ("survey", &["scene", "pose"]),
-    ("fit", &["error", "scene", "pose"]),
-    ("process", &["error", "scene", "pose", "survey", "fit"]),
+    ("skeleton", &["scene", "pose"]),
+    ("compress", &["error", "scene", "pose"]),
+    ("process", &["error", "scene", "pose", "skeleton", "compress"]),
+    (
+        "format",
+        &["error", "limits", "export", "scene", "math", "pose", "compress"],
+    ),
+    ("import", &["error", "limits", "scene", "process", "format"]),
     ("dump", &["error", "scene", "pose"]),
-    ("export", &["error"]),
-    ("bvh", &["error", "limits", "scene", "pose", "rotation", "export"]),
-    ("gltf", &["error", "scene", "pose", "export", "fit"]),
-    ("format", &["error", "limits", "scene", "rotation", "gltf"]),
     (
         "arrays",
-        &["error", "limits", "scene", "pose", "rotation", "survey", "gltf"],
+        &["error", "limits", "scene", "math", "pose", "skeleton", "format"],
     ),
-    ("import", &["error", "limits", "scene", "format", "process"]),
+    ("render", &["error", "scene", "math", "pose", "skeleton"]),
     (
         "verify",
-        &["error", "scene", "pose", "survey", "process", "gltf", "import"],
+        &["error", "scene", "pose", "skeleton", "process", "format", "import"],
     ),
-    ("render", &["error", "scene", "pose", "rotation", "survey"]),
 ];
 
 /// The source of one file without comments and without its tests.

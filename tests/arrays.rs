@@ -469,7 +469,7 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
             let animation = &scene.animations[0];
             let binding = Binding::new(scene, animation);
             let mut pose = Pose::rest(scene);
-            let cuts = mocap::survey::cuts(scene, 0);
+            let cuts = mocap::skeleton::cuts(scene, 0);
             for frame in 0..motion.frames {
                 let tick = frame as f64 * animation.ticks_per_second / motion.frame_rate();
                 if cuts.contains(&(tick as usize)) {

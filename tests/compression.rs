@@ -9,7 +9,7 @@ use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, Options, write_glb};
 use mocap::process::{convert_units, reduce_keys, trim};
 use mocap::scene::{Node, NodeId, Scene};
-use mocap::survey::survey;
+use mocap::skeleton::survey;
 use mocap::verify::verify;
 use mocap::{Code, Importer, Pose, SkeletonMesh};
 

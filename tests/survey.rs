@@ -3,7 +3,7 @@
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
-use mocap::survey::{Confidence, Unit, cuts, survey};
+use mocap::skeleton::{Confidence, Unit, cuts, survey};
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()

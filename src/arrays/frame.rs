@@ -5,7 +5,7 @@ use glam::{Mat4, Vec3, Vec4};
 use crate::arrays::{Options, unknown_option};
 use crate::error::Result;
 use crate::scene::{Assumption, Scene, UpAxis};
-use crate::survey;
+use crate::skeleton;
 
 /// How the coordinates of a scene become those of the output.
 pub(super) struct Frame {
@@ -35,7 +35,7 @@ impl Frame {
         let stated_metres = options.file_metres_per_unit.or(scene.metadata.metres_per_unit);
         let guesses_unit = stated_metres.is_none() && (options.metres_per_unit.is_some() || needs_ground);
         let guesses_up = options.file_up.is_none() && (options.up.is_some() || needs_ground);
-        let guess = (guesses_unit || guesses_up).then(|| survey::survey(scene));
+        let guess = (guesses_unit || guesses_up).then(|| skeleton::survey(scene));
         if let Some(guess) = &guess {
             let is_used = |topic: &str| (topic == "unit" && guesses_unit) || (topic == "up" && guesses_up);
             assumptions.extend(guess.assumptions().into_iter().filter(|guess| is_used(&guess.topic)));

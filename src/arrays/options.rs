@@ -38,7 +38,7 @@ pub struct Options {
     /// Default: all.
     pub joints: Option<String>,
     /// Frames per second of the output. In between two frames, positions move on a line and rotations on the shorter
-    /// arc; a [cut](crate::survey::cuts) is not smeared, the nearer side stands. Default: the file's own frames.
+    /// arc; a [cut](crate::skeleton::cuts) is not smeared, the nearer side stands. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
@@ -47,11 +47,11 @@ pub struct Options {
     /// Metres in one unit of length of the output. Default: the file's own unit.
     pub metres_per_unit: Option<f64>,
     /// Metres in one unit of length of the file. Default: what the file says, else what
-    /// [`survey`](crate::survey::survey()) guesses.
+    /// [`survey`](crate::skeleton::survey()) guesses.
     pub file_metres_per_unit: Option<f64>,
     /// The axis of the output that points up. Default: the file's own axes.
     pub up: Option<UpAxis>,
-    /// The axis of the file that points up. Default: what [`survey`](crate::survey::survey()) guesses.
+    /// The axis of the file that points up. Default: what [`survey`](crate::skeleton::survey()) guesses.
     pub file_up: Option<UpAxis>,
     /// Whether to give velocities. In frame i they are (p(i + 1) - p(i - 1)) / 2 x the frame rate; at the first and
     /// the last frame the difference to the one neighbour there is x the frame rate; 0 where there is one frame only.

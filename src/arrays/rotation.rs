@@ -3,7 +3,7 @@
 use glam::{Mat3, Quat};
 use serde::{Deserialize, Serialize};
 
-use crate::rotation::euler_rot;
+use crate::math::rotation::euler_rot;
 use crate::scene::RotationOrder;
 
 /// What the numbers of a rotation are. The names are those that files and options use.

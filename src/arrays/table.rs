@@ -51,7 +51,7 @@ use sha2::{Digest, Sha256};
 use crate::arrays::{self, Arrays, Header, Joint, Options};
 use crate::error::Result;
 use crate::scene::{Animation, Scene, UpAxis};
-use crate::survey::{self, Survey};
+use crate::skeleton::{self, Survey};
 
 /// Arrow's own types, of the version that the tables are made of.
 pub use {arrow_array, arrow_schema};
@@ -177,7 +177,7 @@ pub fn clips(clips: &[Clip<'_>], options: &Options) -> RecordBatch {
 /// The table with a row for each file: what it holds, without its motion.
 pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let scenes: Vec<Option<&Scene>> = files.iter().map(|(_, scene)| scene.as_ref().ok()).collect();
-    let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(survey::survey)).collect();
+    let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(skeleton::survey)).collect();
     // Without its motion, a scene's arrays are its joints.
     let motionless = |scene: &Scene| Scene {
         nodes: scene.nodes.clone(),

@@ -3,7 +3,7 @@
 use crate::arrays::{Moment, Options, unknown_option};
 use crate::error::Result;
 use crate::scene::{AppliedStep, Scene};
-use crate::survey;
+use crate::skeleton;
 
 /// How near, in ticks, a new frame may be to an old one to be the same.
 const SAME_TICK: f64 = 1e-6;
@@ -60,10 +60,10 @@ impl Timeline {
         let (frame_rate, step, cuts) = match options.frames_per_second {
             Some(frames_per_second) => {
                 steps.push(AppliedStep::Resample { frames_per_second });
-                let cuts = survey::cuts(scene, 0);
+                let cuts = skeleton::cuts(scene, 0);
                 (
                     frames_per_second,
-                    survey::rate_before(old_rate, frames_per_second) / frames_per_second,
+                    skeleton::rate_before(old_rate, frames_per_second) / frames_per_second,
                     cuts,
                 )
             }

@@ -1,7 +1,7 @@
 //! As few keys as a largest error allows.
 
+use crate::compress::{Container, Rotation, Translation, fit};
 use crate::error::Result;
-use crate::fit::{Container, Rotation, Translation, fit};
 use crate::pose::Binding;
 use crate::scene::{Keys, Scene};
 

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use crate::scene::{Animation, AppliedStep, Keys, Scene};
-use crate::survey;
+use crate::skeleton;
 
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
 const SAME_TICK: f64 = 1e-6;
@@ -11,7 +11,7 @@ const SAME_TICK: f64 = 1e-6;
 /// Gives every animation `frames_per_second` frames a second.
 ///
 /// Positions are interpolated on a line, rotations by slerp. What is left after the last whole new frame, less than
-/// one frame, is gone. A [cut](survey::cuts) is not smeared: no value is taken from inside of it, and the frames on
+/// one frame, is gone. A [cut](skeleton::cuts) is not smeared: no value is taken from inside of it, and the frames on
 /// both sides become keys at their own, uneven ticks.
 ///
 /// Where the new frames would be old ones, had the frame time not been rounded when the file was written, they are:
@@ -23,14 +23,14 @@ pub fn resample(scene: &mut Scene, frames_per_second: f64) {
         return;
     }
     for index in 0..scene.animations.len() {
-        let cuts = survey::cuts(scene, index);
+        let cuts = skeleton::cuts(scene, index);
         resample_animation(&mut scene.animations[index], frames_per_second, &cuts);
     }
     scene.metadata.steps.push(AppliedStep::Resample { frames_per_second });
 }
 
 fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) {
-    let old_per_new = survey::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second;
+    let old_per_new = skeleton::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second;
     let last = (animation.duration / old_per_new + SAME_TICK).floor();
     let mut moments: Vec<_> = (0..=last as u64)
         .map(|frame| Moment::new(frame as f64, old_per_new))

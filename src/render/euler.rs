@@ -7,7 +7,7 @@
 
 use glam::{DQuat, Quat};
 
-use crate::rotation::euler_rot;
+use crate::math::rotation::euler_rot;
 use crate::scene::{Node, RotationOrder};
 
 /// Degrees about the axes of `order`, one triple a rotation.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
-use crate::survey::survey;
+use crate::skeleton::survey;
 
 /// A scene and what to call it in a picture.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::figure::{Clip, Figure, short};
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::survey::survey;
+use crate::skeleton::survey;
 
 /// The screen that there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,7 +19,7 @@ use super::svg::escape;
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
-    /// The `.glb` file that the download button hands out; see [`gltf::write_glb`](crate::gltf::write_glb).
+    /// The `.glb` file that the download button hands out; see [`gltf::write_glb`](crate::format::gltf::write_glb).
     pub glb: &'a [u8],
 }
 

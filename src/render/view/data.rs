@@ -7,7 +7,7 @@ use super::super::euler;
 use super::super::figure::{Clip, Side};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Keys, Node, NodeKind, Scene, SourceLines, UpAxis};
-use crate::survey::survey;
+use crate::skeleton::survey;
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::scene::UpAxis;
-use mocap::{SkeletonMesh, gltf, process, survey};
+use mocap::{SkeletonMesh, gltf, process, skeleton};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -30,7 +30,7 @@ pub(crate) fn convert(
     let importer = read.importer()?.skeleton_mesh(SkeletonMesh::Skinned);
     let written = py.detach(|| {
         let mut scene = importer.import(&source)?;
-        let guess = survey::survey(&scene);
+        let guess = skeleton::survey(&scene);
         if let Some(fps) = fps {
             process::resample(&mut scene, fps);
         }

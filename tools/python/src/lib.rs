@@ -13,7 +13,7 @@ mod scene;
 
 use std::path::PathBuf;
 
-use mocap::survey::Unit;
+use mocap::skeleton::Unit;
 use mocap::{Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
-use mocap::survey::Unit;
+use mocap::skeleton::Unit;
 
 /// What to change on the way.
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! What `mocap convert` changes between reading and writing, each decision said and kept in the scene's metadata.
 
 use mocap::scene::{Assumption, Scene, UpAxis};
-use mocap::{Code, Diagnostic, process, survey};
+use mocap::{Code, Diagnostic, process, skeleton};
 
 use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 
@@ -16,7 +16,7 @@ use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> mocap::Result<Vec<String>> {
     // What the reader had to assume, and what of the file has no place in a scene.
     let mut words: Vec<String> = scene.metadata.assumptions.iter().map(in_words).collect();
-    let survey = survey::survey(scene);
+    let survey = skeleton::survey(scene);
     let guesses = survey.assumptions();
     let guess = |topic: &str| guesses.iter().find(|guess| guess.topic == topic);
     let mut take = |scene: &mut Scene, topic: &str| {

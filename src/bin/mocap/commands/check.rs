@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::scene::{Assumption, RootOffsetUsed, Scene};
-use mocap::survey::survey;
+use mocap::skeleton::survey;
 use mocap::{Diagnostic, RootOffset, SkeletonMesh};
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::render::{Clip, Entry, PageClip, listing, page};
-use mocap::{Scene, SkeletonMesh, gltf, process, survey};
+use mocap::{Scene, SkeletonMesh, gltf, process, skeleton};
 
 use super::short_name;
 use crate::args::ViewArgs;
@@ -127,7 +127,7 @@ impl Read {
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let scene = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned).import(file)?;
     let mut in_metres = scene.clone();
-    let guesses = survey::survey(&scene);
+    let guesses = skeleton::survey(&scene);
     let metres_per_unit = scene.metadata.metres_per_unit.unwrap_or(guesses.unit.value.metres());
     process::convert_units(&mut in_metres, metres_per_unit, guesses.up.value);
     let glb = gltf::write_glb(&in_metres, &gltf::Options::default())?;

@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use crate::fit::Container;
+use crate::compress::Container;
 
 /// How far a joint may be from its place where a [`Compression`] is chosen and no largest error: 1 mm, in metres.
 pub const DEFAULT_MAX_ERROR: f64 = 0.001;

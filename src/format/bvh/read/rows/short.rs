@@ -2,7 +2,7 @@
 //!
 //! Where a number's digits, point and end stand changes from number to number, and a parser that goes from byte to byte
 //! guesses wrong at about every second number. Here 16 bytes are looked at together. All vector instructions are of
-//! SSE4.1 at most; a processor is asked for AVX2 because [`lanes`](crate::rotation::lanes) asks it that already.
+//! SSE4.1 at most; a processor is asked for AVX2 because [`lanes`](crate::math::rotation::lanes) asks it that already.
 
 use std::arch::x86_64::{
     __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,

@@ -8,7 +8,7 @@ use super::{Reader, is_structure};
 use crate::error::{Code, Diagnostic};
 use crate::format::text::{Word, decode_name, nearest, number, quote};
 use crate::limits::FARTHEST;
-use crate::rotation::Axis;
+use crate::math::rotation::Axis;
 
 impl Reader<'_, '_> {
     /// `"OFFSET" x y z`; the last one wins.

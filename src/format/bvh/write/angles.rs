@@ -3,7 +3,7 @@
 use glam::{DQuat, Quat};
 
 use super::number::shortest;
-use crate::rotation::{Axis, lanes, to_euler};
+use crate::math::rotation::{Axis, lanes, to_euler};
 use crate::scene::RotationOrder;
 
 /// How far a component may be off: the double precision of angles after some turns, and what half turns leave of zero.
@@ -93,7 +93,7 @@ fn unit_within(key: Quat) -> Option<DQuat> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::from_euler;
+    use crate::math::rotation::from_euler;
 
     #[test]
     fn angles_with_few_decimals_come_back_with_few() {

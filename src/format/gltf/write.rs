@@ -27,25 +27,18 @@
 mod animation;
 mod buffer;
 mod build;
-mod compression;
 mod container;
 mod mesh;
-mod meshopt;
 mod names;
-mod provenance;
-pub(crate) mod read;
-mod streams;
 
 use std::path::Path;
 
 use serde::Serialize;
 
+use super::{Achieved, Compression};
 use crate::error::Result;
 use crate::export::write_file;
 use crate::scene::Scene;
-
-pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
-pub use self::provenance::Provenance;
 
 /// The colour of every material: an orange that stands out on white, grey and black, as linear red, green, blue and alpha.
 pub const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];

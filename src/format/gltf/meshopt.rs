@@ -49,7 +49,7 @@ mod codec {
 
     use super::Filter;
     use crate::error::Result;
-    use crate::gltf::read::invalid;
+    use crate::format::gltf::file::invalid;
 
     /// The smallest stream of so many bytes: of 256 elements every four bytes take at least one.
     const MOST_PER_BYTE: usize = 1024;
@@ -59,7 +59,7 @@ mod codec {
     const LEVEL: i32 = 3;
 
     /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
-    pub(in crate::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>> {
+    pub(in crate::format::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>> {
         fn stream<const N: usize>(bytes: &[u8], version: i32) -> meshopt::Result<Vec<u8>> {
             encode_vertex_buffer_level(bytes.as_chunks::<N>().0, LEVEL, Some(version))
         }
@@ -73,7 +73,12 @@ mod codec {
     }
 
     /// What accessors read of the `count` elements of `stride` bytes in `stream`.
-    pub(in crate::gltf) fn decode(stream: &[u8], count: usize, stride: usize, filter: Filter) -> Result<Vec<u8>> {
+    pub(in crate::format::gltf) fn decode(
+        stream: &[u8],
+        count: usize,
+        stride: usize,
+        filter: Filter,
+    ) -> Result<Vec<u8>> {
         let length = count.checked_mul(stride);
         let most = stream.len().saturating_mul(MOST_PER_BYTE).saturating_add(LAST_BLOCK);
         if length.is_none_or(|length| length > most) || count == 0 {

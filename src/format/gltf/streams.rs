@@ -8,8 +8,8 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::compression::{EXT, KHR};
+use super::file::invalid;
 use super::meshopt::{self, Filter};
-use super::read::invalid;
 use crate::error::Result;
 
 /// What a view says of its stream, in both extensions alike.

@@ -13,7 +13,7 @@ use super::rows::{self, Block, Sink};
 use crate::error::{Code, Diagnostic};
 use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
-use crate::rotation::{Axis, lanes};
+use crate::math::rotation::{Axis, lanes};
 use crate::scene::{
     Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
 };
@@ -364,7 +364,7 @@ pub(super) fn build(
         nodes: build_nodes(hierarchy),
         ..Scene::default()
     };
-    scene.metadata.format = super::FORMAT.name.to_owned();
+    scene.metadata.format = crate::format::bvh::FORMAT.name.to_owned();
     scene.metadata.root_offset = tracks.root_offset_used;
     if let Some(header) = header.filter(|_| tracks.frames > 0) {
         let channel = |track: Track| {

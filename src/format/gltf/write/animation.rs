@@ -8,12 +8,12 @@ use gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Node, scene::UnitQuaternion};
 
+use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
+use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
-use super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
-use super::meshopt::{self, Filter};
 use super::{Options, Report};
+use crate::compress::{Fitted, Grid, Rotation, RotationCode, Translation, TranslationCode, fit};
 use crate::error::{Code, Diagnostic, Result};
-use crate::fit::{Fitted, Grid, Rotation, RotationCode, Translation, TranslationCode, fit};
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
 

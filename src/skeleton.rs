@@ -116,7 +116,7 @@ pub struct Survey {
 ///
 /// ```
 /// use mocap::scene::UpAxis;
-/// use mocap::survey::{Unit, survey};
+/// use mocap::skeleton::{Unit, survey};
 ///
 /// let found = survey(&mocap::import("fixtures/real/cmu_01_01.bvh")?);
 /// assert_eq!(found.unit.value, Unit::Cmu);

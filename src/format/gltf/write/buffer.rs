@@ -6,8 +6,8 @@ use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Index, Root};
 use serde_json::{Value, json};
 
-use super::compression::{Compression, KHR};
-use super::meshopt::{self, Filter};
+use super::super::compression::{Compression, KHR};
+use super::super::meshopt::{self, Filter};
 use crate::error::Result;
 
 /// What values are for. glTF wants views to keep to one use, and only vertex data to say so.

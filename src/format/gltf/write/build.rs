@@ -7,10 +7,11 @@ use gltf::json::{Asset, Index, Material, Mesh, Node, Root, Skin};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
+use super::super::Provenance;
 use super::animation::{self, Rest, unit};
 use super::buffer::Buffer;
 use super::names::Names;
-use super::{BASE_COLOR, Document, Options, Provenance, Report, mesh};
+use super::{BASE_COLOR, Document, Options, Report, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{self, NodeKind, Scene};
 

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::error::Result;
-use crate::gltf::read::{File, Values};
+use crate::format::gltf::{File, Values};
 use crate::pose::Binding;
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 

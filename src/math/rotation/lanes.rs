@@ -240,7 +240,7 @@ fn cos_near_zero(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rotation::{from_euler, with_assimp_sign};
+    use crate::math::rotation::{from_euler, with_assimp_sign};
 
     fn key(rotations: &[(Axis, f64)]) -> Quat {
         let columns: Vec<(Axis, &[f64])> = rotations

@@ -1,6 +1,6 @@
 //! What a column of the motion means.
 
-use crate::rotation::Axis;
+use crate::math::rotation::Axis;
 
 /// What one column of the motion drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -173,7 +173,7 @@ mod tests {
     use glam::{Mat4, Quat, Vec3};
 
     use super::*;
-    use crate::fit::{CodedRotation, Grid, Rotation, RotationCode, Translation, keys};
+    use crate::compress::{CodedRotation, Grid, Rotation, RotationCode, Translation, keys};
     use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
     const FRAMES: usize = 14;

@@ -1,0 +1,3 @@
+//! The arithmetic that several modules share.
+
+pub(crate) mod rotation;
