@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
-mod kinematics;
-
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use kinematics::{Capture, Matrix, Root, Vector, distance, multiply, turn};
+use crate::kinematics::{Capture, Matrix, Root, Vector, distance, multiply, turn};
 use mocap::glam::Vec3;
 use mocap::pose::{Binding, Pose};
 use mocap::scene::{NodeId, NodeKind, Scene};
@@ -300,9 +298,9 @@ fn a_skeleton_alone_stands_in_its_rest_pose() {
 }
 
 /// A root, an arm that turns about axes of its own, and a hand.
-const SKELETON: &str = include_str!("../fixtures/made/tiny.asf");
+const SKELETON: &str = include_str!("../../fixtures/made/tiny.asf");
 
-const MOTION: &str = include_str!("../fixtures/made/tiny.amc");
+const MOTION: &str = include_str!("../../fixtures/made/tiny.amc");
 
 /// A folder with a skeleton, in which motions can be read.
 struct Folder(tempfile::TempDir);

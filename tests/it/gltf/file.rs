@@ -6,8 +6,8 @@ use mocap::glam::{Quat, Vec3};
 use mocap::gltf::{BufferPlace, Document, Options, Provenance, export, write_glb};
 use mocap::scene::Scene;
 
-use crate::read::{Read, text_of};
-use crate::scenes::{node, walker, with_skinned_mesh};
+use super::read::{Read, text_of};
+use super::scenes::{node, walker, with_skinned_mesh};
 
 #[test]
 fn bounds_are_the_exact_stored_numbers() {

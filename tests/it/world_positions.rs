@@ -1,10 +1,8 @@
 //! Real files: the world position of every node at every frame, against the independent kinematics.
 
-mod kinematics;
-
 use std::fs;
 
-use kinematics::{Capture, Root, Vector, distance};
+use crate::kinematics::{Capture, Placement, Root, Vector, distance};
 use mocap::pose::{Binding, Pose};
 use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset, Scene};
@@ -103,8 +101,8 @@ fn largest_error(scene: &Scene, capture: &Capture, root: Root) -> f64 {
     largest
 }
 
-fn compare(pose: &Pose, placements: &[kinematics::Placement]) -> f64 {
-    let far = |(index, placement): (usize, &kinematics::Placement)| {
+fn compare(pose: &Pose, placements: &[Placement]) -> f64 {
+    let far = |(index, placement): (usize, &Placement)| {
         let position = pose.position(NodeId::new(index)).to_array().map(f64::from);
         // NaN would pass every comparison; it counts as infinitely far.
         let far = distance(position, placement.position);

@@ -7,8 +7,8 @@ use mocap::glam::{DVec3, Quat, Vec3};
 use mocap::gltf::{Document, Options, write_glb};
 use mocap::scene::Keys;
 
-use crate::read::Read;
-use crate::scenes::{assert_same_motion, walker, with_skinned_mesh, world_of_scene};
+use super::read::Read;
+use super::scenes::{assert_same_motion, walker, with_skinned_mesh, world_of_scene};
 
 #[test]
 fn every_key_puts_every_node_where_the_scene_does() {

@@ -4,8 +4,8 @@ use mocap::glam::DVec3;
 use mocap::gltf::{Options, write_glb};
 use mocap::process::{KeyTolerance, SkeletonMesh, collapse_keys, skeleton_mesh};
 
+use super::read::Read;
 use crate::kinematics::{Capture, Root};
-use crate::read::Read;
 
 /// Asserts that the glTF of a fixture puts every node, at every frame, within 1e-5 of the skeleton's height of the
 /// place where the text of the fixture puts it.

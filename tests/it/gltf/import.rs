@@ -6,7 +6,7 @@ use mocap::process::{root_motion, validate};
 use mocap::scene::{Node, NodeKind, Scene};
 use mocap::{Importer, Pose, SkeletonMesh};
 
-use crate::scenes::{node, walker, with_skinned_mesh};
+use super::scenes::{node, walker, with_skinned_mesh};
 
 fn read(bytes: &[u8]) -> mocap::Result<Scene> {
     Importer::new().skeleton_mesh(SkeletonMesh::None).read(bytes, "a.glb")

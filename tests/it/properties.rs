@@ -1,10 +1,8 @@
 //! Generated skeletons and motions, written as BVH text here and read by the library.
 
-mod kinematics;
-
 use std::fmt::Write;
 
-use kinematics::{Capture, Root, distance};
+use crate::kinematics::{Capture, Root, distance};
 use mocap::pose::{Binding, Pose};
 use mocap::process::{SkeletonMesh, validate};
 use mocap::scene::{NodeId, RootOffset};

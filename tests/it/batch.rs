@@ -304,7 +304,7 @@ fn check_prints_a_folder_in_its_order() {
 #[test]
 fn check_names_the_file_to_blame() {
     let corpus = Corpus::new(0);
-    corpus.add("walk.amc", include_str!("../fixtures/made/tiny.amc"));
+    corpus.add("walk.amc", include_str!("../../fixtures/made/tiny.amc"));
     corpus.add("walk.asf", ":bonedata\n  begin\n");
     let walk = corpus.inputs().join("walk.amc");
     let stdout = |args: &[&str]| String::from_utf8(run(args).stdout).unwrap();

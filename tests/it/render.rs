@@ -1,7 +1,5 @@
 //! Pictures: what is in them, and that they stay the same to the byte.
 
-#![cfg(feature = "render")]
-
 use std::fs;
 
 use mocap::render::{
@@ -30,7 +28,7 @@ fn hash(bytes: &[u8]) -> String {
 /// written to `target/pictures`.
 #[test]
 fn pictures_stay_the_same_to_the_byte() {
-    let expected = fs::read_to_string("tests/render/pictures.txt").unwrap();
+    let expected = fs::read_to_string("tests/it/render/pictures.txt").unwrap();
     let folder = format!("{}/pictures", env!("CARGO_TARGET_TMPDIR"));
     fs::create_dir_all(&folder).unwrap();
     let mut found = String::new();

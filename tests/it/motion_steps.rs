@@ -1,10 +1,8 @@
 //! Units, trim, frame rate, rest pose and root motion, against the text of real files and closed forms.
 
-mod kinematics;
-
 use std::f64::consts::FRAC_PI_2;
 
-use kinematics::{Capture, Root};
+use crate::kinematics::{Capture, Root};
 use mocap::glam::{DVec3, Mat4, Quat, Vec3};
 use mocap::process::{convert_units, in_place, resample, rest_pose, root_motion, trim, validate};
 use mocap::scene::{Keys, NodeId, NodeKind, UpAxis};

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use mocap::glam::{DMat4, Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Node, NodeId, NodeKind, Scene, VertexWeight};
 
-use crate::read::Read;
+use super::read::Read;
 
 /// The node to world matrix of every node of `scene` at a frame, from its keys alone.
 pub(crate) fn world_of_scene(scene: &Scene, frame: usize) -> Vec<DMat4> {

@@ -1,7 +1,7 @@
 //! Where this crate differs from Assimp, and why.
 
-use crate::compare::Difference;
-use crate::truth::Flags;
+use super::compare::Difference;
+use super::truth::Flags;
 
 /// A difference that is meant.
 #[derive(Debug)]

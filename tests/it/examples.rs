@@ -1,13 +1,13 @@
 //! The programs of `examples/` on the lecture's file, whose motion has a closed form.
 
 #[allow(dead_code, reason = "the test calls `run`, not `main`")]
-#[path = "../examples/end_effector_path.rs"]
+#[path = "../../examples/end_effector_path.rs"]
 mod end_effector_path;
 #[allow(dead_code, reason = "the test calls `run`, not `main`")]
-#[path = "../examples/own_nodes.rs"]
+#[path = "../../examples/own_nodes.rs"]
 mod own_nodes;
 #[allow(dead_code, reason = "the test calls `run`, not `main`")]
-#[path = "../examples/update_loop.rs"]
+#[path = "../../examples/update_loop.rs"]
 mod update_loop;
 
 const LECTURE: &str = "fixtures/real/lecture_Test.bvh";

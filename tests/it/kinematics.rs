@@ -9,7 +9,7 @@
 //! has a position channel replaced by the channel's value. It turns by `parent_rotation * R1 * R2 * R3`, the rotation
 //! channels in the order in which CHANNELS names them.
 
-#![allow(dead_code, reason = "every test uses a part of this module")]
+mod closed_forms;
 
 /// A point or a direction.
 pub(crate) type Vector = [f64; 3];
@@ -40,7 +40,6 @@ pub(crate) struct Node {
     pub(crate) parent: Option<usize>,
     pub(crate) offset: Vector,
     pub(crate) columns: Vec<Column>,
-    pub(crate) is_end_site: bool,
 }
 
 /// A whole file.
@@ -226,7 +225,6 @@ fn parse_hierarchy<'a>(lines: &mut impl Iterator<Item = &'a str>) -> Vec<Node> {
                     parent,
                     offset: [0.0; 3],
                     columns: Vec::new(),
-                    is_end_site,
                 });
             }
             "OFFSET" => {

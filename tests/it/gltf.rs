@@ -3,8 +3,6 @@
 mod file;
 mod fixtures;
 mod import;
-#[path = "../kinematics/mod.rs"]
-mod kinematics;
 mod mesh;
 mod motion;
 mod read;

@@ -6,8 +6,8 @@ use mocap::gltf::{Document, Options};
 use mocap::process::{SkeletonMesh, skeleton_mesh};
 use mocap::scene::{Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
-use crate::read::Read;
-use crate::scenes::{assert_same_motion, node, walker, with_skinned_mesh, world_of_scene};
+use super::read::Read;
+use super::scenes::{assert_same_motion, node, walker, with_skinned_mesh, world_of_scene};
 
 #[test]
 fn a_skinned_mesh_stands_at_the_scene_root_and_follows_its_joints() {

@@ -1,10 +1,8 @@
 //! The kinematics that the other tests trust, against closed forms.
 
-mod kinematics;
+use crate::kinematics::{Capture, Root, distance, multiply, turn};
 
-use kinematics::{Capture, Root, distance, multiply, turn};
-
-const LECTURE: &[u8] = include_bytes!("../fixtures/real/lecture_Test.bvh");
+const LECTURE: &[u8] = include_bytes!("../../../fixtures/real/lecture_Test.bvh");
 
 #[test]
 fn the_lecture_chain_stands_where_the_sum_of_angles_puts_it() {

@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
 
-mod kinematics;
-
 use std::fs;
 
-use kinematics::{Capture, Root, distance};
+use crate::kinematics::{Capture, Root, distance};
 use mocap::bvh::{Channels, Options, write};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::pose::{Binding, Pose, Trs};

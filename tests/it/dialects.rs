@@ -1,11 +1,9 @@
 //! One tiny file for each dialect: nodes, world positions, frames and warnings against what was worked out by hand.
 
-mod kinematics;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use kinematics::{Vector, distance};
+use crate::kinematics::{Vector, distance};
 use mocap::pose::Pose;
 use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset, Scene, Warning};

@@ -1,8 +1,5 @@
 //! FBX: against another reader, and a file small enough to work out by hand.
 
-#![cfg(feature = "fbx")]
-#![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
-
 use std::fs;
 
 use mocap::glam::{DVec3, Vec3};
@@ -193,7 +190,7 @@ fn the_frame_rate_can_be_chosen() {
 }
 
 /// Three bones in centimetres with +Z up; the second is turned by a pre-rotation.
-const TINY: &str = include_str!("../fixtures/made/tiny.fbx");
+const TINY: &str = include_str!("../../fixtures/made/tiny.fbx");
 
 fn read(bytes: &[u8]) -> mocap::Result<Scene> {
     Importer::new()

@@ -5,7 +5,7 @@ use std::fmt;
 use mocap::glam::{DVec3, Mat4, Quat, Vec3};
 use mocap::scene::{Channel, Keys, Mesh, Primitive, Scene};
 
-use crate::truth::{Flags, Number, Truth, TruthChannel, TruthMesh};
+use super::truth::{Flags, Number, Truth, TruthChannel, TruthMesh};
 
 /// A place where the two scenes are not the same.
 #[derive(Debug)]

@@ -1,10 +1,8 @@
 //! Arrays against the independent kinematics, closed forms, and what the files say.
 
-mod kinematics;
-
 use std::fs;
 
-use kinematics::{Capture, Column, Root, distance, multiply, turn};
+use crate::kinematics::{Capture, Column, Root, distance, multiply, turn};
 use mocap::arrays::{Arrays, Contacts, Moment, Options, Rotation, RotationSpace, Space, arrays, csv, npz};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};

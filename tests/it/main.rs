@@ -1,0 +1,35 @@
+//! The integration tests: one program, for each is linked with the whole library; a module a subject.
+//!
+//! `memory` and `allocations` stand beside it, for each of them has a global allocator of its own.
+
+mod architecture;
+mod arrays;
+mod asf_amc;
+#[cfg(feature = "cli")]
+mod batch;
+mod broken;
+mod bvh_out;
+mod c3d;
+mod compression;
+#[cfg(feature = "cli")]
+mod convert_and_verify;
+mod dialects;
+mod examples;
+#[cfg(feature = "fbx")]
+mod fbx;
+mod fixtures;
+mod gltf;
+mod golden;
+mod hostile;
+mod kinematics;
+mod motion_steps;
+mod process;
+mod properties;
+#[cfg(feature = "render")]
+mod render;
+mod schema;
+mod survey;
+mod threads;
+mod validate;
+mod verify;
+mod world_positions;
