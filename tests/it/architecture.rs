@@ -150,6 +150,146 @@ fn the_table_is_without_circles() {
     }
 }
 
+/// The files of the library that `source` names by `use`, or by a path in its code, each as its place in `modules`.
+///
+/// A file is known by its module path; a path of names leads to the file with the longest module path that it begins
+/// with. The file of a folder declares what the files below it share, and calls them: the two are one room, so a file
+/// and those it stands in are left out.
+fn files_used(source: &Source, modules: &[Vec<String>], own: &[String]) -> Vec<usize> {
+    let code: Vec<&str> = source.code.iter().map(|(_, line)| line.as_str()).collect();
+    let mut paths = Vec::new();
+    for statement in code.join("\n").split(';') {
+        // `use a::{b, c::d};` is `a::b` and `a::c::d`.
+        let begin = statement.find("use ").filter(|at| !statement[..*at].contains('{'));
+        match begin {
+            Some(at) => expand("", &statement[at + 4..], &mut paths),
+            None => {
+                for word in statement.split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':') {
+                    paths.push(word.to_owned());
+                }
+            }
+        }
+    }
+    let mut used = Vec::new();
+    for path in paths {
+        let mut names: Vec<String> = Vec::new();
+        for (index, name) in path.split("::").map(str::trim).enumerate() {
+            match name {
+                "crate" => names.clear(),
+                "self" if index == 0 => names = own.to_vec(),
+                "super" => {
+                    if index == 0 {
+                        names = own.to_vec();
+                    }
+                    names.pop();
+                }
+                // A path that begins with a name of this file's, or of another crate.
+                _ if index == 0 => break,
+                _ => names.push(name.to_owned()),
+            }
+        }
+        let leads_to = |module: &&Vec<String>| !module.is_empty() && names.starts_with(module);
+        let Some(target) = modules.iter().filter(leads_to).max_by_key(|module| module.len()) else {
+            continue;
+        };
+        if !own.starts_with(target) && !target.starts_with(own) {
+            used.push(modules.iter().position(|module| module == target).unwrap());
+        }
+    }
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+/// The paths of a tree of names, as in `a::{b, c::{d, e}}`.
+fn expand(prefix: &str, tree: &str, paths: &mut Vec<String>) {
+    let Some(open) = tree.find('{') else {
+        paths.push(format!("{prefix}{}", tree.trim()));
+        return;
+    };
+    let prefix = format!("{prefix}{}", tree[..open].trim());
+    let close = tree.rfind('}').unwrap_or(tree.len());
+    let (mut depth, mut begin) = (0, open + 1);
+    for (at, c) in tree.char_indices().filter(|(at, _)| *at > open && *at <= close) {
+        match c {
+            '{' => depth += 1,
+            '}' if at < close => depth -= 1,
+            ',' | '}' if depth == 0 => {
+                expand(&prefix, &tree[begin..at], paths);
+                begin = at + 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Where circles are left, being untied now. To be empty.
+const TO_UNTIE: &[&str] = &["src/format/gltf", "src/compress", "src/bin/mocap/commands"];
+
+#[test]
+fn files_within_a_module_use_each_other_without_circles() {
+    let sources: Vec<Source> = sources()
+        .into_iter()
+        .filter(|source| !source.path.ends_with("lib.rs"))
+        .collect();
+    let modules: Vec<Vec<String>> = sources
+        .iter()
+        .map(|source| {
+            let below = source.path.strip_prefix("src").unwrap().with_extension("");
+            // The program is a crate of its own, whose file `main` is the root.
+            let below = below.strip_prefix("bin/mocap").unwrap_or(&below);
+            below
+                .iter()
+                .map(|part| part.to_str().unwrap().to_owned())
+                .filter(|part| part != "main")
+                .collect()
+        })
+        .collect();
+    let is_program = |source: &Source| source.module() == "bin/mocap";
+    let edges: Vec<Vec<usize>> = std::iter::zip(&sources, &modules)
+        .map(|(source, own)| {
+            let mut used = files_used(source, &modules, own);
+            used.retain(|&other| is_program(&sources[other]) == is_program(source));
+            used
+        })
+        .collect();
+    assert!(
+        edges.iter().map(Vec::len).sum::<usize>() > 200,
+        "the imports are not found"
+    );
+    // Files that use no other that is left, or that none uses, go round by round. What stays is on a circle, or between two.
+    let mut left: Vec<bool> = vec![true; sources.len()];
+    loop {
+        let uses = |file: usize, other: usize| left[file] && left[other] && edges[file].contains(&other);
+        let is_on_an_end = |file: usize| {
+            let all = 0..sources.len();
+            !all.clone().any(|other| uses(file, other)) || !all.clone().any(|other| uses(other, file))
+        };
+        let ends: Vec<usize> = (0..sources.len())
+            .filter(|&file| left[file] && is_on_an_end(file))
+            .collect();
+        if ends.is_empty() {
+            break;
+        }
+        ends.into_iter().for_each(|file| left[file] = false);
+    }
+    left.iter_mut()
+        .zip(&sources)
+        .filter(|(_, source)| TO_UNTIE.iter().any(|folder| source.path.starts_with(folder)))
+        .for_each(|(left, _)| *left = false);
+    let mut failures = Vec::new();
+    for file in (0..sources.len()).filter(|&file| left[file]) {
+        for &other in edges[file].iter().filter(|&&other| left[other]) {
+            failures.push(format!(
+                "{} uses {}",
+                sources[file].path.display(),
+                sources[other].path.display()
+            ));
+        }
+    }
+    report(&failures);
+}
+
 /// The part of `format` that a file belongs to: the name of a file or folder right below `src/format`.
 fn part_of_format(path: &Path) -> Option<String> {
     let below = path.strip_prefix("src/format").ok()?.with_extension("");

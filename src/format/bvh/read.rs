@@ -124,7 +124,8 @@ fn read_text(
     hierarchy::read_header(&mut cursor)?;
     let hierarchy = hierarchy::read(&mut cursor, &options.limits, warnings)?;
     refuse_nul(&cursor)?;
-    decimals::accept_commas_of_hierarchy(&cursor, &hierarchy, warnings)?;
+    let joint_name = |joint: usize| &*hierarchy.joints[joint].name;
+    decimals::accept_commas_of_hierarchy(&cursor, &hierarchy.decimals, joint_name, warnings)?;
     let header = motion::read_header(&mut cursor, &hierarchy, options, warnings)?;
     let mut tracks = scene::Tracks::new(&hierarchy, options);
     if let Some(header) = &header {

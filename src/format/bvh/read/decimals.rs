@@ -3,7 +3,6 @@
 use memchr::memchr;
 
 use super::Failure;
-use super::hierarchy::Hierarchy;
 use crate::error::{Code, Diagnostic};
 use crate::format::text::number::Number;
 use crate::format::text::{Cursor, Word, quote};
@@ -28,31 +27,33 @@ impl Decimals {
     }
 }
 
-/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor stands behind the hierarchy.
-pub(super) fn accept_commas_of_hierarchy(
+/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor stands behind the hierarchy;
+/// `name` gives the name of a joint.
+pub(super) fn accept_commas_of_hierarchy<'a>(
     cursor: &Cursor<'_>,
-    hierarchy: &Hierarchy,
+    decimals: &Decimals,
+    name: impl Fn(usize) -> &'a str,
     warnings: &mut Warnings,
 ) -> Result<(), Failure> {
-    let Some((offset, end, joint)) = hierarchy.decimals.comma else {
+    let Some((offset, end, joint)) = decimals.comma else {
         return Ok(());
     };
     let bytes = &cursor.text()[offset..end];
-    accept_comma(cursor, hierarchy, cursor.offset(), Word { bytes, offset }, warnings)
-        .map_err(|failure| Box::new(failure.in_joint(&hierarchy.joints[joint].name)))
+    accept_comma(cursor, decimals, cursor.offset(), Word { bytes, offset }, warnings)
+        .map_err(|failure| Box::new(failure.in_joint(name(joint))))
 }
 
 /// A comma is read as a decimal point where no number of the file has a point; nothing else could be meant then.
 pub(super) fn accept_comma(
     cursor: &Cursor<'_>,
-    hierarchy: &Hierarchy,
+    decimals: &Decimals,
     motion_start: usize,
     word: Word<'_>,
     warnings: &mut Warnings,
 ) -> Result<(), Failure> {
     let mut refused = false;
     warnings.tally(Code::DecimalComma, || {
-        refused = hierarchy.decimals.has_points || memchr(b'.', &cursor.text()[motion_start..]).is_some();
+        refused = decimals.has_points || memchr(b'.', &cursor.text()[motion_start..]).is_some();
         Diagnostic::new(
             Code::DecimalComma,
             "numbers have decimal commas, read as decimal points",

@@ -60,7 +60,7 @@ pub(super) fn read_header(
     let frames = read_frame_count(cursor, hierarchy, options, frames_word)?;
     let (frame_rate, decimal_comma) = read_frame_rate(cursor, options)?;
     if let Some(word) = decimal_comma {
-        accept_comma(cursor, hierarchy, motion.offset, word, warnings)?;
+        accept_comma(cursor, &hierarchy.decimals, motion.offset, word, warnings)?;
     }
     Ok(Some(Header {
         frames,

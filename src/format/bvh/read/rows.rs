@@ -286,7 +286,13 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             ..word
         };
         if number.comma {
-            accept_comma(self.cursor, self.hierarchy, self.header.start, taken, self.warnings)?;
+            accept_comma(
+                self.cursor,
+                &self.hierarchy.decimals,
+                self.header.start,
+                taken,
+                self.warnings,
+            )?;
         }
         if column < self.hierarchy.channel_count {
             let frame = self.block.frames;
