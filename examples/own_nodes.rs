@@ -9,9 +9,8 @@ use std::error::Error;
 use std::io::{self, Write};
 
 use mocap::glam::{Mat4, Vec3};
-use mocap::player::{LoopMode, Player};
-use mocap::pose::Trs;
 use mocap::scene::Animation;
+use mocap::{LoopMode, Player, Trs};
 
 /// A node as a program may have it: a tree of boxes, found by name.
 struct Node {

@@ -26,8 +26,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-pub use self::json::{AnimationView, BoneView, ChannelView, MeshView, NodeView, SceneView};
-pub use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
+pub use self::json::SceneView;
+use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
 use crate::scene::Scene;
 
 /// The JSON Schema (draft 2020-12) of a serialised [`SceneView`].
@@ -110,26 +110,15 @@ impl Layout {
 /// The sections of a scene, in the order given. A section that the layout does not have is left out.
 pub fn text(scene: &Scene, layout: Layout, sections: &[Section]) -> String {
     let mut text = String::new();
-    write_text(&mut text, scene, layout, sections).expect("writing to a string cannot fail");
-    text
-}
-
-/// Writes what [`text()`] returns.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write_text(out: &mut impl fmt::Write, scene: &Scene, layout: Layout, sections: &[Section]) -> fmt::Result {
-    for section in sections {
-        if !layout.sections().contains(section) {
-            continue;
-        }
-        match section {
-            Section::Scene => print_scene_info(out, scene, layout)?,
-            Section::Mesh => print_mesh_info(out, scene, layout)?,
-            Section::Tree => print_tree_info(out, scene, layout)?,
-            Section::Bone => print_bone_info(out, scene, layout)?,
-            Section::Anim => print_anim_info(out, scene, layout)?,
-        }
+    for section in sections.iter().filter(|section| layout.sections().contains(section)) {
+        let print = match section {
+            Section::Scene => print_scene_info,
+            Section::Mesh => print_mesh_info,
+            Section::Tree => print_tree_info,
+            Section::Bone => print_bone_info,
+            Section::Anim => print_anim_info,
+        };
+        print(&mut text, scene, layout).expect("writing to a string cannot fail");
     }
-    Ok(())
+    text
 }

@@ -2,12 +2,12 @@
 //!
 //! To add a format: a file in `format/`, a row in [`FORMATS`], fixtures with their origin, a row in the README.
 
-pub mod asf_amc;
+mod asf_amc;
 mod bip;
 pub mod bvh;
-pub mod c3d;
+mod c3d;
 #[cfg(feature = "fbx")]
-pub mod fbx;
+mod fbx;
 pub mod gltf;
 pub(crate) mod text;
 pub(crate) mod warnings;
@@ -32,9 +32,9 @@ pub struct FormatInfo {
     /// Extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
     /// Whether the first bytes of a file look like this format.
-    pub sniff: fn(&[u8]) -> bool,
+    pub(crate) sniff: fn(&[u8]) -> bool,
     /// Reads a whole file.
-    pub read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
 }
 
 /// A file as its reader sees it: the bytes, and a way to other files, for formats that spread over several.
@@ -42,7 +42,7 @@ pub struct FormatInfo {
 /// A reader opens nothing by itself. It asks here, so that bytes from memory are read by the same code as files, and
 /// so that every file is held against [`Limits::max_bytes`].
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub(crate) struct Source<'a> {
     /// The whole file.
     pub bytes: &'a [u8],
     /// What the file is called; its folder is where [`Source::open`] and [`Source::list`] look.
@@ -71,7 +71,7 @@ pub const FORMATS: &[FormatInfo] = &[
 
 /// What a caller can ask of a format's reader.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ReadOptions {
+pub(crate) struct ReadOptions {
     /// What to do with the root's OFFSET when the root has position channels too.
     pub root_offset: RootOffset,
     /// Frames per second to take in place of the file's own.

@@ -10,6 +10,20 @@
 //! assert_eq!(scene.nodes[0].transform.w_axis.x, 1.0);
 //! # Ok::<(), mocap::Error>(())
 //! ```
+//!
+//! # Vectors and matrices
+//!
+//! Positions, rotations and matrices are types of [`glam`], which is re-exported: use `mocap::glam`, and the versions
+//! agree. A program that has another version of glam, or another library, takes arrays; they need no type of this one:
+//!
+//! ```
+//! let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+//! // Column by column, as other libraries and graphics interfaces take them.
+//! let columns: [f32; 16] = scene.nodes[0].transform.to_cols_array();
+//! let xyzw: [f32; 4] = scene.animations[0].channels[0].rotation_keys.values[0].to_array();
+//! assert_eq!((columns[15], xyzw.len()), (1.0, 4));
+//! # Ok::<(), mocap::Error>(())
+//! ```
 
 // Tests may unwrap and print; the library may not.
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
@@ -17,14 +31,14 @@
 pub mod arrays;
 mod compress;
 pub mod dump;
-pub mod error;
+mod error;
 pub mod export;
-pub mod format;
-pub mod import;
-pub mod limits;
+mod format;
+mod import;
+mod limits;
 mod math;
-pub mod player;
-pub mod pose;
+mod player;
+mod pose;
 pub mod process;
 #[cfg(feature = "render")]
 pub mod render;
@@ -35,7 +49,7 @@ pub mod verify;
 pub use glam;
 
 pub use crate::error::{Code, Diagnostic, Error, Location, Result};
-pub use crate::format::{bvh, gltf};
+pub use crate::format::{FORMATS, FormatInfo, bvh, gltf};
 pub use crate::import::{Importer, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};

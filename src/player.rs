@@ -46,7 +46,7 @@ pub enum LoopMode {
 ///
 /// ```
 /// use mocap::scene::Animation;
-/// use mocap::player::{LoopMode, Player};
+/// use mocap::{LoopMode, Player};
 ///
 /// let animation = Animation { ticks_per_second: 10.0, duration: 9.0, ..Animation::default() };
 /// let mut shown = Vec::new();

@@ -26,7 +26,7 @@ pub use self::updater::Updater;
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
-/// use mocap::pose::Pose;
+/// use mocap::Pose;
 /// use mocap::scene::{Node, NodeId, Scene};
 ///
 /// let upper = Node { transform: Mat4::from_translation(Vec3::Y), ..Node::default() };
@@ -82,7 +82,7 @@ impl Pose {
     /// Moves to `tick` of `animation`. Nodes without a channel stay as they are.
     ///
     /// ```
-    /// use mocap::pose::{Binding, Pose};
+    /// use mocap::{Binding, Pose};
     /// use mocap::scene::{Animation, Scene};
     ///
     /// fn print_ends(scene: &Scene, animation: &Animation) {

@@ -19,10 +19,10 @@ mod terminal;
 mod theme;
 mod view;
 
-pub use self::drawing::{Anchor, Color, Drawing, Point, Shape};
+pub use self::drawing::Drawing;
 pub use self::figure::Clip;
 pub use self::movie::{Movie, MovieOptions};
 pub use self::plot::{PlotOptions, plot};
-pub use self::sheet::{SheetOptions, sheet, thumbnail};
+pub use self::sheet::{SheetOptions, sheet};
 pub use self::terminal::{ScreenOptions, screen};
-pub use self::view::{Entry, PageClip, listing, page};
+pub use self::view::{ListingEntry, PageClip, listing, page};

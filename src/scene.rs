@@ -7,7 +7,7 @@
 use glam::{Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-pub use crate::error::Diagnostic as Warning;
+use crate::error::Diagnostic;
 
 /// Everything that one file holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -23,7 +23,7 @@ pub struct Scene {
     /// Where the scene comes from and what was assumed when it was read.
     pub metadata: Metadata,
     /// What the reader read around, in the order of the file.
-    pub warnings: Vec<Warning>,
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// The place of a node in [`Scene::nodes`].

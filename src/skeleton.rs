@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use crate::scene::{Assumption, Scene, UpAxis};
 
-pub use self::cuts::{cuts, first_frame_is_rest_pose};
+pub use self::cuts::cuts;
+use self::cuts::first_frame_is_rest_pose;
 
 /// How far a guess can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -19,7 +19,7 @@
 //! |---|---|---|
 //! | `clip` | utf8 | the clip's name |
 //! | `error` | utf8 | why the file could not be read; everything else is null then |
-//! | `skeleton` | utf8 | [`skeleton_hash`]: equal where names, parents and offsets are |
+//! | `skeleton` | utf8 | a hash: equal where names, parents and offsets are |
 //! | `frames`, `joints` | int32 | how many there are |
 //! | `frame_rate` | float64 | frames a second |
 //! | `names` | list of utf8 | of the joints |
@@ -107,7 +107,7 @@ pub fn with_header(rows: RecordBatch, header: &Header) -> RecordBatch {
 }
 
 /// A clip, or why there is none.
-pub type Clip<'a> = (&'a str, Result<&'a Arrays, &'a str>);
+pub type ClipArrays<'a> = (&'a str, Result<&'a Arrays, &'a str>);
 
 /// The table with a row for each clip. `options` are those that the arrays were made with.
 ///
@@ -120,7 +120,7 @@ pub type Clip<'a> = (&'a str, Result<&'a Arrays, &'a str>);
 /// assert_eq!(rows.num_rows(), 2);
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn clips(clips: &[Clip<'_>], options: &Options) -> RecordBatch {
+pub fn clips(clips: &[ClipArrays<'_>], options: &Options) -> RecordBatch {
     let motions: Vec<Option<&Arrays>> = clips.iter().map(|(_, motion)| motion.ok()).collect();
     let strings = |value: &dyn Fn(&Arrays) -> String| -> ArrayRef {
         Arc::new(motions.iter().map(|motion| motion.map(value)).collect::<StringArray>())
@@ -245,7 +245,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
 }
 
 /// The SHA-256 of a skeleton: equal where the joints have equal names, parents and offsets, in the same order.
-pub fn skeleton_hash(joints: &[Joint]) -> String {
+fn skeleton_hash(joints: &[Joint]) -> String {
     let mut hash = Sha256::new();
     for joint in joints {
         // The length keeps two names from running into each other.

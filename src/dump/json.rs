@@ -3,9 +3,10 @@
 use glam::{Mat4, Quat, Vec3};
 use serde::Serialize;
 
+use crate::error::Diagnostic;
 use crate::scene::{
     Animation, Bone, Channel, Keys, Material, Mesh, Metadata, Node, NodeId, NodeKind, Primitive, RotationOrder, Scene,
-    VertexWeight, Warning,
+    VertexWeight,
 };
 
 /// A scene in the shape of its JSON. Serialise it with `serde_json`, in one line or pretty.
@@ -23,92 +24,92 @@ use crate::scene::{
 #[derive(Debug, Serialize)]
 pub struct SceneView<'a> {
     /// Where the scene comes from and what was assumed.
-    pub metadata: &'a Metadata,
+    metadata: &'a Metadata,
     /// What the reader read around.
-    pub warnings: &'a [Warning],
+    warnings: &'a [Diagnostic],
     /// The nodes, depth-first.
-    pub nodes: Vec<NodeView<'a>>,
+    nodes: Vec<NodeView<'a>>,
     /// The meshes that nodes name by index.
-    pub meshes: Vec<MeshView<'a>>,
+    meshes: Vec<MeshView<'a>>,
     /// The materials that meshes name by index.
-    pub materials: &'a [Material],
+    materials: &'a [Material],
     /// The animations.
-    pub animations: Vec<AnimationView<'a>>,
+    animations: Vec<AnimationView<'a>>,
 }
 
 /// A node.
 #[derive(Debug, Serialize)]
-pub struct NodeView<'a> {
+struct NodeView<'a> {
     /// Its name; names may repeat.
-    pub name: &'a str,
+    name: &'a str,
     /// `joint`, `end_site` or `group`.
-    pub kind: NodeKind,
+    kind: NodeKind,
     /// Index of the node above; null on the root.
-    pub parent: Option<usize>,
+    parent: Option<usize>,
     /// Node to parent, row by row.
-    pub matrix: [f32; 16],
+    matrix: [f32; 16],
     /// Indices of meshes.
-    pub meshes: &'a [usize],
+    meshes: &'a [usize],
     /// The order in which the file turns the node about its axes, as `ZXY`; null where it has none.
-    pub rotation_order: Option<RotationOrder>,
+    rotation_order: Option<RotationOrder>,
 }
 
 /// A mesh, in the space of the node that holds it.
 #[derive(Debug, Serialize)]
-pub struct MeshView<'a> {
+struct MeshView<'a> {
     /// Its name.
-    pub name: &'a str,
+    name: &'a str,
     /// Index of the material.
-    pub material_index: usize,
+    material_index: usize,
     /// `triangles` or `points`.
-    pub primitive: Primitive,
+    primitive: Primitive,
     /// Positions: x, y, z.
-    pub vertices: Vec<[f32; 3]>,
+    vertices: Vec<[f32; 3]>,
     /// Unit normals, one a vertex: x, y, z.
-    pub normals: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
     /// Vertex indices, three a triangle, one a point.
-    pub faces: Vec<&'a [u32]>,
+    faces: Vec<&'a [u32]>,
     /// What ties vertices to nodes.
-    pub bones: Vec<BoneView<'a>>,
+    bones: Vec<BoneView<'a>>,
 }
 
 /// A bone.
 #[derive(Debug, Serialize)]
-pub struct BoneView<'a> {
+struct BoneView<'a> {
     /// Name of the node.
-    pub name: &'a str,
+    name: &'a str,
     /// Index of the node.
-    pub node: usize,
+    node: usize,
     /// Mesh space to the node's space in the rest pose, row by row.
-    pub offset_matrix: [f32; 16],
+    offset_matrix: [f32; 16],
     /// Vertex index and weight.
-    pub weights: Vec<(u32, f32)>,
+    weights: Vec<(u32, f32)>,
 }
 
 /// An animation.
 #[derive(Debug, Serialize)]
-pub struct AnimationView<'a> {
+struct AnimationView<'a> {
     /// Its name.
-    pub name: &'a str,
+    name: &'a str,
     /// Ticks in a second.
-    pub ticks_per_second: f64,
+    ticks_per_second: f64,
     /// Length in ticks.
-    pub duration: f64,
+    duration: f64,
     /// One a joint.
-    pub channels: Vec<ChannelView<'a>>,
+    channels: Vec<ChannelView<'a>>,
 }
 
 /// The keys of one node.
 #[derive(Debug, Serialize)]
-pub struct ChannelView<'a> {
+struct ChannelView<'a> {
     /// Name of the node.
-    pub node_name: &'a str,
+    node_name: &'a str,
     /// Tick, then x, y, z.
-    pub position_keys: Vec<(f64, [f32; 3])>,
+    position_keys: Vec<(f64, [f32; 3])>,
     /// Tick, then x, y, z, w of a unit quaternion.
-    pub rotation_keys_xyzw: Vec<(f64, [f32; 4])>,
+    rotation_keys_xyzw: Vec<(f64, [f32; 4])>,
     /// Tick, then x, y, z.
-    pub scaling_keys: Vec<(f64, [f32; 3])>,
+    scaling_keys: Vec<(f64, [f32; 3])>,
 }
 
 impl<'a> SceneView<'a> {

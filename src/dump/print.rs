@@ -9,10 +9,7 @@ use super::number::Streamed;
 use crate::scene::{Animation, Bone, Channel, Mesh, Scene};
 
 /// Prints how many things of each kind there are, as `printSceneInfo`.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
+pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     let is_old = matches!(layout, Layout::Y2017 | Layout::Y2018);
     if is_old {
         writeln!(out, "Success! ")?;
@@ -46,10 +43,7 @@ pub fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout
 }
 
 /// Prints the meshes, as `printMeshInfo`; in the layout 2017 with their bones and all weights.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print_mesh_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
+pub(super) fn print_mesh_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if layout == Layout::Y2017 {
         return print_mesh_info_2017(out, scene);
     }
@@ -106,10 +100,7 @@ fn print_mesh_counts(out: &mut impl fmt::Write, mesh: &Mesh) -> fmt::Result {
 }
 
 /// Prints the nodes, depth-first, as `printTreeInfo`.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print_tree_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
+pub(super) fn print_tree_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     let is_old = matches!(layout, Layout::Y2017 | Layout::Y2018);
     let mut child_counts = vec![0; scene.nodes.len()];
     for parent in scene.nodes.iter().filter_map(|node| node.parent) {
@@ -142,10 +133,7 @@ pub fn print_tree_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout)
 }
 
 /// Prints the bones, each with its first and last vertex, as `printBoneInfo`.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print_bone_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
+pub(super) fn print_bone_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if matches!(layout, Layout::Y2017 | Layout::Y2018) {
         writeln!(out, "---------------- Bone Data -------------------")?;
     } else {
@@ -176,10 +164,7 @@ fn print_bone(out: &mut impl fmt::Write, mesh: usize, bone: &Bone, layout: Layou
 /// Prints the animations with every position and rotation key, the quaternions w first, as `printAnimInfo`.
 ///
 /// The course's function of 2021 prints the one animation that it is asked for; here all layouts print all.
-///
-/// # Errors
-/// Those of `out`.
-pub fn print_anim_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
+pub(super) fn print_anim_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if matches!(layout, Layout::Y2017 | Layout::Y2018) {
         writeln!(out, "---------------- Animation Data -------------------")?;
     } else {

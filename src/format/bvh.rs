@@ -16,8 +16,6 @@ mod write;
 
 use crate::format::FormatInfo;
 
-#[doc(hidden)]
-pub use self::read::{scan, turn};
 pub use self::write::{Channels, Options, Report, export, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {

@@ -16,7 +16,7 @@ use crate::format::FormatInfo;
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::{File, Values};
 pub use self::provenance::Provenance;
-pub use self::write::{BASE_COLOR, BufferPlace, Document, Options, Renamed, Report, export, write_glb};
+pub use self::write::{BufferPlace, Document, Options, Renamed, Report, export, write_glb};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "gltf",

@@ -22,7 +22,7 @@ impl OutOfRange {
     /// is not above 0.
     ///
     /// ```
-    /// use mocap::pose::OutOfRange;
+    /// use mocap::OutOfRange;
     ///
     /// assert_eq!(OutOfRange::Clamp.resolve(11.5, 9.0), 9.0);
     /// assert_eq!(OutOfRange::Loop.resolve(11.5, 9.0), 2.5);
@@ -83,7 +83,7 @@ impl Binding {
     /// of both skeletons should agree in the directions of their links, as T-poses do.
     ///
     /// ```
-    /// use mocap::pose::Binding;
+    /// use mocap::Binding;
     /// use mocap::scene::{Animation, Channel, Node, Scene};
     ///
     /// let node = |name: &str| Node { name: name.into(), ..Node::default() };

@@ -55,7 +55,7 @@ impl Channel {
     ///
     /// ```
     /// use mocap::glam::{Mat4, Vec3};
-    /// use mocap::pose::Trs;
+    /// use mocap::Trs;
     /// use mocap::scene::{Channel, Keys};
     ///
     /// struct MyNode { name: String, matrix: Mat4 }

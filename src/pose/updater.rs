@@ -22,7 +22,7 @@ impl Scene {
 ///
 /// ```
 /// use mocap::glam::Vec3;
-/// use mocap::pose::Updater;
+/// use mocap::Updater;
 /// use mocap::scene::{Animation, Channel, Keys, Node, Scene};
 ///
 /// let mut scene = Scene {

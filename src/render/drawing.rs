@@ -2,16 +2,16 @@
 
 /// Red, green and blue of 0 to 255 as a screen has them, and an opacity of 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Color {
+pub(super) struct Color {
     /// Red, green, blue.
-    pub rgb: [u8; 3],
+    pub(super) rgb: [u8; 3],
     /// 0 is invisible, 1 hides what is behind.
-    pub opacity: f32,
+    pub(super) opacity: f32,
 }
 
 impl Color {
     /// An opaque colour, as in `0xRRGGBB`.
-    pub const fn hex(rgb: u32) -> Self {
+    pub(super) const fn hex(rgb: u32) -> Self {
         let [_, red, green, blue] = rgb.to_be_bytes();
         Self {
             rgb: [red, green, blue],
@@ -19,15 +19,9 @@ impl Color {
         }
     }
 
-    /// The same colour, `opacity` of it.
-    #[must_use]
-    pub const fn fade(self, opacity: f32) -> Self {
-        Self { opacity, ..self }
-    }
-
     /// The way from this colour to `other`, 0 to 1.
     #[must_use]
-    pub fn mix(self, other: Self, share: f32) -> Self {
+    pub(super) fn mix(self, other: Self, share: f32) -> Self {
         let mut rgb = self.rgb;
         for (from, to) in rgb.iter_mut().zip(other.rgb) {
             *from = (f32::from(*from) + (f32::from(to) - f32::from(*from)) * share).round() as u8;
@@ -37,11 +31,11 @@ impl Color {
 }
 
 /// A place in a drawing: pixels from the left and from the top.
-pub type Point = [f32; 2];
+pub(super) type Point = [f32; 2];
 
 /// Which part of a text stands at its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Anchor {
+pub(super) enum Anchor {
     /// Its beginning.
     #[default]
     Start,
@@ -53,7 +47,7 @@ pub enum Anchor {
 
 /// Something to paint, over what was painted before.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub(super) enum Shape {
     /// A filled polygon.
     Polygon {
         /// Its corners.
@@ -102,16 +96,16 @@ pub struct Drawing {
     /// In pixels.
     pub height: u32,
     /// What is behind everything.
-    pub background: Color,
+    pub(super) background: Color,
     /// What is on it, from back to front.
-    pub shapes: Vec<Shape>,
+    pub(super) shapes: Vec<Shape>,
     /// What it shows, for those who do not see it; the title of an SVG.
-    pub title: String,
+    pub(super) title: String,
 }
 
 impl Drawing {
     /// An empty picture.
-    pub fn new(width: u32, height: u32, background: Color, title: impl Into<String>) -> Self {
+    pub(super) fn new(width: u32, height: u32, background: Color, title: impl Into<String>) -> Self {
         Self {
             width,
             height,
@@ -145,5 +139,28 @@ impl Drawing {
             anchor,
             color,
         });
+    }
+}
+
+#[cfg(test)]
+impl Drawing {
+    /// Every text and where its anchor is.
+    pub(super) fn texts(&self) -> Vec<(&str, Point)> {
+        let texts = self.shapes.iter().filter_map(|shape| match shape {
+            Shape::Text { text, at, .. } => Some((text.as_str(), *at)),
+            _ => None,
+        });
+        texts.collect()
+    }
+}
+
+#[cfg(test)]
+impl Shape {
+    pub(super) fn points(&self) -> Vec<Point> {
+        match self {
+            Self::Polygon { points, .. } | Self::Line { points, .. } => points.clone(),
+            Self::Circle { center, .. } => vec![*center],
+            Self::Text { at, .. } => vec![*at],
+        }
     }
 }

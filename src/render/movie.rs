@@ -112,17 +112,12 @@ impl<'a> Movie<'a> {
     }
 
     /// The number of pictures; at least 1.
-    pub fn len(&self) -> usize {
+    pub fn picture_count(&self) -> usize {
         self.ticks.len()
     }
 
-    /// A film has at least one picture.
-    pub fn is_empty(&self) -> bool {
-        self.ticks.is_empty()
-    }
-
     /// The picture at `index`; the last one beyond the end.
-    pub fn picture(&mut self, index: usize) -> Drawing {
+    fn picture(&mut self, index: usize) -> Drawing {
         let index = index.min(self.ticks.len() - 1);
         let tick = self.ticks[index];
         let positions = self.figure.positions(tick);
@@ -167,7 +162,7 @@ impl<'a> Movie<'a> {
             let mut encoder =
                 gif::Encoder::new(&mut bytes, width, height, &palette.colors()).expect("memory takes all");
             encoder.set_repeat(gif::Repeat::Infinite).expect("memory takes all");
-            for index in 0..self.len() {
+            for index in 0..self.picture_count() {
                 if index > 0 {
                     pixels = self.picture(index).to_rgb()?;
                 }
@@ -207,11 +202,11 @@ impl<'a> Movie<'a> {
         let mut encoder = png::Encoder::new(&mut bytes, self.options.width, self.options.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_animated(self.len() as u32, 0).expect(STEADY);
+        encoder.set_animated(self.picture_count() as u32, 0).expect(STEADY);
         let milliseconds = (1000.0 / self.options.frames_per_second).round().clamp(1.0, 65_535.0);
         encoder.set_frame_delay(milliseconds as u16, 1000).expect(STEADY);
         let mut writer = encoder.write_header().expect(STEADY);
-        for index in 0..self.len() {
+        for index in 0..self.picture_count() {
             if index > 0 {
                 pixels = self.picture(index).to_rgb()?;
             }
@@ -324,8 +319,8 @@ impl Palette {
 /// What a film says of itself, as one line: `110 pictures, 4.36 s`.
 impl std::fmt::Display for Movie<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let seconds = self.len() as f64 / self.options.frames_per_second;
-        write!(f, "{} pictures, {} s", self.len(), short(seconds))
+        let seconds = self.picture_count() as f64 / self.options.frames_per_second;
+        write!(f, "{} pictures, {} s", self.picture_count(), short(seconds))
     }
 }
 

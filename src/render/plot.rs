@@ -256,6 +256,7 @@ fn round_step(step: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::drawing::Shape;
     use super::*;
 
     #[test]
@@ -274,5 +275,41 @@ mod tests {
         let kept = thinned(&values, 500);
         assert!(kept.len() <= 2000);
         assert!(kept.contains(&(33_333, 9.0)) && kept.contains(&(77_777, -9.0)));
+    }
+
+    /// The curves, read back with the numbers at the axes, are the columns of the file.
+    #[test]
+    fn a_plot_shows_the_angles_of_the_file() {
+        let scene = crate::import::import("fixtures/real/lecture_Test.bvh").unwrap();
+        let elbow = NodeId::new(scene.nodes.iter().position(|node| node.name == "Elbow").unwrap());
+        let clip = Clip {
+            name: "Test",
+            scene: &scene,
+        };
+        let drawing = plot(&clip, &[elbow], &PlotOptions::default());
+        // The lower panel: its labels at the left give the scale.
+        let labels: Vec<(f32, f32)> = drawing
+            .texts()
+            .into_iter()
+            .filter(|(_, [x, y])| *x < 64.0 && *y > 260.0)
+            .filter_map(|(text, [_, y])| Some((text.parse().ok()?, y - 4.0)))
+            .collect();
+        let (&(low, low_y), &(high, high_y)) = (labels.first().unwrap(), labels.last().unwrap());
+        let curve = drawing
+            .shapes
+            .iter()
+            .map(Shape::points)
+            .find(|points| points.len() == 10 && points[0][1] > 260.0)
+            .unwrap();
+        let shown = curve
+            .iter()
+            .map(|[_, y]| low + (y - low_y) / (high_y - low_y) * (high - low));
+        let text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
+        let rows = text.lines().skip_while(|line| !line.starts_with("Frame Time")).skip(1);
+        // Column 6 is the Zrotation of the Elbow.
+        let column = rows.filter_map(|row| row.split_whitespace().nth(6)?.parse::<f32>().ok());
+        for (shown, expected) in shown.zip(column) {
+            assert!((shown - expected).abs() < 0.01, "{shown} is not {expected}");
+        }
     }
 }

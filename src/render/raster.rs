@@ -35,10 +35,7 @@ impl Drawing {
     }
 
     /// Red, green and blue of every pixel, row by row from the top.
-    ///
-    /// # Errors
-    /// As [`Drawing::to_png`].
-    pub fn to_rgb(&self) -> Result<Vec<u8>> {
+    pub(super) fn to_rgb(&self) -> Result<Vec<u8>> {
         let pixmap = self.paint()?;
         let opaque = pixmap.pixels().iter().copied();
         Ok(opaque

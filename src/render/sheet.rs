@@ -71,7 +71,7 @@ pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Drawing {
 }
 
 /// Draws a few poses of a clip in a row, small, to recognise it by.
-pub fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
+pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
     const POSES: usize = 3;
     let mut drawing = Drawing::new(width, height, theme::PAPER, clip.name);
     let mut figure = Figure::new(*clip);
@@ -214,4 +214,49 @@ fn inside(path: &[Vec3], camera: &Camera, [left, top]: Point, [right, bottom]: P
         .filter(|piece| piece.len() > 1)
         .map(<[Point]>::to_vec)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
+        let names = [
+            "cmu_short",
+            "leap_hand_end_site_lowercase",
+            "makehuman_zombie_walk",
+            "z_up_dab",
+        ];
+        let scenes = names.map(|name| crate::import::import(format!("fixtures/real/{name}.bvh")).unwrap());
+        let clips: Vec<_> = std::iter::zip(names, &scenes)
+            .map(|(name, scene)| Clip { name, scene })
+            .collect();
+        let options = SheetOptions {
+            poses: 5,
+            ..SheetOptions::default()
+        };
+        let drawing = sheet(&clips, &options);
+        let texts = drawing.texts();
+        let times = texts
+            .iter()
+            .filter(|(text, _)| text.ends_with(" s") && !text.contains(','))
+            .count();
+        assert_eq!(
+            times,
+            5 * clips.len() + clips.len(),
+            "a time a pose, and the length of each clip"
+        );
+        let starts: Vec<f32> = ["cmu_short", "makehuman_zombie_walk"]
+            .iter()
+            .map(|name| texts.iter().find(|(text, _)| text == name).unwrap().1[1])
+            .collect();
+        assert!(starts[0] < starts[1]);
+        for shape in &drawing.shapes {
+            for [x, y] in shape.points() {
+                let inside = (0.0..=drawing.width as f32).contains(&x) && (0.0..=drawing.height as f32).contains(&y);
+                assert!(inside, "{shape:?} is outside");
+            }
+        }
+    }
 }

@@ -8,10 +8,12 @@ impl Drawing {
     /// The drawing as an SVG document. The same drawing gives the same bytes.
     ///
     /// ```
-    /// use mocap::render::{Color, Drawing};
+    /// use mocap::render::{Clip, SheetOptions, sheet};
     ///
-    /// let svg = Drawing::new(20, 10, Color::hex(0xFFFFFF), "nothing").to_svg();
-    /// assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"20\" height=\"10\""));
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let drawing = sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::default());
+    /// assert!(drawing.to_svg().starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1600\""));
+    /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn to_svg(&self) -> String {
         let mut svg = String::new();
@@ -145,7 +147,10 @@ mod tests {
             "a</text><script>&\"\u{1}",
             8.0,
             Anchor::End,
-            Color::hex(0xFF8000).fade(0.5),
+            Color {
+                opacity: 0.5,
+                ..Color::hex(0xFF8000)
+            },
         );
         let svg = drawing.to_svg();
         assert!(svg.contains("<title>&lt;b&gt;</title>"));

@@ -10,7 +10,7 @@ mod listing;
 use serde::Serialize;
 
 use self::data::{Description, Floats, describe};
-pub use self::listing::{Entry, listing};
+pub use self::listing::{ListingEntry, listing};
 use super::figure::Clip;
 use super::svg::escape;
 

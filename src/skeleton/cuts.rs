@@ -32,7 +32,7 @@ pub fn cuts(scene: &Scene, animation: usize) -> Vec<usize> {
 
 /// Whether the first frame of the first animation is a rest pose and the motion jumps away from it, as in the BVH
 /// conversions of the CMU database, which have "a T-pose added as its new first frame".
-pub fn first_frame_is_rest_pose(scene: &Scene) -> bool {
+pub(super) fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     let Some(animation) = scene.animations.first() else {
         return false;
     };

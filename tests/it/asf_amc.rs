@@ -8,9 +8,8 @@ use std::path::Path;
 
 use crate::kinematics::{Capture, Matrix, Root, Vector, distance, multiply, turn};
 use mocap::glam::Vec3;
-use mocap::pose::{Binding, Pose};
 use mocap::scene::{NodeId, NodeKind, Scene};
-use mocap::{Code, Importer, Limits};
+use mocap::{Binding, Code, Importer, Limits, Pose};
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

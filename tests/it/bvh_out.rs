@@ -7,9 +7,8 @@ use std::fs;
 use crate::kinematics::{Capture, Root, distance};
 use mocap::bvh::{Channels, Options, write};
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::pose::{Binding, Pose, Trs};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
-use mocap::{Code, Importer, SkeletonMesh};
+use mocap::{Binding, Code, Importer, Pose, SkeletonMesh, Trs};
 
 fn read(bytes: &[u8]) -> Scene {
     Importer::new()

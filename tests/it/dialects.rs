@@ -4,10 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::kinematics::{Vector, distance};
-use mocap::pose::Pose;
 use mocap::process::SkeletonMesh;
-use mocap::scene::{NodeId, RootOffset, Scene, Warning};
-use mocap::{Code, Importer};
+use mocap::scene::{NodeId, RootOffset, Scene};
+use mocap::{Code, Diagnostic, Importer, Pose};
 
 /// How far a node may stand from where it should. The skeletons are some units tall.
 const TOLERANCE: f64 = 1e-5;
@@ -79,7 +78,7 @@ fn depth(scene: &Scene, index: usize) -> usize {
 }
 
 /// A warning in the words of `NAME.expected`, as far as those go.
-fn describe(warning: &Warning, like: &str) -> String {
+fn describe(warning: &Diagnostic, like: &str) -> String {
     let mut text = warning.code.to_string();
     if let Some(location) = warning.location.as_ref().filter(|_| like.contains(" at ")) {
         text += &format!(" at {}:{}", location.line, location.column);

@@ -3,9 +3,8 @@
 use std::fs;
 
 use mocap::glam::{DVec3, Vec3};
-use mocap::pose::Pose;
 use mocap::scene::{Mesh, NodeId, NodeKind, RotationOrder, Scene};
-use mocap::{Code, Importer, Limits, SkeletonMesh};
+use mocap::{Code, Importer, Limits, Pose, SkeletonMesh};
 
 fn position(scene: &Scene, pose: &Pose, name: &str) -> Vec3 {
     let node = scene.nodes.iter().position(|node| node.name == name).unwrap();

@@ -3,9 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use mocap::pose::Pose;
 use mocap::process::{SkeletonMesh, validate};
-use mocap::{Code, Importer, Limits};
+use mocap::{Code, Importer, Limits, Pose};
 
 /// Small files that between them hold every construction of the format.
 const CHANGED: &[&str] = &[

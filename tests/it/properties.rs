@@ -3,10 +3,9 @@
 use std::fmt::Write;
 
 use crate::kinematics::{Capture, Root, distance};
-use mocap::pose::{Binding, Pose};
 use mocap::process::{SkeletonMesh, validate};
 use mocap::scene::{NodeId, RootOffset};
-use mocap::{Importer, Limits};
+use mocap::{Binding, Importer, Limits, Pose};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;

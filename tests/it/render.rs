@@ -3,8 +3,7 @@
 use std::fs;
 
 use mocap::render::{
-    Clip, Drawing, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, Shape, SheetOptions, page, plot, screen,
-    sheet,
+    Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, page, plot, screen, sheet,
 };
 use mocap::scene::{NodeId, Scene, SourceLines};
 
@@ -64,96 +63,6 @@ fn pictures_stay_the_same_to_the_byte() {
     );
 }
 
-fn texts(drawing: &Drawing) -> Vec<(&str, [f32; 2])> {
-    let texts = drawing.shapes.iter().filter_map(|shape| match shape {
-        Shape::Text { text, at, .. } => Some((text.as_str(), *at)),
-        _ => None,
-    });
-    texts.collect()
-}
-
-fn points(shape: &Shape) -> Vec<[f32; 2]> {
-    match shape {
-        Shape::Polygon { points, .. } | Shape::Line { points, .. } => points.clone(),
-        Shape::Circle { center, .. } => vec![*center],
-        Shape::Text { at, .. } => vec![*at],
-    }
-}
-
-#[test]
-fn a_sheet_has_a_row_a_clip_and_every_pose_in_its_row() {
-    let names = [
-        "cmu_short",
-        "leap_hand_end_site_lowercase",
-        "makehuman_zombie_walk",
-        "z_up_dab",
-    ];
-    let scenes = names.map(import);
-    let clips: Vec<_> = std::iter::zip(names, &scenes)
-        .map(|(name, scene)| Clip { name, scene })
-        .collect();
-    let options = SheetOptions {
-        poses: 5,
-        ..SheetOptions::default()
-    };
-    let drawing = sheet(&clips, &options);
-    let texts = texts(&drawing);
-    let times = texts
-        .iter()
-        .filter(|(text, _)| text.ends_with(" s") && !text.contains(','))
-        .count();
-    assert_eq!(
-        times,
-        5 * clips.len() + clips.len(),
-        "a time a pose, and the length of each clip"
-    );
-    let starts: Vec<f32> = ["cmu_short", "makehuman_zombie_walk"]
-        .iter()
-        .map(|name| texts.iter().find(|(text, _)| text == name).unwrap().1[1])
-        .collect();
-    assert!(starts[0] < starts[1]);
-    for shape in &drawing.shapes {
-        for [x, y] in points(shape) {
-            let inside = (0.0..=drawing.width as f32).contains(&x) && (0.0..=drawing.height as f32).contains(&y);
-            assert!(inside, "{shape:?} is outside");
-        }
-    }
-}
-
-/// The curves, read back with the numbers at the axes, are the columns of the file.
-#[test]
-fn a_plot_shows_the_angles_of_the_file() {
-    let scene = import("lecture_Test");
-    let clip = Clip {
-        name: "Test",
-        scene: &scene,
-    };
-    let drawing = plot(&clip, &[node(&scene, "Elbow")], &PlotOptions::default());
-    // The lower panel: its labels at the left give the scale.
-    let labels: Vec<(f32, f32)> = texts(&drawing)
-        .into_iter()
-        .filter(|(_, [x, y])| *x < 64.0 && *y > 260.0)
-        .filter_map(|(text, [_, y])| Some((text.parse().ok()?, y - 4.0)))
-        .collect();
-    let (&(low, low_y), &(high, high_y)) = (labels.first().unwrap(), labels.last().unwrap());
-    let curve = drawing
-        .shapes
-        .iter()
-        .map(points)
-        .find(|points| points.len() == 10 && points[0][1] > 260.0)
-        .unwrap();
-    let shown = curve
-        .iter()
-        .map(|[_, y]| low + (y - low_y) / (high_y - low_y) * (high - low));
-    let text = fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
-    let rows = text.lines().skip_while(|line| !line.starts_with("Frame Time")).skip(1);
-    // Column 6 is the Zrotation of the Elbow.
-    let column = rows.filter_map(|row| row.split_whitespace().nth(6)?.parse::<f32>().ok());
-    for (shown, expected) in shown.zip(column) {
-        assert!((shown - expected).abs() < 0.01, "{shown} is not {expected}");
-    }
-}
-
 #[test]
 fn a_film_is_as_long_as_its_clip() {
     let scene = import("cmu_short");
@@ -178,7 +87,7 @@ fn a_film_is_as_long_as_its_clip() {
             pictures += 1;
             hundredths += u32::from(frame.delay);
         }
-        assert_eq!(pictures, movie.len());
+        assert_eq!(pictures, movie.picture_count());
         let seconds = f64::from(hundredths) / 100.0;
         let expected = clip.seconds() / speed;
         assert!((seconds - expected).abs() < 1.5 / rate, "{seconds} s for {expected} s");
@@ -187,7 +96,7 @@ fn a_film_is_as_long_as_its_clip() {
         let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         assert_eq!(
             reader.info().animation_control().unwrap().num_frames as usize,
-            movie.len()
+            movie.picture_count()
         );
     }
 }

@@ -3,10 +3,9 @@
 use std::fs;
 
 use crate::kinematics::{Capture, Placement, Root, Vector, distance};
-use mocap::pose::{Binding, Pose};
 use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset, Scene};
-use mocap::{Code, Importer};
+use mocap::{Binding, Code, Importer, Pose};
 
 /// How far a node may stand from where it should, as a share of the skeleton's height.
 const TOLERANCE: f64 = 1e-5;

@@ -41,7 +41,7 @@ use crate::export::write_file;
 use crate::scene::Scene;
 
 /// The colour of every material: an orange that stands out on white, grey and black, as linear red, green, blue and alpha.
-pub const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
+const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
 /// Where a `.gltf` file has its numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

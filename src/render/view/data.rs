@@ -116,7 +116,7 @@ pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -
     }
 }
 
-fn with_line(warning: &crate::scene::Warning) -> String {
+fn with_line(warning: &crate::error::Diagnostic) -> String {
     match &warning.location {
         Some(location) => format!("line {}: {warning}", location.line),
         None => warning.to_string(),

@@ -9,7 +9,7 @@ const PAGE: &str = include_str!("listing.html");
 
 /// A file in a list.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct ListingEntry {
     name: String,
     link: Option<String>,
     thumbnail: String,
@@ -17,7 +17,7 @@ pub struct Entry {
     notes: Vec<String>,
 }
 
-impl Entry {
+impl ListingEntry {
     /// A clip whose player is at `link`, relative to the list.
     pub fn new(clip: &Clip<'_>, link: &str) -> Self {
         Self {
@@ -80,14 +80,14 @@ fn encoded(link: &str) -> String {
 /// A page that lists clips with what they look like, how long they are and what is odd about them, and opens each.
 ///
 /// ```
-/// use mocap::render::{Clip, Entry, listing};
+/// use mocap::render::{Clip, ListingEntry, listing};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let entry = Entry::new(&Clip { name: "Test", scene: &scene }, "clips/Test.html");
+/// let entry = ListingEntry::new(&Clip { name: "Test", scene: &scene }, "clips/Test.html");
 /// assert!(listing("My clips", &[entry]).contains("<a href=\"clips/Test.html\">"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn listing(title: &str, entries: &[Entry]) -> String {
+pub fn listing(title: &str, entries: &[ListingEntry]) -> String {
     let count = match entries.len() {
         1 => "1 file".to_owned(),
         count => format!("{count} files"),
@@ -95,7 +95,7 @@ pub fn listing(title: &str, entries: &[Entry]) -> String {
     filled(PAGE, |name| match name {
         "title" => escape(title),
         "count" => count.clone(),
-        "entries" => entries.iter().map(Entry::html).collect(),
+        "entries" => entries.iter().map(ListingEntry::html).collect(),
         unknown => unreachable!("the page has no place called {unknown}"),
     })
 }
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn names_are_text_and_links_are_links() {
-        let entry = Entry::failed("<b>.bvh", "no & no");
+        let entry = ListingEntry::failed("<b>.bvh", "no & no");
         let html = listing("a<b", &[entry]);
         assert!(html.contains("<strong>&lt;b&gt;.bvh</strong>") && html.contains("<li>no &amp; no</li>"));
         assert_eq!(encoded("a b/#1.html"), "a%20b/%231.html");

@@ -1,4 +1,4 @@
-//! The inner loops, each by itself: `cargo bench` in this folder, `cargo bench -- scan` for one of them.
+//! Single stages: `cargo bench` in this folder, `cargo bench -- read` for one of them.
 
 use std::fs;
 use std::hint::black_box;
@@ -8,7 +8,7 @@ use divan::counter::{BytesCount, ItemsCount};
 use mocap::glam::{Quat, Vec3};
 use mocap::process::{KeyTolerance, collapse_keys};
 use mocap::scene::{Animation, Channel, Keys};
-use mocap::{Scene, Updater};
+use mocap::{Importer, Scene, SkeletonMesh, Updater};
 
 #[path = "../src/floors.rs"]
 #[allow(dead_code, reason = "not every floor is one of an inner loop")]
@@ -25,9 +25,9 @@ fn capture() -> Vec<u8> {
     fs::read(CAPTURE).expect("the fixtures are there")
 }
 
-/// What any reader of the numbers must do.
+/// Every number of the file parsed, and none kept: the least that a reader must do.
 #[divan::bench]
-fn floor_of_the_scan(bencher: Bencher) {
+fn parse_numbers(bencher: Bencher) {
     let text = capture();
     let rows = floors::rows(&text);
     bencher
@@ -35,26 +35,18 @@ fn floor_of_the_scan(bencher: Bencher) {
         .bench(|| floors::tokenise(black_box(rows)));
 }
 
-/// Every number into a block of columns.
+/// The whole file into a scene, by one thread, without its mesh, its hash and the search for constant tracks.
 #[divan::bench]
-fn scan(bencher: Bencher) {
+fn read(bencher: Bencher) {
     let text = capture();
+    let importer = Importer::new()
+        .threads(1)
+        .skeleton_mesh(SkeletonMesh::None)
+        .collapse_keys(false)
+        .hash(false);
     bencher
         .counter(BytesCount::new(text.len()))
-        .bench(|| mocap::format::bvh::scan(black_box(&text)).map(black_box).is_ok());
-}
-
-/// Three columns of a block into keys.
-#[divan::bench]
-fn euler_to_quaternion(bencher: Bencher) {
-    const FRAMES: usize = 128;
-    let column = |step: f64| -> Vec<f64> { (0..FRAMES).map(|frame| frame as f64 * step - 180.0).collect() };
-    let [z, x, y] = [1.37, 2.11, 0.73].map(column);
-    let mut keys = [Quat::IDENTITY; FRAMES];
-    bencher.counter(ItemsCount::new(FRAMES)).bench_local(|| {
-        mocap::format::bvh::turn(black_box([&z, &x, &y]), &mut keys);
-        black_box(&keys);
-    });
+        .bench(|| importer.read(black_box(&text), "capture.bvh").expect("the fixture is a BVH"));
 }
 
 /// A track that never changes, which must be looked at to its end.

@@ -168,10 +168,6 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         Ok(())
     });
     stages.add("floor: writing the output", || Ok(floors::write(&output, &glb)?));
-    stages.add("scan, 1 thread", || {
-        black_box(mocap::format::bvh::scan(&text)?);
-        Ok(())
-    });
     for threads in [1, 2] {
         let name = |stage: &str| format!("{stage}, {threads} thread{}", if threads > 1 { "s" } else { "" });
         stages.add(name("import"), move || {
@@ -240,11 +236,6 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     let wanted = |figure: f64| (text.len() > 10_000_000).then_some(Wanted::AtLeast(figure));
     let floor = "floor: fast-float2";
     print_figure(
-        "scan, of the floor",
-        stages.ratio(floor, "scan, 1 thread"),
-        wanted(0.85),
-    );
-    print_figure(
         "import with 1 thread, of the floor",
         stages.ratio(floor, "import, 1 thread"),
         wanted(0.5),
@@ -272,7 +263,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         print_figure(&name, Some(peak / text.len() as f64), most);
     }
     println!();
-    for stage in ["scan, 1 thread", "import, 1 thread", "import with SHA-256, 1 thread"] {
+    for stage in ["import, 1 thread", "import with SHA-256, 1 thread"] {
         if let (Some(ours), Some(floor)) = (stages.cpu_seconds(stage), stages.cpu_seconds(floor)) {
             println!("- {stage}, in time of the processor: {:.2} of the floor", floor / ours);
         }

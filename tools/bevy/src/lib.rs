@@ -7,8 +7,7 @@
 #![warn(clippy::unwrap_used)]
 
 use bevy::prelude::*;
-use mocap::pose::Trs;
-use mocap::{Binding, Player};
+use mocap::{Binding, Player, Trs};
 
 /// Moves the nodes of every [`Capture`] as time passes.
 pub struct CapturePlugin;

@@ -5,8 +5,7 @@ mod inputs;
 use std::collections::BTreeSet;
 
 use mocap::process::validate;
-use mocap::scene::Warning;
-use mocap::{Code, Importer, Pose, Scene, SkeletonMesh, bvh, gltf};
+use mocap::{Code, Diagnostic, Importer, Pose, Scene, SkeletonMesh, bvh, gltf};
 
 pub use self::inputs::{AMC, ASF, BVH, C3D, FBX, FORMATS, GLB, Input, fixture};
 
@@ -33,7 +32,7 @@ impl Input {
 
     /// What an input is told apart by: the codes of what is said about it.
     pub fn outcome(&self, bytes: &[u8]) -> BTreeSet<&'static str> {
-        let codes = |warnings: &[Warning]| warnings.iter().map(|warning| warning.code.as_str()).collect();
+        let codes = |warnings: &[Diagnostic]| warnings.iter().map(|warning| warning.code.as_str()).collect();
         match self.read(bytes, SkeletonMesh::None) {
             Ok(scene) => codes(&scene.warnings),
             Err(error) => {

@@ -5,8 +5,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr;
 
-use mocap::format::FORMATS;
-use mocap::{Importer, RootOffset, SkeletonMesh};
+use mocap::{Importer, RootOffset, SkeletonMesh, FORMATS};
 
 use crate::abi::{aiScene, aiString};
 use crate::border::{guard, slice, text};

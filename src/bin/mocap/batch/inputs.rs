@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use mocap::format::FORMATS;
+use mocap::FORMATS;
 use walkdir::WalkDir;
 
 use crate::Failure;

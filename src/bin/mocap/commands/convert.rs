@@ -4,9 +4,9 @@ use std::path::Path;
 
 use mocap::bvh;
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
-use mocap::scene::{Animation, Scene, Warning};
+use mocap::scene::{Animation, Scene};
 use mocap::verify::{Verification, verify_files};
-use mocap::{Code, Importer};
+use mocap::{Code, Diagnostic, Importer};
 
 use super::{change, convert_many, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg};
@@ -79,7 +79,7 @@ fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
 
 /// What is worth saying about a file that was written.
 pub(crate) struct Converted {
-    pub(crate) warnings: Vec<Warning>,
+    pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) verification: Option<Verification>,
     /// What was chosen of how to store keys.
     choice: Option<String>,

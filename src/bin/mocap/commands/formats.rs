@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use mocap::format::FORMATS;
+use mocap::FORMATS;
 
 use crate::Failure;
 

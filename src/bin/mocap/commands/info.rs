@@ -3,8 +3,8 @@
 use std::io::{self, IsTerminal, Write};
 
 use mocap::render::{Clip, ScreenOptions, screen};
-use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed, Warning};
-use mocap::{Scene, SkeletonMesh};
+use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
+use mocap::{Diagnostic, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
@@ -28,7 +28,7 @@ struct InfoView<'a> {
     duration_seconds: f64,
     root_offset: Option<&'a RootOffsetUsed>,
     assumptions: &'a [Assumption],
-    warnings: &'a [Warning],
+    warnings: &'a [Diagnostic],
 }
 
 impl<'a> InfoView<'a> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap::render::{Clip, Entry, PageClip, listing, page};
+use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
 use mocap::{Scene, SkeletonMesh, gltf, process, skeleton};
 
 use super::short_name;
@@ -62,7 +62,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     for input in &inputs {
         create_folder_of(&output.with_file_name(link(input)))?;
     }
-    let write_player = |input: &Input| -> Result<Entry, mocap::Error> {
+    let write_player = |input: &Input| -> Result<ListingEntry, mocap::Error> {
         let read = read(args, &input.path)?;
         let player = output.with_file_name(link(input));
         mocap::export::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
@@ -70,7 +70,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
             name: &input.relative,
             scene: &read.scene,
         };
-        Ok(Entry::new(&clip, &link(input)))
+        Ok(ListingEntry::new(&clip, &link(input)))
     };
     // By their place in the folder, whichever is ready first.
     let mut entries = BTreeMap::new();
@@ -79,12 +79,12 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
         let entry = written.unwrap_or_else(|error| {
             failed += 1;
             report::error(&error);
-            Entry::failed(&inputs[index].relative, &error.diagnostic().to_string())
+            ListingEntry::failed(&inputs[index].relative, &error.diagnostic().to_string())
         });
         entries.insert(index, entry);
         Ok::<(), Failure>(())
     })?;
-    let entries: Vec<Entry> = entries.into_values().collect();
+    let entries: Vec<ListingEntry> = entries.into_values().collect();
     mocap::export::write_file(output, listing(&title_of(folder), &entries).as_bytes())?;
     report::say(&format!("{}: {} files", output.display(), entries.len()));
     match failed {
