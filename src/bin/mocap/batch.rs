@@ -4,6 +4,7 @@
 //! the results on its own thread, where it writes them to a [`manifest`] or to standard output and moves the
 //! [`progress`] on.
 
+pub(crate) mod hash;
 pub(crate) mod inputs;
 pub(crate) mod manifest;
 pub(crate) mod progress;

@@ -20,8 +20,8 @@ use super::shard::Shard;
 pub(crate) struct Record {
     /// Its path below the folder it was found by.
     pub(crate) input: String,
-    /// The hash of its bytes; absent where it could not be read.
-    pub(crate) blake3: Option<String>,
+    /// The SHA-256 of its bytes, as `sha256sum` prints it; absent where it could not be read.
+    pub(crate) sha256: Option<String>,
     /// Its size.
     pub(crate) bytes: u64,
     /// What was written, below the output folder; absent where nothing was.
@@ -44,7 +44,7 @@ impl Record {
     pub(crate) fn new(input: &Input, options: &str) -> Self {
         Self {
             input: input.relative.clone(),
-            blake3: None,
+            sha256: None,
             bytes: input.bytes,
             output: None,
             version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -1,7 +1,7 @@
 //! `mocap convert -o`: many motion files into a folder.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use walkdir::WalkDir;
 
 use super::{convert, verify};
 use crate::args::{ConvertArgs, FormatArg};
+use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, Record};
 use crate::batch::progress::{Counts, Outcome, Progress};
@@ -102,7 +103,7 @@ impl Run<'_> {
     /// Converts a file, and notes in `record` what comes to light.
     fn fill(&self, input: &Input, record: &mut Record) -> Result<Outcome, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-        record.blake3 = Some(hash(&input.path).map_err(|error| in_file(&input.path, error))?);
+        record.sha256 = Some(sha256(&input.path).map_err(|error| in_file(&input.path, error))?);
         let output = &self.outputs[&input.relative];
         let path = self.folder.join(output);
         if self.is_done(record, output) && path.exists() {
@@ -131,18 +132,12 @@ impl Run<'_> {
     fn is_done(&self, record: &Record, output: &str) -> bool {
         self.former.get(&record.input).is_some_and(|former| {
             former.error.is_none()
-                && former.blake3 == record.blake3
+                && former.sha256 == record.sha256
                 && former.options == record.options
                 && former.version == record.version
                 && former.output.as_deref() == Some(output)
         })
     }
-}
-
-fn hash(path: &Path) -> io::Result<String> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
-    Ok(hasher.finalize().to_string())
 }
 
 /// The output of every input, both as relative paths: with the new extension in place of the old, or behind it where

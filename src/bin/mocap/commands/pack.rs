@@ -13,6 +13,7 @@ use mocap::export::{unfinished_target, write_file};
 use mocap::{Importer, Scene, SkeletonMesh};
 
 use crate::args::{PackArgs, TableArg};
+use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, Record};
 use crate::batch::progress::{Outcome, Progress};
@@ -149,7 +150,7 @@ impl Packer<'_> {
     /// The rows of a file; one that cannot be read has a row with the error where a row is a file.
     fn rows(&self, input: &Input, record: &mut Record) -> Option<RecordBatch> {
         let clip = input.relative.as_str();
-        record.blake3 = fs::read(&input.path).ok().map(|bytes| blake3::hash(&bytes).to_string());
+        record.sha256 = sha256(&input.path).ok();
         let scene = self.importer.import(&input.path);
         if let Ok(scene) = &scene {
             record.warnings = scene.warnings.iter().map(ToString::to_string).collect();
@@ -215,10 +216,11 @@ fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path
         .collect();
     let stands = |record: &Record| {
         let path = paths.get(record.input.as_str());
-        let bytes = path.and_then(|path| fs::read(path).ok());
+        let hash = path.and_then(|path| sha256(path).ok());
         record.options == options
             && record.version == env!("CARGO_PKG_VERSION")
-            && bytes.is_some_and(|bytes| record.blake3.as_deref() == Some(blake3::hash(&bytes).to_hex().as_str()))
+            && hash.is_some()
+            && record.sha256 == hash
     };
     let mut kept = BTreeMap::<&str, bool>::new();
     for record in former.values() {
