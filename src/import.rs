@@ -14,6 +14,7 @@ use self::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
 use crate::limits::Limits;
+use crate::pose::Binding;
 use crate::process::{self, KeyTolerance, SkeletonMesh};
 use crate::scene::{Origin, RootOffset, Scene};
 
@@ -277,6 +278,7 @@ impl Importer {
         if scene.meshes.is_empty() {
             process::skeleton_mesh(&mut scene, self.skeleton_mesh);
         }
+        name_nodes_of_channels(&mut scene);
         if self.collapse_keys {
             process::collapse_keys(&mut scene, KeyTolerance::default());
         }
@@ -316,6 +318,20 @@ impl Importer {
             let message = "neither the contents nor the name say a known format".to_owned();
             unknown(message, format!("the extension \"{extension}\""))
         })
+    }
+}
+
+/// Tells every channel its node, where the reader has not: by its name, as [`Binding::new`] does.
+fn name_nodes_of_channels(scene: &mut Scene) {
+    for index in 0..scene.animations.len() {
+        let animation = &scene.animations[index];
+        if animation.channels.iter().all(|channel| channel.node.is_some()) {
+            continue;
+        }
+        let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
+        for (node, channel) in driven {
+            scene.animations[index].channels[channel].node = Some(node);
+        }
     }
 }
 

@@ -177,6 +177,7 @@ mod tests {
         };
         let channel = |(index, degrees): (usize, f32)| Channel {
             node_name: names[index].into(),
+            node: None,
             position_keys: Keys::constant(offsets[index]),
             rotation_keys: Keys::every_tick(
                 (1u8..=10)

@@ -232,9 +232,12 @@ impl Animation {
 /// All keys of one node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Channel {
-    /// The node that it drives. Where several joints have this name, the first channel of the name drives the first
-    /// joint, the second the second, and so on.
+    /// The name of the node that it drives. Where several joints have this name and [`node`](Self::node) does not tell
+    /// them apart, the first channel of the name drives the first joint, the second the second, and so on.
     pub node_name: String,
+    /// The node that it drives, if that node has this name: names may repeat, or be empty, and ids do not. Readers set
+    /// it. `None` leaves it to the name.
+    pub node: Option<NodeId>,
     /// Translation to the parent, in the file's unit. A BVH joint without position channels has one key, its OFFSET.
     pub position_keys: Keys<Vec3>,
     /// Rotation to the parent.

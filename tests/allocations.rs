@@ -58,6 +58,7 @@ fn chain() -> Scene {
         });
         animation.channels.push(Channel {
             node_name: format!("joint {index}"),
+            node: None,
             position_keys: Keys::constant(Vec3::X),
             rotation_keys: Keys {
                 values: (0..50u8)

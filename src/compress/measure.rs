@@ -195,6 +195,7 @@ mod tests {
                 duration: LAST as f64,
                 channels: vec![Channel {
                     node_name: "Joint".into(),
+                    node: None,
                     position_keys: Keys::constant(Vec3::ZERO),
                     rotation_keys: Keys::every_tick((0..FRAMES).map(|frame| turn(degrees, frame)).collect()),
                     scaling_keys: Keys::constant(Vec3::ONE),

@@ -196,6 +196,7 @@ fn print_animation(out: &mut impl fmt::Write, index: usize, animation: &Animatio
 fn print_channel(out: &mut impl fmt::Write, index: usize, channel: &Channel) -> fmt::Result {
     let Channel {
         node_name,
+        node: _,
         position_keys: positions,
         rotation_keys: rotations,
         scaling_keys: scales,

@@ -274,6 +274,7 @@ fn read_channel(
     }
     Channel {
         node_name: node.name(),
+        node: None,
         position_keys: Keys::every_tick(positions),
         rotation_keys: Keys::every_tick(rotations),
         scaling_keys: Keys::every_tick(scales),

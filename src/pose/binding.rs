@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use crate::pose::sample::{Moment, Moving, Trs};
-use crate::scene::{Animation, NodeId, NodeKind, Scene};
+use crate::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 
 /// What a tick outside of an animation stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,10 +69,20 @@ struct Link {
 impl Binding {
     /// Binds `animation` to the skeleton that it was made for.
     ///
-    /// The first channel of a name drives the first node of that name that is not an end site, the second channel the
+    /// A channel drives its [`node`](crate::scene::Channel::node) where that has the channel's name. Of the others, the
+    /// first channel of a name drives the first node of that name that is not an end site, the second channel the
     /// second, and so on. Translations, rotations and scales all come from the animation.
     pub fn new(scene: &Scene, animation: &Animation) -> Self {
-        Self::by_name(scene, animation, Cow::Borrowed)
+        let known = |channel: &Channel| {
+            let named = |id: &NodeId| {
+                scene
+                    .nodes
+                    .get(id.index())
+                    .is_some_and(|node| node.name == channel.node_name)
+            };
+            channel.node.filter(named)
+        };
+        Self::find(scene, animation, known, Cow::Borrowed)
     }
 
     /// Binds `animation` to the skeleton of another file, joint by joint. `node_name_of` is the map of names: from
@@ -100,7 +110,7 @@ impl Binding {
         animation: &'a Animation,
         node_name_of: impl Fn(&'a str) -> S,
     ) -> Self {
-        let mut binding = Self::by_name(scene, animation, |name| node_name_of(name).into());
+        let mut binding = Self::find(scene, animation, |_| None, |name| node_name_of(name).into());
         for link in &mut binding.links {
             if !link.moving.position && !is_root(scene, link.node) {
                 link.still.translation = scene.nodes[link.node.index()].transform.w_axis.truncate();
@@ -109,21 +119,33 @@ impl Binding {
         binding
     }
 
-    fn by_name<'a>(scene: &Scene, animation: &'a Animation, node_name_of: impl Fn(&'a str) -> Cow<'a, str>) -> Self {
-        let mut nodes_by_name: HashMap<&str, Vec<NodeId>> = HashMap::with_capacity(scene.nodes.len());
+    /// Finds the node of every channel: the one that `known` gives, else the next of its name that no channel has yet.
+    fn find<'a>(
+        scene: &Scene,
+        animation: &'a Animation,
+        known: impl Fn(&Channel) -> Option<NodeId>,
+        node_name_of: impl Fn(&'a str) -> Cow<'a, str>,
+    ) -> Self {
+        let mut is_driven = vec![false; scene.nodes.len()];
+        for id in animation.channels.iter().filter_map(&known) {
+            is_driven[id.index()] = true;
+        }
+        let mut nodes_by_name: HashMap<&str, Vec<NodeId>> = HashMap::new();
         // From the back, so that the next node of a name is the last of its list.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
-            if node.kind != NodeKind::EndSite {
+            if node.kind != NodeKind::EndSite && !is_driven[index] {
                 nodes_by_name.entry(&node.name).or_default().push(NodeId::new(index));
             }
         }
 
         let mut links = Vec::with_capacity(animation.channels.len());
         let mut channels_without_node = Vec::new();
-        let mut is_driven = vec![false; scene.nodes.len()];
         for (index, channel) in animation.channels.iter().enumerate() {
-            let name = node_name_of(&channel.node_name);
-            let Some(id) = nodes_by_name.get_mut(name.as_ref()).and_then(Vec::pop) else {
+            let by_name = || {
+                let name = node_name_of(&channel.node_name);
+                nodes_by_name.get_mut(name.as_ref()).and_then(Vec::pop)
+            };
+            let Some(id) = known(channel).or_else(by_name) else {
                 channels_without_node.push(index);
                 continue;
             };
@@ -195,7 +217,7 @@ mod tests {
 
     use super::*;
     use crate::pose::Pose;
-    use crate::scene::{Channel, Keys, Node};
+    use crate::scene::{Keys, Node};
 
     fn node(name: &str, kind: NodeKind, parent: Option<u32>, offset: Vec3) -> Node {
         Node {
@@ -214,6 +236,7 @@ mod tests {
             position_keys: Keys::constant(offset),
             rotation_keys: Keys::every_tick(vec![Quat::IDENTITY, Quat::from_rotation_z(1.0)]),
             scaling_keys: Keys::constant(Vec3::ONE),
+            ..Channel::default()
         }
     }
 
@@ -263,6 +286,26 @@ mod tests {
         assert_eq!(driven(&binding, &animation), [(1, Vec3::ONE), (2, Vec3::ONE)]);
         assert_eq!(binding.channels_without_node, [0, 3]);
         assert_eq!(binding.joints_without_channel, [NodeId(0), NodeId(4)]);
+    }
+
+    #[test]
+    fn a_channel_that_knows_its_node_leaves_the_others_of_its_name_to_those_that_do_not() {
+        let [a, b, c] = [1.0, 2.0, 3.0].map(Vec3::splat);
+        let mut animation = clip(vec![channel("spine", a), channel("spine", b), channel("spine", c)]);
+        animation.channels[0].node = Some(NodeId(2));
+        // An end site, which no name reaches.
+        animation.channels[1].node = Some(NodeId(3));
+        let binding = Binding::new(&scene(), &animation);
+        assert_eq!(driven(&binding, &animation), [(2, a), (3, b), (1, c)]);
+        // The ids of another scene are not taken for those of this one.
+        for stale in [NodeId(0), NodeId(9)] {
+            animation.channels[0].node = Some(stale);
+            let binding = Binding::new(&scene(), &animation);
+            assert_eq!(driven(&binding, &animation), [(1, a), (3, b), (2, c)], "{stale:?}");
+        }
+        // Another skeleton has other ids.
+        let binding = Binding::onto(&scene(), &animation, |name| name);
+        assert_eq!(driven(&binding, &animation)[0].0, 1);
     }
 
     #[test]

@@ -59,6 +59,16 @@ pub fn root_motion(scene: &mut Scene) {
     for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
         bone.node = shifted(bone.node);
     }
+    for channel in scene
+        .animations
+        .iter_mut()
+        .flat_map(|animation| &mut animation.channels)
+    {
+        channel.node = match channel.node_name == name {
+            true => Some(old_root),
+            false => channel.node.map(shifted),
+        };
+    }
     let parent = scene.nodes[old_root.index()].parent.replace(old_root);
     scene.nodes.insert(
         old_root.index(),
@@ -113,6 +123,7 @@ fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3
     channel.rotation_keys = Keys::at_ticks(leans, ticks.clone());
     let root = Channel {
         node_name: name.to_owned(),
+        node: None,
         position_keys: Keys::at_ticks(places, ticks.clone()),
         rotation_keys: Keys::at_ticks(headings, ticks),
         scaling_keys: Keys::constant(Vec3::ONE),

@@ -57,7 +57,7 @@ rules! {
     11 BoneWeights "A bone's weights are in 0 to 1, and each belongs to a vertex of the mesh, once."
     12 WeightSum "In a mesh with bones the weights of each vertex sum to 1."
     13 AnimationTime "An animation's ticks per second are finite and above 0, its duration finite and not below 0."
-    14 ChannelNode "A channel drives a node: there are no more channels of a name than nodes of that name."
+    14 ChannelNode "A channel drives a node: there are no more channels of a name than nodes of that name, and a node that a channel names by its place has its name and no other channel."
     15 KeyTicks "A track has one tick a key, finite, strictly increasing, within the animation's duration."
     16 KeyValues "A track's values are finite."
     17 UnitRotations "A rotation key is of unit length."
@@ -237,13 +237,18 @@ fn check_animation(nodes: &[Node], animation: &Animation, index: usize, check: &
     for node in nodes {
         *nodes_left.entry(&node.name).or_default() += 1;
     }
+    let mut is_driven = vec![false; nodes.len()];
     for (channel_index, channel) in animation.channels.iter().enumerate() {
         let part = Part::Channel {
             animation: index,
             channel: channel_index,
         };
         let left = nodes_left.entry(&channel.node_name).or_default();
-        check(*left > 0, Rule::ChannelNode, part);
+        let node_holds = channel.node.is_none_or(|id| {
+            nodes.get(id.index()).is_some_and(|node| node.name == channel.node_name)
+                && !std::mem::replace(&mut is_driven[id.index()], true)
+        });
+        check(*left > 0 && node_holds, Rule::ChannelNode, part);
         *left = left.saturating_sub(1);
         let Channel {
             position_keys,

@@ -26,6 +26,7 @@ fn animated_arm() -> Scene {
         duration: 2.0,
         channels: vec![Channel {
             node_name: "Elbow".to_owned(),
+            node: None,
             position_keys: Keys::constant(Vec3::X),
             rotation_keys: Keys {
                 values: vec![Quat::IDENTITY; 2],
@@ -81,6 +82,8 @@ const BREAKS: &[Break] = &[
         scene.animations[0].duration = f64::INFINITY;
     }),
     (Rule::ChannelNode, |scene| channel(scene).node_name.push('x')),
+    (Rule::ChannelNode, |scene| channel(scene).node = Some(NodeId(0))),
+    (Rule::ChannelNode, |scene| channel(scene).node = Some(NodeId(99))),
     (Rule::ChannelNode, |scene| {
         let second = channel(scene).clone();
         scene.animations[0].channels.push(second);

@@ -78,6 +78,7 @@ fn rest_position(skeleton: &Skeleton, bone: &Bone) -> DVec3 {
 fn build_animation(skeleton: &Skeleton, motion: &Motion, options: &ReadOptions) -> Animation {
     let channels = std::iter::zip(&skeleton.bones, &motion.tracks).map(|(bone, track)| Channel {
         node_name: bone.name.clone(),
+        node: None,
         position_keys: position_keys(skeleton, bone, track),
         rotation_keys: rotation_keys(bone, track, motion.degrees),
         scaling_keys: Keys::constant(Vec3::ONE),

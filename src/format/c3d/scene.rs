@@ -57,6 +57,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
         });
         channels.push(Channel {
             node_name: name,
+            node: None,
             position_keys: Keys::at_ticks(positions, track.ticks),
             rotation_keys: Keys::constant(Quat::IDENTITY),
             scaling_keys: Keys::constant(Vec3::ONE),

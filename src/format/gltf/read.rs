@@ -167,6 +167,7 @@ fn build_animation(
             let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
             let channel = Channel {
                 node_name: node.name.clone(),
+                node: Some(id),
                 position_keys: Keys::constant(translation),
                 rotation_keys: Keys::constant(unit(rotation)),
                 scaling_keys: Keys::constant(if scale.is_finite() { scale } else { Vec3::ONE }),

@@ -81,6 +81,7 @@ pub(crate) fn walker(frames: usize) -> Scene {
     let swing = |frame| Quat::from_rotation_x(phase(frame).sin());
     let channel = |name: &str, position_keys, rotation_keys| Channel {
         node_name: name.into(),
+        node: None,
         position_keys,
         rotation_keys,
         scaling_keys: Keys::constant(Vec3::ONE),

@@ -236,6 +236,7 @@ unsafe fn channel(channel: &aiNodeAnim) -> Result<Channel, String> {
     };
     Ok(Channel {
         node_name: channel.mNodeName.to_text(),
+        node: None,
         position_keys: vectors(positions),
         rotation_keys: quaternions(rotations),
         scaling_keys: vectors(scalings),

@@ -164,6 +164,7 @@ impl Track {
         };
         Channel {
             node_name: node_name.to_owned(),
+            node: None,
             position_keys,
             rotation_keys: Keys::every_tick(self.rotation_keys),
             scaling_keys,
