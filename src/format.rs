@@ -18,15 +18,15 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::Limits;
-use crate::scene::{RootOffset, Scene};
+use crate::scene::{Format, RootOffset, Scene};
 
 /// An error in the making. Boxed, because every step of a reader may return one and almost none does.
 pub(crate) type Failure = Box<Diagnostic>;
 
 /// What one format is called, how it is recognised, and how it is read.
 pub struct FormatInfo {
-    /// Short name, as users type it.
-    pub name: &'static str,
+    /// Which format it is.
+    pub format: Format,
     /// What the letters stand for.
     pub description: &'static str,
     /// Extensions in lower case, without the dot.

@@ -16,7 +16,7 @@ use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
 use crate::limits::Limits;
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance, SkeletonMesh};
-use crate::scene::{Origin, RootOffset, Scene};
+use crate::scene::{Format, Origin, RootOffset, Scene};
 
 /// Bytes from which on a file is mapped and worth a second thread.
 const LARGE: usize = 4 << 20;
@@ -50,7 +50,7 @@ pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Importer {
     read: ReadOptions,
-    format: Option<String>,
+    format: Option<Format>,
     skeleton: Option<PathBuf>,
     skeleton_mesh: SkeletonMesh,
     collapse_keys: bool,
@@ -106,10 +106,10 @@ impl Importer {
         self
     }
 
-    /// The format, by its name in [`FORMATS`]. Default: found from the contents, else from the extension.
+    /// The format. Default: found from the contents, else from the extension.
     #[must_use]
-    pub fn format(mut self, name: impl Into<String>) -> Self {
-        self.format = Some(name.into());
+    pub fn format(mut self, format: Format) -> Self {
+        self.format = Some(format);
         self
     }
 
@@ -292,14 +292,13 @@ impl Importer {
 
     /// The explicit choice, else the contents, else the extension.
     fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
-        let unknown = |message: String, found: String| {
-            let known: Vec<_> = FORMATS.iter().map(|format| format.name).collect();
-            Error::from(Diagnostic::new(Code::UnknownFormat, message).expected_found(known.join(", "), found))
-        };
-        if let Some(chosen) = &self.format {
-            let format = FORMATS.iter().find(|format| format.name.eq_ignore_ascii_case(chosen));
-            let found = format!("\"{chosen}\"");
-            return format.ok_or_else(|| unknown(format!("{found} is not a format that is read here"), found));
+        if let Some(chosen) = self.format {
+            let format = FORMATS.iter().find(|row| row.format == chosen);
+            return format.ok_or_else(|| {
+                let message = format!("this build does not read {chosen}");
+                let help = format!("build it with the feature `{chosen}`");
+                Diagnostic::new(Code::MissingFeature, message).help(help).into()
+            });
         }
         if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(bytes)) {
             return Ok(format);
@@ -315,8 +314,11 @@ impl Importer {
                 .any(|known| known.eq_ignore_ascii_case(extension))
         };
         FORMATS.iter().find(has_extension).ok_or_else(|| {
-            let message = "neither the contents nor the name say a known format".to_owned();
-            unknown(message, format!("the extension \"{extension}\""))
+            let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
+            let message = "neither the contents nor the name say a known format";
+            Diagnostic::new(Code::UnknownFormat, message)
+                .expected_found(known.join(", "), format!("the extension \"{extension}\""))
+                .into()
         })
     }
 }

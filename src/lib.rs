@@ -55,7 +55,7 @@ pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};
 pub use crate::pose::{Binding, OutOfRange, Pose, Trs, Updater};
 pub use crate::process::SkeletonMesh;
-pub use crate::scene::{RootOffset, Scene};
+pub use crate::scene::{Format, RootOffset, Scene};
 
 /// The README's example runs with the tests.
 #[cfg(doctest)]

@@ -4,9 +4,15 @@
 //! quaternions are `x y z w` in memory. [`process::validate`](crate::process::validate()) lists the rules that every
 //! scene of this crate keeps.
 
-use glam::{Mat4, Quat, Vec3};
-use serde::{Deserialize, Serialize};
+mod metadata;
 
+use glam::{Mat4, Quat, Vec3};
+use serde::Serialize;
+
+pub(crate) use self::metadata::format_name;
+pub use self::metadata::{
+    AppliedStep, Assumption, Format, Metadata, Origin, RootOffset, RootOffsetUsed, Topic, UpAxis,
+};
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.
@@ -297,119 +303,4 @@ impl<T> Default for Keys<T> {
     fn default() -> Self {
         Self::every_tick(Vec::new())
     }
-}
-
-/// Where a scene comes from and what was assumed when it was read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Metadata {
-    /// The file that the scene was read from.
-    pub origin: Option<Origin>,
-    /// Short name of the file's format, as in [`FORMATS`](crate::format::FORMATS).
-    pub format: String,
-    /// Metres in one unit of length, where the file says so. BVH does not.
-    pub metres_per_unit: Option<f64>,
-    /// The axis that points up, where the format or the file says so, or the reader has turned what it read. BVH and
-    /// Acclaim's files do not say.
-    pub up: Option<UpAxis>,
-    /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
-    pub root_offset: Option<RootOffsetUsed>,
-    /// Everything else that was decided where the file leaves a choice.
-    pub assumptions: Vec<Assumption>,
-    /// What has changed the place or the time of things since, in the order in which it was done.
-    pub steps: Vec<AppliedStep>,
-}
-
-/// A file that was read.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Origin {
-    /// Its name, without folders.
-    pub name: String,
-    /// The SHA-256 of its bytes, as `sha256sum` prints it. Empty where it was not asked for.
-    pub sha256: String,
-    /// Frames of motion read from it.
-    pub frames: u64,
-    /// Seconds between two of them, as they were read.
-    pub frame_time: f64,
-}
-
-impl Origin {
-    /// The name without its extension.
-    pub fn stem(&self) -> &str {
-        self.name.rsplit_once('.').map_or(self.name.as_str(), |(stem, _)| stem)
-    }
-}
-
-/// The axis that points away from the ground.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum UpAxis {
-    /// +Y, as in glTF and most BVH files.
-    #[default]
-    Y,
-    /// +Z, as in Blender, Vicon and 3ds Max.
-    Z,
-}
-
-/// A step that changed the place or the time of things, with all that it takes to find the way back to the file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "step", rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum AppliedStep {
-    /// [`process::convert_units`](crate::process::convert_units).
-    ConvertUnits {
-        /// Metres in one unit of length of the scene before.
-        metres_per_unit: f64,
-        /// The axis that pointed up before.
-        up: UpAxis,
-    },
-    /// [`process::trim`](crate::process::trim).
-    Trim {
-        /// The tick before, that is tick 0 now.
-        first: f64,
-        /// The tick before, that is the last now.
-        last: f64,
-    },
-    /// [`process::resample`](crate::process::resample).
-    Resample {
-        /// Ticks per second now.
-        frames_per_second: f64,
-    },
-    /// [`process::in_place`](crate::process::in_place).
-    InPlace,
-    /// [`process::root_motion`](crate::process::root_motion).
-    RootMotion,
-}
-
-/// What to do with a root's OFFSET when the root has position channels too.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RootOffset {
-    /// Add where the first frame's root position is near zero on all axes while the OFFSET is not, else replace.
-    #[default]
-    Auto,
-    /// The position channels stand in place of the OFFSET, as in Assimp and Blender.
-    Replace,
-    /// The position channels are added to the OFFSET.
-    Add,
-}
-
-/// What was done with a root's OFFSET.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RootOffsetUsed {
-    /// [`RootOffset::Replace`] or [`RootOffset::Add`].
-    pub policy: RootOffset,
-    /// Why, as one phrase.
-    pub reason: String,
-}
-
-/// A decision where a file leaves a choice.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Assumption {
-    /// What it is about, in kebab case.
-    pub topic: String,
-    /// What was chosen.
-    pub choice: String,
-    /// Why, as one phrase.
-    pub reason: String,
 }

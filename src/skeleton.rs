@@ -7,7 +7,7 @@ mod figure;
 
 use serde::Serialize;
 
-use crate::scene::{Assumption, Scene, UpAxis};
+use crate::scene::{Assumption, Scene, Topic, UpAxis};
 
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
@@ -158,11 +158,7 @@ impl Survey {
             Confidence::Likely => "likely",
             Confidence::Unsure => "unsure",
         };
-        let assumption = |topic: &str, choice: String, reason: String| Assumption {
-            topic: topic.to_owned(),
-            choice,
-            reason,
-        };
+        let assumption = |topic, choice: String, reason: String| Assumption { topic, choice, reason };
         let up = match self.up.value {
             UpAxis::Y => "y",
             UpAxis::Z => "z",
@@ -170,18 +166,22 @@ impl Survey {
         let mut all = Vec::new();
         if !self.unit_is_stated {
             let reason = format!("{} ({})", self.unit.reason, sure(self.unit.confidence));
-            all.push(assumption("unit", self.unit.value.as_str().to_owned(), reason));
+            all.push(assumption(Topic::Unit, self.unit.value.as_str().to_owned(), reason));
         }
         if !self.up_is_stated {
             let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));
-            all.push(assumption("up", up.to_owned(), reason));
+            all.push(assumption(Topic::Up, up.to_owned(), reason));
         }
         if let Some(rate) = &self.frame_rate {
-            all.push(assumption("frame-rate", rate.value.to_string(), rate.reason.clone()));
+            all.push(assumption(
+                Topic::FrameRate,
+                rate.value.to_string(),
+                rate.reason.clone(),
+            ));
         }
         if self.first_frame_is_rest_pose {
             let reason = "its rotations are nearly all zero, and the motion jumps away from it".to_owned();
-            all.push(assumption("first-frame", "rest-pose".to_owned(), reason));
+            all.push(assumption(Topic::FirstFrame, "rest-pose".to_owned(), reason));
         }
         all
     }

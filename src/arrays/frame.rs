@@ -4,7 +4,7 @@ use glam::{Mat4, Vec3, Vec4};
 
 use crate::arrays::{Options, unknown_option};
 use crate::error::Result;
-use crate::scene::{Assumption, Scene, UpAxis};
+use crate::scene::{Assumption, Scene, Topic, UpAxis};
 use crate::skeleton;
 
 /// How the coordinates of a scene become those of the output.
@@ -37,8 +37,8 @@ impl Frame {
         let guesses_up = options.file_up.is_none() && (options.up.is_some() || needs_ground);
         let guess = (guesses_unit || guesses_up).then(|| skeleton::survey(scene));
         if let Some(guess) = &guess {
-            let is_used = |topic: &str| (topic == "unit" && guesses_unit) || (topic == "up" && guesses_up);
-            assumptions.extend(guess.assumptions().into_iter().filter(|guess| is_used(&guess.topic)));
+            let is_used = |topic| (topic == Topic::Unit && guesses_unit) || (topic == Topic::Up && guesses_up);
+            assumptions.extend(guess.assumptions().into_iter().filter(|guess| is_used(guess.topic)));
         }
         let file_metres = stated_metres.or_else(|| guess.as_ref().map(|guess| guess.unit.value.metres()));
         let file_up = options.file_up.or_else(|| guess.as_ref().map(|guess| guess.up.value));

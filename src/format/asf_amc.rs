@@ -36,10 +36,10 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::text::{decode, is_binary};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};
-use crate::scene::Scene;
+use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "asf-amc",
+    format: Format::AsfAmc,
     description: "Acclaim skeleton and motion",
     extensions: &["amc", "asf"],
     sniff,

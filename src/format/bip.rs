@@ -2,10 +2,10 @@
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{FormatInfo, ReadOptions, Source};
-use crate::scene::Scene;
+use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "bip",
+    format: Format::Bip,
     description: "3ds Max Biped, which is refused with advice",
     extensions: &["bip"],
     // What its contents look like is not public either: the extension has to tell.

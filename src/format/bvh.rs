@@ -15,11 +15,12 @@ mod read;
 mod write;
 
 use crate::format::FormatInfo;
+use crate::scene::Format;
 
 pub use self::write::{Channels, Options, Report, export, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "bvh",
+    format: Format::Bvh,
     description: "Biovision hierarchy",
     extensions: &["bvh"],
     sniff: read::sniff,

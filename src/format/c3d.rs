@@ -30,10 +30,10 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::Scene;
+use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "c3d",
+    format: Format::C3d,
     description: "C3D markers",
     extensions: &["c3d"],
     sniff,

@@ -27,10 +27,12 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+use crate::scene::{
+    Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
+};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "fbx",
+    format: Format::Fbx,
     description: "Autodesk FBX: skeleton, animation, skinned meshes",
     extensions: &["fbx"],
     sniff,
@@ -63,7 +65,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         nodes: nodes.iter().map(|node| node.node(warnings)).collect(),
         ..Scene::default()
     };
-    scene.metadata.format = FORMAT.name.to_owned();
+    scene.metadata.format = Some(Format::Fbx);
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
     let mut values_left = options.limits.expanded_values(bytes);
@@ -75,7 +77,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         let rigid = mesh::read(&file, &nodes, options, &mut scene, warnings)?;
         if rigid > 0 {
             scene.metadata.assumptions.push(Assumption {
-                topic: "meshes".to_owned(),
+                topic: Topic::Meshes,
                 choice: "skinned".to_owned(),
                 reason: format!("{rigid} meshes that no bone moves were left out"),
             });

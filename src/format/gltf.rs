@@ -12,6 +12,7 @@ mod streams;
 mod write;
 
 use crate::format::FormatInfo;
+use crate::scene::Format;
 
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::{File, Values};
@@ -19,7 +20,7 @@ pub use self::provenance::Provenance;
 pub use self::write::{BufferPlace, Document, Options, Renamed, Report, export, write_glb};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
-    name: "gltf",
+    format: Format::Gltf,
     description: "glTF 2.0, skeleton and animation",
     extensions: &["glb", "gltf"],
     sniff: File::sniff,

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use crate::kinematics::{Capture, Matrix, Root, Vector, distance, multiply, turn};
 use mocap::glam::Vec3;
-use mocap::scene::{NodeId, NodeKind, Scene};
+use mocap::scene::{NodeId, NodeKind, Scene, Topic};
 use mocap::{Binding, Code, Importer, Limits, Pose};
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -260,7 +260,7 @@ fn subtract(a: Vector, b: Vector) -> Vector {
 
 #[test]
 fn what_the_files_do_not_say_is_told() {
-    let assumption = |scene: &Scene, topic: &str| {
+    let assumption = |scene: &Scene, topic| {
         let mut assumptions = scene.metadata.assumptions.iter();
         assumptions
             .find(|assumption| assumption.topic == topic)
@@ -268,9 +268,12 @@ fn what_the_files_do_not_say_is_told() {
     };
     let scene = mocap::import("fixtures/real/cmu_02_01.amc").unwrap();
     assert_eq!(scene.animations[0].ticks_per_second, 120.0);
-    assert_eq!(assumption(&scene, "frame-rate").as_deref(), Some("120 frames a second"));
     assert_eq!(
-        assumption(&scene, "unit").as_deref(),
+        assumption(&scene, Topic::FrameRate).as_deref(),
+        Some("120 frames a second")
+    );
+    assert_eq!(
+        assumption(&scene, Topic::Unit).as_deref(),
         Some("a unit of length is 0.05644 m")
     );
 
@@ -279,7 +282,7 @@ fn what_the_files_do_not_say_is_told() {
         .import("fixtures/real/cmu_02_01.amc")
         .unwrap();
     assert_eq!(scene.animations[0].ticks_per_second, 60.0);
-    assert_eq!(assumption(&scene, "frame-rate"), None);
+    assert_eq!(assumption(&scene, Topic::FrameRate), None);
 }
 
 #[test]
@@ -658,11 +661,13 @@ fn damaged(original: &[u8]) -> Vec<Vec<u8>> {
 fn every_damage_is_an_error_or_a_valid_scene() {
     // The importer validates what it returns in builds with debug assertions; these tests are one.
     for bytes in damaged(SKELETON.as_bytes()) {
-        let _ = Importer::new().format("asf-amc").read(&bytes, Path::new("damaged.asf"));
+        let _ = Importer::new()
+            .format(mocap::Format::AsfAmc)
+            .read(&bytes, Path::new("damaged.asf"));
     }
     let folder = Folder::new(&[("tiny.asf", SKELETON)]);
     let importer = Importer::new()
-        .format("asf-amc")
+        .format(mocap::Format::AsfAmc)
         .skeleton(folder.0.path().join("tiny.asf"));
     let mut read = 0;
     for bytes in damaged(MOTION.as_bytes()) {

@@ -53,7 +53,7 @@ fn an_unknown_format_is_refused_by_its_name() {
         "{error}"
     );
     assert_eq!(
-        Importer::new().format("fbx2").read(b"", "walk.bvh").unwrap_err().code(),
+        "fbx2".parse::<mocap::Format>().unwrap_err().code(),
         mocap::Code::UnknownFormat
     );
 }

@@ -310,7 +310,7 @@ fn with(changes: &[(usize, &[u8])]) -> Vec<u8> {
 
 #[test]
 fn broken_files_are_refused_with_their_message() {
-    let read = |bytes: &[u8]| Importer::new().format("c3d").read(bytes, "a.c3d");
+    let read = |bytes: &[u8]| Importer::new().format(mocap::Format::C3d).read(bytes, "a.c3d");
     let labels = SAMPLE.bytes().windows(6).position(|six| six == b"LABELS").unwrap() + 10;
     let cut_off = "help: the file is cut off: export or download it again";
     let help = "help: check that the file is what its name says, and that it is not compressed";
@@ -415,7 +415,9 @@ fn a_claim_of_many_points_takes_no_memory() {
 #[test]
 fn every_damage_is_an_error_or_a_valid_scene() {
     // The importer validates what it returns in builds with debug assertions; these tests are one.
-    let importer = Importer::new().format("c3d").skeleton_mesh(SkeletonMesh::None);
+    let importer = Importer::new()
+        .format(mocap::Format::C3d)
+        .skeleton_mesh(SkeletonMesh::None);
     let mut read = 0;
     for processor in [Processor::Intel, Processor::Dec, Processor::Sgi] {
         let original = Sample { processor, ..SAMPLE }.bytes();

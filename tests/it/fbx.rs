@@ -193,7 +193,7 @@ const TINY: &str = include_str!("../../fixtures/made/tiny.fbx");
 
 fn read(bytes: &[u8]) -> mocap::Result<Scene> {
     Importer::new()
-        .format("fbx")
+        .format(mocap::Format::Fbx)
         .skeleton_mesh(SkeletonMesh::None)
         .read(bytes, "tiny.fbx")
 }

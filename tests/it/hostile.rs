@@ -41,7 +41,9 @@ fn small_fixtures() -> Vec<(PathBuf, Vec<u8>)> {
 
 /// Imports `bytes`; a scene that comes of it must keep every rule, and stand somewhere at every tick.
 fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
-    let importer = Importer::new().format("bvh").skeleton_mesh(SkeletonMesh::Segmented);
+    let importer = Importer::new()
+        .format(mocap::Format::Bvh)
+        .skeleton_mesh(SkeletonMesh::Segmented);
     let Ok(scene) = importer.read(bytes, "hostile.bvh") else {
         return;
     };

@@ -228,7 +228,7 @@ proptest! {
 
     #[test]
     fn any_bytes_are_an_error_or_a_valid_scene(bytes in vec(any::<u8>(), 0..400)) {
-        if let Ok(scene) = importer().format("bvh").read(&bytes, "generated.bvh") {
+        if let Ok(scene) = importer().format(mocap::Format::Bvh).read(&bytes, "generated.bvh") {
             prop_assert_eq!(validate(&scene), []);
         }
     }
@@ -237,7 +237,7 @@ proptest! {
     fn any_words_are_an_error_or_a_valid_scene(words in vec(word(), 0..60), header in any::<bool>()) {
         let text = format!("{}{}", if header { "HIERARCHY ROOT a { OFFSET 0 1 0 " } else { "" }, words.join(" "));
         let limits = Limits { max_values: 10_000, ..Limits::default() };
-        if let Ok(scene) = Importer::new().limits(limits).format("bvh").read(text.as_bytes(), "generated.bvh") {
+        if let Ok(scene) = Importer::new().limits(limits).format(mocap::Format::Bvh).read(text.as_bytes(), "generated.bvh") {
             prop_assert_eq!(validate(&scene), []);
         }
     }

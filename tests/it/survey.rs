@@ -2,7 +2,7 @@
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Topic, UpAxis};
 use mocap::skeleton::{Confidence, Unit, cuts, survey};
 
 fn import(file: &str) -> Scene {
@@ -219,15 +219,12 @@ fn decisions_come_out_in_words() {
         .map(|a| (a.topic, a.choice))
         .collect();
     let expected = [
-        ("unit", "cmu"),
-        ("up", "y"),
-        ("frame-rate", "120"),
-        ("first-frame", "rest-pose"),
+        (Topic::Unit, "cmu"),
+        (Topic::Up, "y"),
+        (Topic::FrameRate, "120"),
+        (Topic::FirstFrame, "rest-pose"),
     ];
-    assert_eq!(
-        topics,
-        expected.map(|(topic, choice)| (topic.to_owned(), choice.to_owned()))
-    );
+    assert_eq!(topics, expected.map(|(topic, choice)| (topic, choice.to_owned())));
 }
 
 /// A figure of a head above feet in the rest pose, whose root lies down towards `z` and moves by `step` a frame.
@@ -275,5 +272,10 @@ fn a_stated_unit_is_not_guessed() {
     scene.metadata.metres_per_unit = Some(0.056_444);
     let found = survey(&scene);
     assert!(found.unit_is_stated);
-    assert!(found.assumptions().iter().all(|assumption| assumption.topic != "unit"));
+    assert!(
+        found
+            .assumptions()
+            .iter()
+            .all(|assumption| assumption.topic != Topic::Unit)
+    );
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Mat4, Quat, Vec3};
 use super::motion::{Motion, Track};
 use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::format::ReadOptions;
-use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, Scene};
+use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
 
 /// Frames in a second of CMU's captures, which nearly all Acclaim files are. The files do not say.
 const CMU_FRAME_RATE: f64 = 120.0;
@@ -20,12 +20,12 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
         nodes: build_nodes(skeleton),
         ..Scene::default()
     };
-    scene.metadata.format = super::FORMAT.name.to_owned();
+    scene.metadata.format = Some(Format::AsfAmc);
     if skeleton.length_unit == Some(CMU_LENGTH_UNIT) {
         let metres_per_unit = METRES_PER_INCH / CMU_LENGTH_UNIT;
         scene.metadata.metres_per_unit = Some(metres_per_unit);
         scene.metadata.assumptions.push(Assumption {
-            topic: "unit".to_owned(),
+            topic: Topic::Unit,
             choice: format!("a unit of length is {metres_per_unit:.5} m"),
             reason: format!("the skeleton says `length {CMU_LENGTH_UNIT}`, which in CMU's files is units an inch"),
         });
@@ -33,7 +33,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
     if let Some(motion) = motion.filter(|motion| motion.frames > 0) {
         if options.frame_rate.is_none() {
             scene.metadata.assumptions.push(Assumption {
-                topic: "frame-rate".to_owned(),
+                topic: Topic::FrameRate,
                 choice: format!("{CMU_FRAME_RATE} frames a second"),
                 reason: "the file does not say; CMU's captures are at 120".to_owned(),
             });

@@ -9,34 +9,34 @@ use super::parameters::Parameters;
 use super::points::{Points, Track};
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
-use crate::scene::{Animation, Assumption, Channel, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 /// One group, and a node a point in it.
 pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, warnings: &mut Warnings) -> Scene {
     let mut scene = Scene::default();
-    scene.metadata.format = super::FORMAT.name.to_owned();
+    scene.metadata.format = Some(Format::C3d);
     scene.metadata.metres_per_unit = parameters.text("POINT", "UNITS").and_then(metres);
     let (up, reason) = up_axis(parameters);
     scene.metadata.up = Some(UpAxis::Y);
-    let mut assume = |topic: &str, choice: &str, reason: &str| {
+    let mut assume = |topic: Topic, choice: &str, reason: &str| {
         scene.metadata.assumptions.push(Assumption {
-            topic: topic.to_owned(),
+            topic,
             choice: choice.to_owned(),
             reason: reason.to_owned(),
         });
     };
     if up == UpAxis::Z {
-        assume("up-axis", "+Z was up, and is +Y now", reason);
+        assume(Topic::UpAxis, "+Z was up, and is +Y now", reason);
     }
     if header.samples > 0 {
         assume(
-            "analog",
+            Topic::Analog,
             "analog samples were left out",
             "a scene has no place for them",
         );
     }
     if parameters.has_events() {
-        assume("events", "events were left out", "a scene has no place for them");
+        assume(Topic::Events, "events were left out", "a scene has no place for them");
     }
 
     scene.nodes.push(Node {

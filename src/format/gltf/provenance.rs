@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{AppliedStep, Assumption, Origin, RootOffsetUsed, Scene};
+use crate::scene::{AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, format_name};
 
 /// What `asset.extras.mocap` holds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -14,8 +14,9 @@ pub struct Provenance {
     /// The file that the scene was read from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Origin>,
-    /// Short name of that file's format.
-    pub format: String,
+    /// Its format. Absent where the scene comes from no file.
+    #[serde(with = "format_name")]
+    pub format: Option<Format>,
     /// Frames of the scene as it was written.
     pub frames: u64,
     /// Seconds between two of them.
@@ -39,7 +40,7 @@ impl Provenance {
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             source: metadata.origin.clone(),
-            format: metadata.format.clone(),
+            format: metadata.format,
             frames: animation.map_or(0, |animation| animation.duration.round() as u64 + 1),
             frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
             root_offset: metadata.root_offset.clone(),

@@ -21,7 +21,7 @@ use super::file::{File, Track, Values, invalid};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
 
 /// How far a time may be from a whole tick, as a share of the time, to be that tick: twice the rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
@@ -47,7 +47,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         ));
     }
     let mut scene = Scene::default();
-    scene.metadata.format = super::FORMAT.name.to_owned();
+    scene.metadata.format = Some(Format::Gltf);
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
     let node_of = build_nodes(&file, &listed, &clips, &mut scene)?;

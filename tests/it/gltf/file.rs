@@ -167,13 +167,13 @@ fn the_three_containers_hold_the_same() {
 #[test]
 fn provenance_is_in_the_file() {
     let mut scene = walker(50);
-    scene.metadata.format = "bvh".into();
+    scene.metadata.format = Some(mocap::Format::Bvh);
     let read = Read::scene(&scene);
     let extras = read.document.into_json().asset.extras.unwrap();
     let mut extras: HashMap<String, Provenance> = serde_json::from_str(extras.get()).unwrap();
     let provenance = extras.remove("mocap").unwrap();
     assert_eq!((provenance.frames, provenance.frame_time), (50, 1.0 / 120.0));
-    assert_eq!(provenance.format, "bvh");
+    assert_eq!(provenance.format, Some(mocap::Format::Bvh));
 }
 
 #[test]

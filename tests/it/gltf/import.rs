@@ -54,7 +54,7 @@ fn a_written_scene_reads_as_itself() {
     assert_eq!(read.nodes[2].kind, NodeKind::EndSite);
     let keys = &read.animations[0].channels[0].rotation_keys;
     assert_eq!((keys.len(), &keys.ticks), (50, &None), "a key a tick");
-    assert_eq!(read.metadata.format, "gltf");
+    assert_eq!(read.metadata.format, Some(mocap::Format::Gltf));
     assert_eq!(read.metadata.metres_per_unit, Some(1.0));
     assert!(read.meshes.is_empty(), "meshes stay behind");
 }

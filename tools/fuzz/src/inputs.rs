@@ -169,7 +169,7 @@ pub const BVH: Input = Input {
     words: BVH_WORDS,
     base: 1 << 20,
     factor: 512,
-    read: |bytes, importer| importer.clone().format("bvh").read(bytes, "fuzz.bvh"),
+    read: |bytes, importer| importer.clone().format(mocap::Format::Bvh).read(bytes, "fuzz.bvh"),
 };
 
 /// An Acclaim skeleton, alone and with a motion.
@@ -183,7 +183,7 @@ pub const ASF: Input = Input {
     base: 1 << 20,
     factor: 512,
     read: |bytes, importer| {
-        let importer = importer.clone().format("asf-amc");
+        let importer = importer.clone().format(mocap::Format::AsfAmc);
         let alone = importer.read(bytes, "fuzz.asf");
         // A skeleton is looked for in a file. Each process has its own.
         let path = env::temp_dir().join(format!("mocap-fuzz-{}.asf", process::id()));
@@ -207,7 +207,7 @@ pub const AMC: Input = Input {
         let skeleton = fixture("real/cmu_02.asf");
         importer
             .clone()
-            .format("asf-amc")
+            .format(mocap::Format::AsfAmc)
             .skeleton(skeleton)
             .read(bytes, "fuzz.amc")
     },
@@ -223,7 +223,7 @@ pub const C3D: Input = Input {
     words: C3D_WORDS,
     base: 1 << 20,
     factor: 512,
-    read: |bytes, importer| importer.clone().format("c3d").read(bytes, "fuzz.c3d"),
+    read: |bytes, importer| importer.clone().format(mocap::Format::C3d).read(bytes, "fuzz.c3d"),
 };
 
 /// An FBX file.
@@ -237,7 +237,7 @@ pub const FBX: Input = Input {
     // Curves are sampled: 4 million values, and 256 for each byte of the file, of four bytes each.
     base: 128 << 20,
     factor: 8192,
-    read: |bytes, importer| importer.clone().format("fbx").read(bytes, "fuzz.fbx"),
+    read: |bytes, importer| importer.clone().format(mocap::Format::Fbx).read(bytes, "fuzz.fbx"),
 };
 
 /// A glTF file.
@@ -250,7 +250,7 @@ pub const GLB: Input = Input {
     words: GLTF_WORDS,
     base: 1 << 20,
     factor: 512,
-    read: |bytes, importer| importer.clone().format("gltf").read(bytes, "fuzz.glb"),
+    read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.glb"),
 };
 
 /// All of them.

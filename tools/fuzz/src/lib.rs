@@ -62,7 +62,7 @@ fn export_bvh(scene: &Scene) {
     let Ok(text) = bvh::write(scene, &bvh::Options::default()) else {
         return;
     };
-    let importer = Importer::new().format("bvh").skeleton_mesh(SkeletonMesh::None);
+    let importer = Importer::new().format(mocap::Format::Bvh).skeleton_mesh(SkeletonMesh::None);
     let again = match importer.read(&text, "written.bvh") {
         Ok(again) => again,
         // A name becomes longer where it had no letters that text has, and a group is a node of its own.

@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 use std::ptr;
 
-use mocap::Scene;
+use mocap::{Format, Scene};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Primitive};
 
@@ -38,7 +38,7 @@ impl Imported {
                 mMaterials: arena.keep_pointers(materials),
                 mNumAnimations: scene.animations.len() as u32,
                 mAnimations: arena.keep_pointers(animations),
-                mMetaData: metadata(&mut arena, &scene.metadata.format),
+                mMetaData: metadata(&mut arena, scene.metadata.format),
                 ..aiScene::default()
             },
             arena,
@@ -213,13 +213,13 @@ fn rotation_keys(keys: &Keys<Quat>) -> Vec<aiQuatKey> {
 }
 
 /// Says which format the scene was read from. Of BVH it says so in the words of Assimp's importer.
-fn metadata(arena: &mut Arena, format: &str) -> *mut aiMetadata {
-    let format = if format == "bvh" {
-        "BVH Importer (MoCap)"
-    } else {
-        format
+fn metadata(arena: &mut Arena, format: Option<Format>) -> *mut aiMetadata {
+    let name = match format {
+        Some(Format::Bvh) => "BVH Importer (MoCap)",
+        Some(other) => other.as_str(),
+        None => "",
     };
-    let value: *mut aiString = arena.keep_one(aiString::new(format));
+    let value: *mut aiString = arena.keep_one(aiString::new(name));
     let entry = aiMetadataEntry {
         mType: METADATA_STRING,
         mData: value.cast::<c_void>(),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::scene::UpAxis;
+use mocap::scene::{Topic, UpAxis};
 use mocap::{SkeletonMesh, gltf, process, skeleton};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -35,7 +35,7 @@ pub(crate) fn convert(
             process::resample(&mut scene, fps);
         }
         let stated = metres_per_unit.or(scene.metadata.metres_per_unit);
-        let topics = [("unit", stated.is_none()), ("up", up.is_none())];
+        let topics = [(Topic::Unit, stated.is_none()), (Topic::Up, up.is_none())];
         for assumption in guess.assumptions() {
             if topics
                 .iter()

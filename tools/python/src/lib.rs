@@ -14,7 +14,7 @@ mod scene;
 use std::path::PathBuf;
 
 use mocap::skeleton::Unit;
-use mocap::{Importer, RootOffset, SkeletonMesh};
+use mocap::{Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -91,6 +91,9 @@ impl ReadOptions {
             .hash(self.hash)
             .skeleton_mesh(SkeletonMesh::None);
         if let Some(format) = &self.format {
+            let format: Format = format
+                .parse()
+                .map_err(|error| Python::attach(|py| to_python(py, &error)))?;
             importer = importer.format(format);
         }
         if let Some(frame_rate) = self.frame_rate {

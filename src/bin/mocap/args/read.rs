@@ -3,15 +3,16 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mocap::{Importer, RootOffset};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use mocap::{Format, Importer, RootOffset};
 
 /// How to read a file.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Reading")]
 pub(crate) struct ReadArgs {
     /// Format of the input [default: found from its contents, else from its extension]
-    #[arg(long, value_name = "NAME")]
-    from: Option<String>,
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser())]
+    from: Option<Format>,
     /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
@@ -33,7 +34,7 @@ impl ReadArgs {
             .root_offset(self.root_offset.into())
             .all_rows(self.all_rows)
             .strict(self.strict);
-        if let Some(format) = &self.from {
+        if let Some(format) = self.from {
             importer = importer.format(format);
         }
         if let Some(skeleton) = &self.skeleton {
@@ -41,6 +42,10 @@ impl ReadArgs {
         }
         importer
     }
+}
+
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::as_str)).try_map(|name| name.parse::<Format>())
 }
 
 /// The frame rate, for commands that do not write one.

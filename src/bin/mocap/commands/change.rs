@@ -1,6 +1,6 @@
 //! What `mocap convert` changes between reading and writing, each decision said and kept in the scene's metadata.
 
-use mocap::scene::{Assumption, Scene, UpAxis};
+use mocap::scene::{Assumption, Scene, Topic, UpAxis};
 use mocap::{Code, Diagnostic, process, skeleton};
 
 use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
@@ -15,13 +15,13 @@ use crate::args::{ChangeArgs, DropArg, Moment, RestArg, UnitArg, UpArg};
 /// [`Code::UnknownOption`] where `args` name frames that the motion does not have.
 pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> mocap::Result<Vec<String>> {
     // What the reader had to assume, and what of the file has no place in a scene.
-    let mut words: Vec<String> = scene.metadata.assumptions.iter().map(in_words).collect();
+    let mut words: Vec<String> = scene.metadata.assumptions.iter().map(Assumption::to_string).collect();
     let survey = skeleton::survey(scene);
     let guesses = survey.assumptions();
-    let guess = |topic: &str| guesses.iter().find(|guess| guess.topic == topic);
-    let mut take = |scene: &mut Scene, topic: &str| {
+    let guess = |topic| guesses.iter().find(|guess| guess.topic == topic);
+    let mut take = |scene: &mut Scene, topic| {
         if let Some(assumption) = guess(topic) {
-            words.push(in_words(assumption));
+            words.push(assumption.to_string());
             scene.metadata.assumptions.push(assumption.clone());
         }
     };
@@ -42,7 +42,7 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
         DropArg::No => false,
     };
     if survey.first_frame_is_rest_pose {
-        take(scene, "first-frame");
+        take(scene, Topic::FirstFrame);
     }
     let (mut first, mut last) = (if drops { 1.0 } else { 0.0 }, f64::INFINITY);
     if let Some(trim) = args.trim {
@@ -76,7 +76,7 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
         (UnitArg::Auto, _) if keeps_units => 1.0,
         (UnitArg::Auto, Some(metres)) => metres,
         (UnitArg::Auto, None) => {
-            take(scene, "unit");
+            take(scene, Topic::Unit);
             survey.unit.value.metres()
         }
     };
@@ -85,7 +85,7 @@ pub(crate) fn apply(scene: &mut Scene, args: &ChangeArgs, keeps_units: bool) -> 
         UpArg::Y => UpAxis::Y,
         UpArg::Z => UpAxis::Z,
         UpArg::Auto => {
-            take(scene, "up");
+            take(scene, Topic::Up);
             survey.up.value
         }
     };
@@ -119,8 +119,4 @@ fn check_within(scene: &Scene, frame: f64, message: &str) -> mocap::Result<()> {
         }
         _ => Ok(()),
     }
-}
-
-fn in_words(Assumption { topic, choice, reason }: &Assumption) -> String {
-    format!("{topic}: {choice}, because {reason}")
 }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::scene::{Assumption, RootOffsetUsed, Scene};
+use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
 use mocap::skeleton::survey;
 use mocap::{Diagnostic, RootOffset, SkeletonMesh};
 use serde::Serialize;
@@ -143,7 +143,7 @@ fn assumptions(scene: &Scene) -> Vec<Assumption> {
             RootOffset::Add => "add",
             RootOffset::Auto | RootOffset::Replace => "replace",
         };
-        let (topic, choice, reason) = ("root-offset".to_owned(), choice.to_owned(), reason.clone());
+        let (topic, choice, reason) = (Topic::RootOffset, choice.to_owned(), reason.clone());
         assumptions.push(Assumption { topic, choice, reason });
     }
     assumptions.extend(survey(scene).assumptions());

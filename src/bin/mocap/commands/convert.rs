@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mocap::bvh;
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
-use mocap::scene::{Animation, Scene};
+use mocap::scene::{Animation, Scene, Topic};
 use mocap::verify::{Verification, verify_files};
 use mocap::{Code, Diagnostic, Importer};
 
@@ -221,5 +221,5 @@ fn assumes_rate(scene: &Scene) -> bool {
         .metadata
         .assumptions
         .iter()
-        .any(|assumption| assumption.topic == "frame-rate")
+        .any(|assumption| assumption.topic == Topic::FrameRate)
 }

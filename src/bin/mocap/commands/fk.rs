@@ -15,10 +15,7 @@ pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
     report::warnings(Some(&args.input), &scene.warnings);
     let motion = arrays(&scene, &args.arrays.options()).map_err(|error| error.with_path(&args.input))?;
     for assumption in &motion.header.provenance.assumptions {
-        report::say(&format!(
-            "{}: {}, because {}",
-            assumption.topic, assumption.choice, assumption.reason
-        ));
+        report::say(&assumption.to_string());
     }
     let clip = args.input.file_name().unwrap_or_default().to_string_lossy();
     let bytes = write(&motion, &clip)?;

@@ -2,33 +2,29 @@
 
 use std::io::{self, Write};
 
-use mocap::FORMATS;
+use mocap::{FORMATS, Format};
 
 use crate::Failure;
 
-/// The formats that are written, by name.
-const WRITTEN: [&str; 2] = ["bvh", "gltf"];
+/// The formats that are written.
+const WRITTEN: [Format; 2] = [Format::Bvh, Format::Gltf];
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    for format in FORMATS {
-        let extensions: Vec<String> = format
-            .extensions
-            .iter()
-            .map(|extension| format!(".{extension}"))
-            .collect();
-        let does = match (WRITTEN.contains(&format.name), format.name) {
+    for row in FORMATS {
+        let extensions: Vec<String> = row.extensions.iter().map(|extension| format!(".{extension}")).collect();
+        let does = match (WRITTEN.contains(&row.format), row.format) {
             (true, _) => "read, write",
-            (false, "bip") => "-",
+            (false, Format::Bip) => "-",
             (false, _) => "read",
         };
         writeln!(
             out,
             "{:<8}  {:<11}  {:<12}  {}",
-            format.name,
+            row.format.as_str(),
             does,
             extensions.join(" "),
-            format.description
+            row.description
         )?;
     }
     Ok(())

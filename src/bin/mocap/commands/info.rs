@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Write};
 
 use mocap::render::{Clip, ScreenOptions, screen};
 use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
-use mocap::{Diagnostic, Scene, SkeletonMesh};
+use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
@@ -15,7 +15,7 @@ use crate::args::InfoArgs;
 #[derive(Serialize)]
 struct InfoView<'a> {
     file: String,
-    format: &'a str,
+    format: Option<Format>,
     nodes: usize,
     joints: usize,
     end_sites: usize,
@@ -37,7 +37,7 @@ impl<'a> InfoView<'a> {
         let count = |kind| scene.nodes.iter().filter(|node| node.kind == kind).count();
         Self {
             file,
-            format: &scene.metadata.format,
+            format: scene.metadata.format,
             nodes: scene.nodes.len(),
             joints: count(NodeKind::Joint),
             end_sites: count(NodeKind::EndSite),

@@ -15,7 +15,8 @@ use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
 use crate::math::rotation::{Axis, lanes};
 use crate::scene::{
-    Animation, Channel, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed, RotationOrder, Scene,
+    Animation, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed,
+    RotationOrder, Scene,
 };
 
 /// The keys read so far, a track a joint. End sites have none.
@@ -365,7 +366,7 @@ pub(super) fn build(
         nodes: build_nodes(hierarchy),
         ..Scene::default()
     };
-    scene.metadata.format = crate::format::bvh::FORMAT.name.to_owned();
+    scene.metadata.format = Some(Format::Bvh);
     scene.metadata.root_offset = tracks.root_offset_used;
     if let Some(header) = header.filter(|_| tracks.frames > 0) {
         let channel = |track: Track| {

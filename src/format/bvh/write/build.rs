@@ -10,7 +10,7 @@ use super::{Channels, Options, Report};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
-use crate::scene::{Animation, Channel, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
+use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
 
 /// What joints without an order of their own get, which most programs write.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
@@ -114,7 +114,7 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
     let first = first_written(motion);
     // Some programs add position channels to the OFFSET. What comes from other formats is written so that they read the
     // same as those in which positions replace it; a BVH file is to be read back as it was.
-    let keeps_offsets = motion.scene.metadata.format == "bvh";
+    let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
     let rest = motion.rest();
     let mut start = rest.clone();
     motion.sample(0, &mut start);

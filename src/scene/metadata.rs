@@ -1,0 +1,308 @@
+//! Where a scene comes from, what was decided about it, and what has changed since.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Code, Diagnostic, Error};
+
+/// Where a scene comes from and what was assumed when it was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Metadata {
+    /// The file that the scene was read from.
+    pub origin: Option<Origin>,
+    /// The file's format. Absent where the scene comes from no file.
+    #[serde(with = "format_name")]
+    pub format: Option<Format>,
+    /// Metres in one unit of length, where the file says so. BVH does not.
+    pub metres_per_unit: Option<f64>,
+    /// The axis that points up, where the format or the file says so, or the reader has turned what it read. BVH and
+    /// Acclaim's files do not say.
+    pub up: Option<UpAxis>,
+    /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
+    pub root_offset: Option<RootOffsetUsed>,
+    /// Everything else that was decided where the file leaves a choice.
+    pub assumptions: Vec<Assumption>,
+    /// What has changed the place or the time of things since, in the order in which it was done.
+    pub steps: Vec<AppliedStep>,
+}
+
+/// A file format, by the name that users type.
+///
+/// ```
+/// use mocap::Format;
+///
+/// assert_eq!("asf-amc".parse::<Format>()?, Format::AsfAmc);
+/// assert_eq!(Format::Gltf.to_string(), "gltf");
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Format {
+    /// Biovision Hierarchy: `bvh`.
+    Bvh,
+    /// glTF 2.0, `.glb` and `.gltf`: `gltf`.
+    Gltf,
+    /// Acclaim skeleton and motion: `asf-amc`.
+    AsfAmc,
+    /// C3D, markers over time: `c3d`.
+    C3d,
+    /// Autodesk FBX: `fbx`.
+    Fbx,
+    /// Biped of 3ds Max: `bip`.
+    Bip,
+}
+
+impl Format {
+    /// Every format.
+    pub const ALL: [Self; 6] = [Self::Bvh, Self::Gltf, Self::AsfAmc, Self::C3d, Self::Fbx, Self::Bip];
+
+    /// Its name, as users type it.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Bvh => "bvh",
+            Self::Gltf => "gltf",
+            Self::AsfAmc => "asf-amc",
+            Self::C3d => "c3d",
+            Self::Fbx => "fbx",
+            Self::Bip => "bip",
+        }
+    }
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// From the name, in any case.
+impl FromStr for Format {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let format = Self::ALL
+            .into_iter()
+            .find(|format| format.as_str().eq_ignore_ascii_case(name));
+        format.ok_or_else(|| {
+            let found = format!("\"{name}\"");
+            Diagnostic::new(Code::UnknownFormat, format!("{found} is not the name of a format"))
+                .expected_found(Self::ALL.map(Self::as_str).join(", "), found)
+                .into()
+        })
+    }
+}
+
+/// A format in JSON: its name, and an empty text where there is none, or none that this version knows.
+pub(crate) mod format_name {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    use super::Format;
+
+    pub(crate) fn serialize<S: Serializer>(format: &Option<Format>, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(format.map_or("", Format::as_str))
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Format>, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Ok(name.parse().ok())
+    }
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Its name, without folders.
+    pub name: String,
+    /// The SHA-256 of its bytes, as `sha256sum` prints it. Empty where it was not asked for.
+    pub sha256: String,
+    /// Frames of motion read from it.
+    pub frames: u64,
+    /// Seconds between two of them, as they were read.
+    pub frame_time: f64,
+}
+
+impl Origin {
+    /// The name without its extension.
+    pub fn stem(&self) -> &str {
+        self.name.rsplit_once('.').map_or(self.name.as_str(), |(stem, _)| stem)
+    }
+}
+
+/// The axis that points away from the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UpAxis {
+    /// +Y, as in glTF and most BVH files.
+    #[default]
+    Y,
+    /// +Z, as in Blender, Vicon and 3ds Max.
+    Z,
+}
+
+/// A step that changed the place or the time of things, with all that it takes to find the way back to the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "step", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AppliedStep {
+    /// [`process::convert_units`](crate::process::convert_units).
+    ConvertUnits {
+        /// Metres in one unit of length of the scene before.
+        metres_per_unit: f64,
+        /// The axis that pointed up before.
+        up: UpAxis,
+    },
+    /// [`process::trim`](crate::process::trim).
+    Trim {
+        /// The tick before, that is tick 0 now.
+        first: f64,
+        /// The tick before, that is the last now.
+        last: f64,
+    },
+    /// [`process::resample`](crate::process::resample).
+    Resample {
+        /// Ticks per second now.
+        frames_per_second: f64,
+    },
+    /// [`process::in_place`](crate::process::in_place).
+    InPlace,
+    /// [`process::root_motion`](crate::process::root_motion).
+    RootMotion,
+}
+
+/// What to do with a root's OFFSET when the root has position channels too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RootOffset {
+    /// Add where the first frame's root position is near zero on all axes while the OFFSET is not, else replace.
+    #[default]
+    Auto,
+    /// The position channels stand in place of the OFFSET, as in Assimp and Blender.
+    Replace,
+    /// The position channels are added to the OFFSET.
+    Add,
+}
+
+/// What was done with a root's OFFSET.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RootOffsetUsed {
+    /// [`RootOffset::Replace`] or [`RootOffset::Add`].
+    pub policy: RootOffset,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// A decision where a file leaves a choice.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Assumption {
+    /// What it is about.
+    pub topic: Topic,
+    /// What was chosen.
+    pub choice: String,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// What an [`Assumption`] is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Topic {
+    /// The unit of length.
+    Unit,
+    /// The axis that points up.
+    Up,
+    /// The frames per second.
+    FrameRate,
+    /// Whether the first frame belongs to the motion.
+    FirstFrame,
+    /// What was done with a root's OFFSET.
+    RootOffset,
+    /// Axes that the reader turned.
+    UpAxis,
+    /// Meshes that were left out.
+    Meshes,
+    /// Analog samples that were left out.
+    Analog,
+    /// Events that were left out.
+    Events,
+    /// What another version of this crate wrote into a file.
+    #[serde(other)]
+    Other,
+}
+
+impl Topic {
+    /// Its name in kebab case, which does not change between versions.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Unit => "unit",
+            Self::Up => "up",
+            Self::FrameRate => "frame-rate",
+            Self::FirstFrame => "first-frame",
+            Self::RootOffset => "root-offset",
+            Self::UpAxis => "up-axis",
+            Self::Meshes => "meshes",
+            Self::Analog => "analog",
+            Self::Events => "events",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl fmt::Display for Topic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// `unit: cm, because the skeleton measures 170 units`.
+impl fmt::Display for Assumption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}, because {}", self.topic, self.choice, self.reason)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_json_are_those_that_print() {
+        for format in Format::ALL {
+            assert_eq!(serde_json::to_value(format).unwrap(), format.as_str());
+            assert_eq!(format.as_str().to_uppercase().parse::<Format>().unwrap(), format);
+        }
+        let topics = [
+            Topic::Unit,
+            Topic::Up,
+            Topic::FrameRate,
+            Topic::FirstFrame,
+            Topic::RootOffset,
+            Topic::UpAxis,
+            Topic::Meshes,
+            Topic::Analog,
+            Topic::Events,
+            Topic::Other,
+        ];
+        for topic in topics {
+            assert_eq!(serde_json::to_value(topic).unwrap(), topic.as_str());
+        }
+    }
+
+    /// A file of a later version may name what this one does not know.
+    #[test]
+    fn unknown_names_in_json_are_read_as_none_and_other() {
+        let text = r#"{"topic": "gravity", "choice": "9.81", "reason": "it is Earth"}"#;
+        assert_eq!(serde_json::from_str::<Assumption>(text).unwrap().topic, Topic::Other);
+
+        #[derive(Serialize, Deserialize)]
+        struct Named(#[serde(with = "format_name")] Option<Format>);
+        for (text, format) in [("\"usd\"", None), ("\"\"", None), ("\"c3d\"", Some(Format::C3d))] {
+            assert_eq!(serde_json::from_str::<Named>(text).unwrap().0, format);
+        }
+        assert_eq!(serde_json::to_string(&Named(None)).unwrap(), "\"\"");
+    }
+}
