@@ -1,3 +1,6 @@
 //! The arithmetic that several modules share.
 
+pub(crate) mod quaternion;
 pub(crate) mod rotation;
+pub(crate) mod soa;
+pub(crate) mod wide;

@@ -11,6 +11,7 @@
 //! of them can share one scene.
 
 mod binding;
+mod forward_kinematics;
 mod sample;
 mod updater;
 
@@ -19,6 +20,7 @@ use glam::{Mat4, Vec3};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 pub use self::binding::{Binding, OutOfRange};
+pub(crate) use self::forward_kinematics::forward_kinematics;
 pub use self::sample::Trs;
 pub use self::updater::Updater;
 
@@ -107,16 +109,17 @@ impl Pose {
 
     /// Forward kinematics: `node_to_world` from `node_to_parent`.
     pub fn update_world(&mut self) {
-        for (index, (parent, node_to_parent)) in self.parents.iter().zip(&self.node_to_parent).enumerate() {
-            let (above, from_here) = self.node_to_world.split_at_mut(index);
-            let Some(node_to_world) = from_here.first_mut() else {
-                break;
-            };
-            *node_to_world = match parent.and_then(|parent| above.get(parent.index())) {
-                Some(parent_to_world) => *parent_to_world * *node_to_parent,
-                None => *node_to_parent,
-            };
-        }
+        let parents = &self.parents;
+        let node_to_parent = &self.node_to_parent;
+        forward_kinematics(
+            &mut self.node_to_world,
+            |index| parents.get(index)?.map(NodeId::index),
+            |index, parent_to_world, node_to_world| {
+                if let Some(node_to_parent) = node_to_parent.get(index) {
+                    *node_to_world = parent_to_world.map_or(*node_to_parent, |parent| *parent * *node_to_parent);
+                }
+            },
+        );
     }
 
     /// Where the origin of `node` is in the world.

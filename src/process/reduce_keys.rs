@@ -1,6 +1,6 @@
 //! As few keys as a largest error allows.
 
-use crate::compress::{Container, Rotation, Translation, fit};
+use crate::compress::{Storage, Track, compress};
 use crate::error::Result;
 use crate::pose::Binding;
 use crate::scene::{Keys, Scene};
@@ -37,29 +37,29 @@ use crate::scene::{Keys, Scene};
 pub fn reduce_keys(scene: &mut Scene, max_error: f64) -> Result<f64> {
     let mut all = Vec::with_capacity(scene.animations.len());
     for animation in &scene.animations {
-        let fitted = fit(scene, animation, max_error, Container::Float)?;
+        let clip = compress(scene, animation, max_error, Storage::Float32)?;
         let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
-        all.push((fitted, driven));
+        all.push((clip, driven));
     }
     let mut largest = 0.0;
-    for (animation, (fitted, driven)) in std::iter::zip(&mut scene.animations, all) {
-        largest = f64::max(largest, fitted.measured.max);
-        let ticks_of = |grid: &[u32]| grid.iter().map(|frame| fitted.ticks[*frame as usize]).collect();
+    for (animation, (clip, driven)) in std::iter::zip(&mut scene.animations, all) {
+        largest = f64::max(largest, clip.error.max);
+        let ticks_of = |key_frames: &[u32]| key_frames.iter().map(|frame| clip.ticks[*frame as usize]).collect();
         for (node, place) in driven {
-            let (track, channel) = (&fitted.tracks[node.index()], &mut animation.channels[place]);
+            let (track, channel) = (&clip.tracks[node.index()], &mut animation.channels[place]);
             if !channel.position_keys.is_empty() {
                 channel.position_keys = match &track.translation {
-                    Translation::Still(value) => Keys::constant(*value),
-                    Translation::Moving { grid, keys, .. } => {
-                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(grid))
+                    Track::Constant(value) => Keys::constant(*value),
+                    Track::Animated { key_frames, keys, .. } => {
+                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(key_frames))
                     }
                 };
             }
             if !channel.rotation_keys.is_empty() {
                 channel.rotation_keys = match &track.rotation {
-                    Rotation::Still(value) => Keys::constant(*value),
-                    Rotation::Moving { grid, keys, .. } => {
-                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(grid))
+                    Track::Constant(value) => Keys::constant(*value),
+                    Track::Animated { key_frames, keys, .. } => {
+                        Keys::at_ticks(keys.iter().map(|key| key.value).collect(), ticks_of(key_frames))
                     }
                 };
             }

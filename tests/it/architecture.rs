@@ -14,7 +14,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
-    ("compress", &["error", "scene", "pose"]),
+    ("compress", &["error", "scene", "math", "pose"]),
     ("process", &["error", "scene", "pose", "skeleton", "compress"]),
     (
         "format",

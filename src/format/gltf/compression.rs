@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use crate::compress::Container;
+use crate::compress::Storage;
 
 /// How far a joint may be from its place where a [`Compression`] is chosen and no largest error: 1 mm, in metres.
 pub const DEFAULT_MAX_ERROR: f64 = 0.001;
@@ -36,11 +36,11 @@ pub enum Compression {
 }
 
 impl Compression {
-    pub(super) fn container(self) -> Container {
+    pub(super) fn storage(self) -> Storage {
         match self {
-            Self::None => Container::Float,
-            Self::Int16 => Container::Short,
-            Self::Meshopt | Self::MeshoptKhr => Container::Filtered,
+            Self::None => Storage::Float32,
+            Self::Int16 => Storage::Int16,
+            Self::Meshopt | Self::MeshoptKhr => Storage::Meshopt,
         }
     }
 

@@ -12,7 +12,7 @@ use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
 use super::{Options, Report};
-use crate::compress::{Fitted, Grid, Rotation, RotationCode, Translation, TranslationCode, fit};
+use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
@@ -44,8 +44,8 @@ struct Writer<'a> {
     buffer: &'a mut Buffer,
     report: &'a mut Report,
     clocks: Vec<Clock<'a>>,
-    /// The frames with keys, and the accessor of their times, of tracks within a bound.
-    grids: Vec<(Arc<Grid>, Index<Accessor>)>,
+    /// The key frames of compressed tracks, and the accessor of their times.
+    key_times: Vec<(Arc<KeyFrames>, Index<Accessor>)>,
     samplers: Vec<Sampler>,
     channels: Vec<Channel>,
 }
@@ -75,7 +75,7 @@ pub(super) fn write(
         let message = format!("{ticks_per_second} ticks per second give the keys no time");
         return Err(Diagnostic::new(Code::FrameTime, message).into());
     }
-    let (clocks, grids, samplers, channels) = Default::default();
+    let (clocks, key_times, samplers, channels) = Default::default();
     let mut writer = Writer {
         scene,
         ticks_per_second,
@@ -83,13 +83,13 @@ pub(super) fn write(
         buffer,
         report,
         clocks,
-        grids,
+        key_times,
         samplers,
         channels,
     };
-    let fitted = fitted(scene, animation, options)?;
-    if let Some(fitted) = &fitted {
-        writer.report.fold(scene, fitted);
+    let compressed = compressed(scene, animation, options)?;
+    if let Some(clip) = &compressed {
+        writer.report.add_error(scene, clip);
     }
     let mut first_driven = None;
     for (node, channel) in Binding::new(scene, animation).driven() {
@@ -97,8 +97,8 @@ pub(super) fn write(
         first_driven.get_or_insert(node);
         let channel = &animation.channels[channel];
         let place = &mut rest[node];
-        match &fitted {
-            Some(fitted) => writer.fitted(node, fitted, place),
+        match &compressed {
+            Some(clip) => writer.compressed(node, clip, place),
             None => {
                 place.translation =
                     writer.track(node, Property::Translation, &channel.position_keys, place.translation)?;
@@ -129,8 +129,8 @@ pub(super) fn write(
     }))
 }
 
-/// The animation within the largest error that `options` allow; nothing where they ask for it as it is.
-fn fitted(scene: &Scene, animation: &scene::Animation, options: &Options) -> Result<Option<Fitted>> {
+/// The animation compressed as `options` say; `None` where they do not ask for it.
+fn compressed(scene: &Scene, animation: &scene::Animation, options: &Options) -> Result<Option<CompressedClip>> {
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing());
     }
@@ -138,23 +138,23 @@ fn fitted(scene: &Scene, animation: &scene::Animation, options: &Options) -> Res
         (None, Compression::None) => return Ok(None),
         (bound, _) => bound.unwrap_or(DEFAULT_MAX_ERROR),
     };
-    fit(scene, animation, bound, options.compression.container()).map(Some)
+    compress(scene, animation, bound, options.compression.storage()).map(Some)
 }
 
 impl Report {
-    /// Takes in how far one more animation is from its source.
-    fn fold(&mut self, scene: &Scene, fitted: &Fitted) {
+    /// Adds the error of one more animation.
+    fn add_error(&mut self, scene: &Scene, clip: &CompressedClip) {
         let achieved = self.achieved.get_or_insert_default();
-        achieved.keys += fitted.keys();
-        achieved.rms_error = achieved.rms_error.max(fitted.measured.rms);
-        if fitted.measured.max > achieved.max_error || achieved.joint.is_empty() {
+        achieved.keys += clip.key_count();
+        achieved.rms_error = achieved.rms_error.max(clip.error.rms);
+        if clip.error.max > achieved.max_error || achieved.joint.is_empty() {
             *achieved = Achieved {
-                max_error: fitted.measured.max,
+                max_error: clip.error.max,
                 joint: scene
                     .nodes
-                    .get(fitted.measured.node)
+                    .get(clip.error.node)
                     .map_or_else(String::new, |node| node.name.clone()),
-                tick: fitted.measured.tick,
+                tick: clip.error.tick,
                 ..*achieved
             };
         }
@@ -247,51 +247,60 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes what drives one node, and gives it the values that do not move.
-    fn fitted(&mut self, node: usize, fitted: &Fitted, place: &mut Rest) {
-        let track = &fitted.tracks[node];
+    fn compressed(&mut self, node: usize, clip: &CompressedClip, place: &mut Rest) {
+        let track = &clip.tracks[node];
         match &track.translation {
-            Translation::Still(value) => {
+            Track::Constant(value) => {
                 place.translation = *value + Vec3::ZERO;
-                self.still(node, Property::Translation, &[place.translation.to_array()]);
+                self.constant(node, Property::Translation, &[place.translation.to_array()]);
             }
-            Translation::Moving { code, grid, keys } => {
-                let output = match code {
-                    TranslationCode::Float => {
+            Track::Animated {
+                format,
+                key_frames,
+                keys,
+            } => {
+                let output = match format {
+                    TranslationFormat::Float32 => {
                         let values: Vec<_> = keys.iter().map(|key| key.value.to_array()).collect();
                         self.buffer.push(Usage::Keys, &values)
                     }
-                    TranslationCode::Filtered(_) => {
-                        let codes: Vec<_> = keys.iter().map(|key| key.code).collect();
-                        self.buffer.push_stream(Filter::Exponential, ComponentType::F32, &codes)
+                    TranslationFormat::ExponentialFilter(_) => {
+                        let stored: Vec<_> = keys.iter().map(|key| key.stored).collect();
+                        self.buffer
+                            .push_stream(Filter::Exponential, ComponentType::F32, &stored)
                     }
                 };
-                self.moving(node, Property::Translation, fitted, grid, output);
+                self.animated(node, Property::Translation, clip, key_frames, output);
             }
         }
         match &track.rotation {
-            Rotation::Still(value) => {
+            Track::Constant(value) => {
                 place.rotation = unit(*value).unwrap_or(*value);
-                self.still(node, Property::Rotation, &[place.rotation.to_array()]);
+                self.constant(node, Property::Rotation, &[place.rotation.to_array()]);
             }
-            Rotation::Moving { code, grid, keys } => {
-                let codes = || keys.iter().map(|key| key.code).collect::<Vec<_>>();
-                let output = match code {
-                    RotationCode::Float => {
+            Track::Animated {
+                format,
+                key_frames,
+                keys,
+            } => {
+                let stored = || keys.iter().map(|key| key.stored).collect::<Vec<_>>();
+                let output = match format {
+                    RotationFormat::Float32 => {
                         let values: Vec<_> = keys.iter().map(|key| key.value.to_array().map(|c| c + 0.0)).collect();
                         self.buffer.push(Usage::Keys, &values)
                     }
-                    RotationCode::Short => self.buffer.push_normalized(Usage::Keys, &codes()),
-                    RotationCode::Filtered(_) => {
+                    RotationFormat::Int16 => self.buffer.push_normalized(Usage::Keys, &stored()),
+                    RotationFormat::QuaternionFilter(_) => {
                         self.buffer
-                            .push_stream(Filter::Quaternion, ComponentType::I16, &codes())
+                            .push_stream(Filter::Quaternion, ComponentType::I16, &stored())
                     }
                 };
-                self.moving(node, Property::Rotation, fitted, grid, output);
+                self.animated(node, Property::Rotation, clip, key_frames, output);
             }
         }
     }
 
-    fn still<const N: usize>(&mut self, node: usize, property: Property, value: &[[f32; N]]) {
+    fn constant<const N: usize>(&mut self, node: usize, property: Property, value: &[[f32; N]]) {
         self.report.constant_tracks += 1;
         // A node has one rest pose, and what stands still in one take may stand elsewhere in the next.
         if self.options.keep_constant || self.scene.animations.len() > 1 {
@@ -300,15 +309,22 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn moving(&mut self, node: usize, property: Property, fitted: &Fitted, grid: &Arc<Grid>, output: Index<Accessor>) {
-        let known = self.grids.iter().find(|(other, _)| other == grid);
+    fn animated(
+        &mut self,
+        node: usize,
+        property: Property,
+        clip: &CompressedClip,
+        key_frames: &Arc<KeyFrames>,
+        output: Index<Accessor>,
+    ) {
+        let known = self.key_times.iter().find(|(known, _)| known == key_frames);
         let input = match known {
             Some((_, accessor)) => *accessor,
             None => {
-                let time = |frame: &u32| [(fitted.ticks[*frame as usize] / self.ticks_per_second) as f32];
-                let times: Vec<_> = grid.iter().map(time).collect();
+                let time = |frame: &u32| [(clip.ticks[*frame as usize] / self.ticks_per_second) as f32];
+                let times: Vec<_> = key_frames.iter().map(time).collect();
                 let accessor = self.buffer.push_times(self.options.compression, &times);
-                self.grids.push((Arc::clone(grid), accessor));
+                self.key_times.push((Arc::clone(key_frames), accessor));
                 accessor
             }
         };

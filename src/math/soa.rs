@@ -1,13 +1,13 @@
-//! Numbers, vectors and rotations of some frames at a time.
+//! Structure-of-arrays numbers, vectors, quaternions and matrices: one value per lane, and a frame per lane.
 //!
-//! Every operation is a loop over lanes without branches, which the compiler turns into vector instructions.
-//! Everything is inlined, because a function of its own would not be compiled for the wider vectors of those who use
-//! it.
+//! Every operation is a loop over the lanes without branches, which the compiler turns into vector instructions.
+//! Everything is `#[inline(always)]`, so that it is compiled for the instructions of its caller: see
+//! [`wide`](super::wide).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What there is one of for every frame.
-pub(super) trait Real:
+/// The scalar of a lane: `f32` or `f64`.
+pub(crate) trait Real:
     Copy
     + PartialOrd
     + Add<Output = Self>
@@ -19,10 +19,9 @@ pub(super) trait Real:
     const ZERO: Self;
     const ONE: Self;
 
-    fn root(self) -> Self;
+    fn square_root(self) -> Self;
 
-    /// Whether it is not a number.
-    fn is_none(self) -> bool;
+    fn is_not_a_number(self) -> bool;
 }
 
 macro_rules! reals {
@@ -32,12 +31,12 @@ macro_rules! reals {
             const ONE: Self = 1.0;
 
             #[inline(always)]
-            fn root(self) -> Self {
+            fn square_root(self) -> Self {
                 self.sqrt()
             }
 
             #[inline(always)]
-            fn is_none(self) -> bool {
+            fn is_not_a_number(self) -> bool {
                 self.is_nan()
             }
         })*
@@ -45,26 +44,39 @@ macro_rules! reals {
 }
 reals!(f32, f64);
 
-/// One number a frame.
+/// One number per lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lanes<T, const N: usize>(pub(super) [T; N]);
+pub(crate) struct Lanes<T, const N: usize>(pub(crate) [T; N]);
 
-/// As many as 32 bytes hold: on the processors of these years a vector, and two or three of those of 2003.
-pub(super) const SINGLES: usize = 8;
-pub(super) const DOUBLES: usize = 4;
+/// Eight 32-bit floats, a vector of 32 bytes.
+pub(crate) mod single {
+    pub(crate) const LANES: usize = 8;
+    pub(crate) type Lanes = super::Lanes<f32, LANES>;
+    pub(crate) type Vectors = super::Vectors<f32, LANES>;
+    pub(crate) type Quaternions = super::Quaternions<f32, LANES>;
+}
+
+/// Four 64-bit floats, a vector of 32 bytes.
+pub(crate) mod double {
+    pub(crate) const LANES: usize = 4;
+    pub(crate) type Lanes = super::Lanes<f64, LANES>;
+    pub(crate) type Vectors = super::Vectors<f64, LANES>;
+    pub(crate) type Quaternions = super::Quaternions<f64, LANES>;
+    pub(crate) type Matrices = super::Matrices<f64, LANES>;
+}
 
 impl<T: Real, const N: usize> Lanes<T, N> {
-    pub(super) const ZERO: Self = Self([T::ZERO; N]);
-    pub(super) const ONE: Self = Self([T::ONE; N]);
+    pub(crate) const ZERO: Self = Self([T::ZERO; N]);
+    pub(crate) const ONE: Self = Self([T::ONE; N]);
 
     #[inline(always)]
-    pub(super) fn all(value: T) -> Self {
+    pub(crate) fn all(value: T) -> Self {
         Self([value; N])
     }
 
-    /// Unlike the standard library's `from_fn` it is inlined, and becomes vector instructions.
+    /// One value per lane. Unlike [`std::array::from_fn`] it is always inlined.
     #[inline(always)]
-    pub(super) fn of(value: impl Fn(usize) -> T) -> Self {
+    pub(crate) fn of(value: impl Fn(usize) -> T) -> Self {
         let mut lanes = Self::ZERO;
         for lane in 0..N {
             lanes.0[lane] = value(lane);
@@ -73,27 +85,27 @@ impl<T: Real, const N: usize> Lanes<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn sqrt(self) -> Self {
-        Self::of(|lane| self.0[lane].root())
+    pub(crate) fn sqrt(self) -> Self {
+        Self::of(|lane| self.0[lane].square_root())
     }
 
     #[inline(always)]
-    pub(super) fn recip(self) -> Self {
+    pub(crate) fn recip(self) -> Self {
         Self::of(|lane| T::ONE / self.0[lane])
     }
 
-    /// The larger of two; what is not a number stays.
+    /// The larger of two; NaN if either is NaN.
     #[inline(always)]
-    pub(super) fn max(self, other: Self) -> Self {
+    pub(crate) fn max(self, other: Self) -> Self {
         Self::of(|lane| {
             let (a, b) = (self.0[lane], other.0[lane]);
-            if b > a || b.is_none() { b } else { a }
+            if b > a || b.is_not_a_number() { b } else { a }
         })
     }
 
-    /// Itself, or its opposite where `sign` is below 0.
+    /// Negated in the lanes where `sign` is below 0.
     #[inline(always)]
-    pub(super) fn flipped(self, sign: Self) -> Self {
+    pub(crate) fn negated_where_negative(self, sign: Self) -> Self {
         Self::of(|lane| {
             if sign.0[lane] < T::ZERO {
                 -self.0[lane]
@@ -141,21 +153,21 @@ impl<T: Real, const N: usize> Neg for Lanes<T, N> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vectors<T, const N: usize> {
-    pub(super) x: Lanes<T, N>,
-    pub(super) y: Lanes<T, N>,
-    pub(super) z: Lanes<T, N>,
+pub(crate) struct Vectors<T, const N: usize> {
+    pub(crate) x: Lanes<T, N>,
+    pub(crate) y: Lanes<T, N>,
+    pub(crate) z: Lanes<T, N>,
 }
 
 impl<T: Real, const N: usize> Vectors<T, N> {
-    pub(super) const ZERO: Self = Self {
+    pub(crate) const ZERO: Self = Self {
         x: Lanes::ZERO,
         y: Lanes::ZERO,
         z: Lanes::ZERO,
     };
 
     #[inline(always)]
-    pub(super) fn all([x, y, z]: [T; 3]) -> Self {
+    pub(crate) fn all([x, y, z]: [T; 3]) -> Self {
         Self {
             x: Lanes::all(x),
             y: Lanes::all(y),
@@ -164,7 +176,7 @@ impl<T: Real, const N: usize> Vectors<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn of(value: impl Fn(usize) -> [T; 3]) -> Self {
+    pub(crate) fn of(value: impl Fn(usize) -> [T; 3]) -> Self {
         let mut vectors = Self::ZERO;
         for lane in 0..N {
             let [x, y, z] = value(lane);
@@ -176,12 +188,12 @@ impl<T: Real, const N: usize> Vectors<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn lane(&self, lane: usize) -> [T; 3] {
+    pub(crate) fn lane(&self, lane: usize) -> [T; 3] {
         [self.x, self.y, self.z].map(|axis| axis.0[lane])
     }
 
     #[inline(always)]
-    pub(super) fn cross(self, other: Self) -> Self {
+    pub(crate) fn cross(self, other: Self) -> Self {
         Self {
             x: self.y * other.z - self.z * other.y,
             y: self.z * other.x - self.x * other.z,
@@ -190,14 +202,14 @@ impl<T: Real, const N: usize> Vectors<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, other: Self) -> Lanes<T, N> {
+    pub(crate) fn dot(self, other: Self) -> Lanes<T, N> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     #[inline(always)]
-    pub(super) fn distance_squared(self, other: Self) -> Lanes<T, N> {
-        let way = self - other;
-        way.dot(way)
+    pub(crate) fn distance_squared(self, other: Self) -> Lanes<T, N> {
+        let difference = self - other;
+        difference.dot(difference)
     }
 }
 
@@ -241,15 +253,15 @@ impl<T: Real, const N: usize> Mul<Lanes<T, N>> for Vectors<T, N> {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Quaternions<T, const N: usize> {
-    pub(super) x: Lanes<T, N>,
-    pub(super) y: Lanes<T, N>,
-    pub(super) z: Lanes<T, N>,
-    pub(super) w: Lanes<T, N>,
+pub(crate) struct Quaternions<T, const N: usize> {
+    pub(crate) x: Lanes<T, N>,
+    pub(crate) y: Lanes<T, N>,
+    pub(crate) z: Lanes<T, N>,
+    pub(crate) w: Lanes<T, N>,
 }
 
 impl<T: Real, const N: usize> Quaternions<T, N> {
-    pub(super) const IDENTITY: Self = Self {
+    pub(crate) const IDENTITY: Self = Self {
         x: Lanes::ZERO,
         y: Lanes::ZERO,
         z: Lanes::ZERO,
@@ -257,12 +269,12 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     };
 
     #[inline(always)]
-    pub(super) fn all(value: [T; 4]) -> Self {
+    pub(crate) fn all(value: [T; 4]) -> Self {
         Self::of(|_| value)
     }
 
     #[inline(always)]
-    pub(super) fn of(value: impl Fn(usize) -> [T; 4]) -> Self {
+    pub(crate) fn of(value: impl Fn(usize) -> [T; 4]) -> Self {
         let mut quaternions = Self::IDENTITY;
         for lane in 0..N {
             let [x, y, z, w] = value(lane);
@@ -275,17 +287,17 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn lane(&self, lane: usize) -> [T; 4] {
+    pub(crate) fn lane(&self, lane: usize) -> [T; 4] {
         self.components().map(|component| component.0[lane])
     }
 
     #[inline(always)]
-    pub(super) fn components(&self) -> [Lanes<T, N>; 4] {
+    pub(crate) fn components(&self) -> [Lanes<T, N>; 4] {
         [self.x, self.y, self.z, self.w]
     }
 
     #[inline(always)]
-    pub(super) fn xyz(self) -> Vectors<T, N> {
+    pub(crate) fn xyz(self) -> Vectors<T, N> {
         Vectors {
             x: self.x,
             y: self.y,
@@ -293,9 +305,9 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
         }
     }
 
-    /// The opposite rotation of one whose length is 1.
+    /// The inverse rotation, for quaternions of length 1.
     #[inline(always)]
-    pub(super) fn conjugate(self) -> Self {
+    pub(crate) fn conjugate(self) -> Self {
         Self {
             x: -self.x,
             y: -self.y,
@@ -305,17 +317,17 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, other: Self) -> Lanes<T, N> {
+    pub(crate) fn dot(self, other: Self) -> Lanes<T, N> {
         (self.x * other.x + self.y * other.y) + (self.z * other.z + self.w * other.w)
     }
 
     #[inline(always)]
-    pub(super) fn length(self) -> Lanes<T, N> {
+    pub(crate) fn length(self) -> Lanes<T, N> {
         self.dot(self).sqrt()
     }
 
     #[inline(always)]
-    pub(super) fn normalize(self) -> Self {
+    pub(crate) fn normalize(self) -> Self {
         self * self.length().recip()
     }
 }
@@ -351,7 +363,7 @@ impl<T: Real, const N: usize> Mul<Lanes<T, N>> for Quaternions<T, N> {
 impl<T: Real, const N: usize> Mul for Quaternions<T, N> {
     type Output = Self;
 
-    /// The rotation `other`, and then this one.
+    /// The Hamilton product: rotates by `other` first, then by `self`.
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let Self { x, y, z, w } = self;
@@ -367,36 +379,36 @@ impl<T: Real, const N: usize> Mul for Quaternions<T, N> {
 impl<T: Real, const N: usize> Mul<Vectors<T, N>> for Quaternions<T, N> {
     type Output = Vectors<T, N>;
 
-    /// The vector, turned by a rotation whose length is 1: `v + 2 w (u x v) + 2 u x (u x v)`.
+    /// Rotates a vector, for quaternions of length 1: `v + 2 w (u x v) + 2 u x (u x v)`.
     #[inline(always)]
     fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
         let half = self.xyz().cross(vector);
-        let way = half + half;
-        vector + way * self.w + self.xyz().cross(way)
+        let twice = half + half;
+        vector + twice * self.w + self.xyz().cross(twice)
     }
 }
 
-/// Three columns each.
+/// 3x3 matrices, by column.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Matrices<T, const N: usize>(pub(super) [Vectors<T, N>; 3]);
+pub(crate) struct Matrices<T, const N: usize>(pub(crate) [Vectors<T, N>; 3]);
 
 impl<T: Real, const N: usize> Matrices<T, N> {
-    pub(super) const ZERO: Self = Self([Vectors::ZERO; 3]);
+    pub(crate) const ZERO: Self = Self([Vectors::ZERO; 3]);
 
-    /// Takes on the product of two. In place, for they are large.
+    /// Sets `self` to `left * right`. In place, because a copy would be large.
     #[inline(always)]
-    pub(super) fn set_product(&mut self, left: &Self, right: &Self) {
+    pub(crate) fn set_product(&mut self, left: &Self, right: &Self) {
         for column in 0..3 {
             self.0[column] = left * right.0[column];
         }
     }
 
-    /// What quaternions are as matrices whose lengths are not 1: they stretch. `squares` are those of the lengths, and
-    /// `units` have the length 1.
+    /// The matrices that the formula for unit quaternions gives for quaternions of other lengths: they stretch. The
+    /// quaternions are `units` times lengths whose squares are `squared_lengths`.
     #[inline(always)]
-    pub(super) fn stretching(units: Quaternions<T, N>, squares: Lanes<T, N>) -> Self {
+    pub(crate) fn from_unnormalized(units: Quaternions<T, N>, squared_lengths: Lanes<T, N>) -> Self {
         let Quaternions { x, y, z, w } = units;
-        let two = squares + squares;
+        let two = squared_lengths + squared_lengths;
         let (x2, y2, z2) = (x * two, y * two, z * two);
         let (xx, yy, zz) = (x * x2, y * y2, z * z2);
         let (xy, xz, yz) = (x * y2, x * z2, y * z2);
@@ -413,7 +425,7 @@ impl<T: Real, const N: usize> Matrices<T, N> {
 impl<T: Real, const N: usize> From<Quaternions<T, N>> for Matrices<T, N> {
     #[inline(always)]
     fn from(units: Quaternions<T, N>) -> Self {
-        Self::stretching(units, Lanes::ONE)
+        Self::from_unnormalized(units, Lanes::ONE)
     }
 }
 
@@ -432,9 +444,9 @@ mod tests {
 
     use super::*;
 
-    type Rotations = Quaternions<f64, DOUBLES>;
+    type Rotations = double::Quaternions;
 
-    fn rotations(first: f64) -> [DQuat; DOUBLES] {
+    fn rotations(first: f64) -> [DQuat; double::LANES] {
         std::array::from_fn(|lane| {
             let angle = first + lane as f64;
             DQuat::from_euler(glam::EulerRot::XYZ, angle, 0.7 * angle, -1.3 * angle)
@@ -442,14 +454,14 @@ mod tests {
     }
 
     #[test]
-    fn rotations_are_those_of_glam() {
+    fn products_equal_those_of_glam() {
         let (a, b) = (rotations(0.3), rotations(2.0));
         let [many_a, many_b] = [a, b].map(|all| Rotations::of(|lane| all[lane].to_array()));
         let vector = DVec3::new(1.0, -2.0, 0.5);
         let vectors = Vectors::all(vector.to_array());
         let mut product = Matrices::ZERO;
         product.set_product(&many_a.into(), &many_b.into());
-        for lane in 0..DOUBLES {
+        for lane in 0..double::LANES {
             let (a, b) = (a[lane], b[lane]);
             let is_near = |found: [f64; 3], expected: DVec3| {
                 let found = DVec3::from_array(found);
@@ -464,10 +476,10 @@ mod tests {
     }
 
     #[test]
-    fn a_longer_quaternion_is_a_matrix_that_stretches() {
+    fn an_unnormalized_quaternion_is_a_matrix_that_stretches() {
         let (length, turn) = (1.2, rotations(1.0));
         let units = Rotations::of(|lane| turn[lane].to_array());
-        let found = Matrices::stretching(units, Lanes::all(length * length));
+        let found = Matrices::from_unnormalized(units, Lanes::all(length * length));
         for (lane, turn) in turn.into_iter().enumerate() {
             let expected = DMat3::from_quat(turn * length);
             for column in 0..3 {
@@ -478,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_stays_the_largest() {
+    fn the_larger_of_a_number_and_nan_is_nan() {
         let a: Lanes<f32, 3> = Lanes([1.0, f32::NAN, 2.0]);
         let b = Lanes([3.0, 1.0, f32::NAN]);
         let found = a.max(b).0;

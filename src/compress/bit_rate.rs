@@ -1,0 +1,146 @@
+//! Bit rate selection: the fewest bits per component with which the QUATERNION filter keeps a track within its
+//! tolerance, and the keys with that bit rate.
+//!
+//! A rotation about the arm to a child hardly moves the child. So among the [`candidates`](super::candidates) around a
+//! target some are far better than the nearest, and a track needs about one bit less than if it were rounded. Variable
+//! bit rates are those of the Animation Compression Library: N. Frechette, "Animation Compression: Advanced
+//! Quantization", <https://nfrechette.github.io/2017/03/12/anim_compression_advanced_quantization/>
+
+use super::candidates::{Candidates, Dropped};
+use super::compensation::Compensation;
+use super::quantize::QuantizedRotation;
+use crate::math::soa::single::LANES;
+
+/// The highest bit rate of the filter.
+pub(super) const MAX_BITS: u32 = 16;
+
+/// The lowest bit rate from `min_bits` on that keeps the error at every key frame within `tolerance`, and the keys. If
+/// none does, the highest.
+pub(super) fn select(
+    joint: &Compensation,
+    min_bits: u32,
+    key_frames: &[u32],
+    tolerance: f32,
+) -> (u32, Vec<QuantizedRotation>) {
+    let mut bits = min_bits;
+    loop {
+        if (bits == MAX_BITS || may_suffice(joint, bits, key_frames, tolerance))
+            && let Some(keys) = quantize(joint, bits, key_frames, tolerance)
+        {
+            return (bits, keys);
+        }
+        bits += 1;
+    }
+}
+
+/// The keys with a bit rate; `None` if the error of one is above `tolerance`, unless the bit rate is the highest.
+fn quantize(joint: &Compensation, bits: u32, key_frames: &[u32], tolerance: f32) -> Option<Vec<QuantizedRotation>> {
+    // With capacity for keys that refinement inserts.
+    let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len() + key_frames.len() / 4);
+    for frames in key_frames.chunks(LANES) {
+        let targets = joint.targets(frames);
+        let dropped = Dropped::in_sequence(&targets.rotation, keys.last().map(QuantizedRotation::dropped));
+        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        let first = keys.len();
+        for lane in 0..frames.len() {
+            let key = candidates.best(lane, keys.last());
+            keys.push(key);
+        }
+        if bits < MAX_BITS && targets.largest_error(joint.arms, &keys[first..]) > tolerance {
+            return None;
+        }
+    }
+    Some(keys)
+}
+
+/// Whether a sample of the key frames is within `tolerance`: a bit rate that is too low mostly shows in a few.
+fn may_suffice(joint: &Compensation, bits: u32, key_frames: &[u32], tolerance: f32) -> bool {
+    const EVERY: usize = 13;
+    let sample: Vec<u32> = key_frames.iter().step_by(EVERY).copied().collect();
+    sample.chunks(LANES).all(|frames| {
+        let targets = joint.targets(frames);
+        let dropped = Dropped::independent(&targets.rotation, |_| None);
+        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        let keys: [QuantizedRotation; LANES] = std::array::from_fn(|lane| candidates.best(lane, None));
+        targets.largest_error(joint.arms, &keys) <= tolerance
+    })
+}
+
+/// Keys for some frames with a bit rate, each given the key before it.
+pub(super) fn quantize_after(
+    joint: &Compensation,
+    bits: u32,
+    frames: &[u32],
+    previous: &[QuantizedRotation],
+    tolerance: f32,
+) -> Vec<QuantizedRotation> {
+    let mut keys = Vec::with_capacity(frames.len());
+    for (frames, previous) in std::iter::zip(frames.chunks(LANES), previous.chunks(LANES)) {
+        let targets = joint.targets(frames);
+        let dropped_before = |lane: usize| previous.get(lane).map(QuantizedRotation::dropped);
+        let dropped = Dropped::independent(&targets.rotation, dropped_before);
+        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        keys.extend((0..frames.len()).map(|lane| candidates.best(lane, Some(&previous[lane]))));
+    }
+    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{Quat, Vec3};
+
+    use super::super::error_metric::LeverArms;
+    use super::super::object_space::ObjectSpaceTrack;
+    use super::*;
+
+    /// A joint that rotates in the raw clip, its lossy parent, whose rotation is a little off, and its lossy positions.
+    fn joint_and_parent(frames: usize) -> (ObjectSpaceTrack, ObjectSpaceTrack, Vec<Vec3>) {
+        let rotation = |frame: usize, speed: f32| {
+            let angle = frame as f32 * speed;
+            Quat::from_euler(glam::EulerRot::ZXY, angle, 0.6 * angle, (0.3 * angle).sin())
+        };
+        let off = Quat::from_rotation_x(4e-4);
+        let track = |rotation: &dyn Fn(usize) -> Quat| ObjectSpaceTrack {
+            positions: vec![Vec3::ZERO; frames],
+            rotations: (0..frames).map(rotation).collect(),
+        };
+        let lossy_positions = (0..frames).map(|frame| Vec3::X * (frame as f32).sin() * 3e-4).collect();
+        (
+            track(&|frame| rotation(frame, 0.031)),
+            track(&|frame| off * rotation(frame, 0.007)),
+            lossy_positions,
+        )
+    }
+
+    #[test]
+    fn every_key_is_within_the_tolerance_and_a_lower_bit_rate_is_not() {
+        const TOLERANCE: f32 = 0.001;
+        let (raw, lossy_parent, lossy_positions) = joint_and_parent(1003);
+        let arms = LeverArms::new(vec![Vec3::new(0.0, 0.3, 0.1)]);
+        let joint = Compensation {
+            arms: &arms,
+            raw: &raw,
+            lossy_positions: &lossy_positions,
+            lossy_parent: Some(&lossy_parent),
+        };
+        let frames: Vec<u32> = (0..1003).collect();
+        let (bits, keys) = select(&joint, 4, &frames, TOLERANCE);
+        assert!((6..12).contains(&bits), "{bits}");
+        for (frame, key) in keys.iter().enumerate() {
+            // Where the child should be, and where it is.
+            let arm = arms.arms[0];
+            let expected = raw.rotations[frame] * arm;
+            let found = lossy_positions[frame] + lossy_parent.rotations[frame] * (key.value.normalize() * arm);
+            assert!(expected.distance(found) <= 1.001 * TOLERANCE, "{frame}: {found}");
+        }
+        assert!(
+            quantize(&joint, bits - 1, &frames, TOLERANCE).is_none()
+                || !may_suffice(&joint, bits - 1, &frames, TOLERANCE)
+        );
+
+        // A key that is inserted later is the same.
+        let stored = |keys: &[QuantizedRotation]| keys.iter().map(|key| key.stored).collect::<Vec<_>>();
+        let later = quantize_after(&joint, bits, &[500, 700], &[keys[499], keys[699]], TOLERANCE);
+        assert_eq!(stored(&later), [keys[500].stored, keys[700].stored]);
+    }
+}

@@ -1,0 +1,130 @@
+//! The compressed clip: for every joint a translation track and a rotation track, each constant or animated.
+
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+
+use super::key_frames::KeyFrames;
+use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
+use super::stream_size::{stream_size, words};
+
+/// How a file can store keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Storage {
+    /// As 32-bit floats.
+    Float32,
+    /// Rotations as 16-bit normalized integers, translations as 32-bit floats.
+    Int16,
+    /// By the filters of meshopt, in streams of differences.
+    Meshopt,
+}
+
+/// An animation whose error is within the bound.
+pub(crate) struct CompressedClip {
+    /// One per node of the scene.
+    pub(crate) tracks: Vec<CompressedTrack>,
+    /// The tick of every frame.
+    pub(crate) ticks: Vec<f64>,
+    pub(crate) error: MeasuredError,
+}
+
+/// What drives one node.
+pub(crate) struct CompressedTrack {
+    pub(crate) translation: TranslationTrack,
+    pub(crate) rotation: RotationTrack,
+}
+
+pub(crate) type TranslationTrack = Track<Vec3, TranslationFormat, QuantizedTranslation>;
+pub(crate) type RotationTrack = Track<Quat, RotationFormat, QuantizedRotation>;
+
+pub(crate) enum Track<Value, Format, Key> {
+    Constant(Value),
+    Animated {
+        format: Format,
+        /// Shared by the tracks that have keys at the same frames.
+        key_frames: Arc<KeyFrames>,
+        /// One per key frame.
+        keys: Vec<Key>,
+    },
+}
+
+/// The error of a clip: distances between where joints are and where they should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct MeasuredError {
+    /// The largest distance, in metres.
+    pub(crate) max: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub(crate) rms: f64,
+    /// The node with the largest distance.
+    pub(crate) node: usize,
+    /// The tick of the largest distance.
+    pub(crate) tick: f64,
+}
+
+/// Bytes of a key time, a 32-bit float.
+pub(super) const TIME_BYTES: usize = size_of::<f32>();
+/// About the bytes that an accessor of key times takes in the JSON of a glTF file.
+const TIME_ACCESSOR_BYTES: usize = 120;
+
+impl CompressedClip {
+    /// The key frames of all animated tracks, each with the bytes of a key without its time.
+    pub(super) fn animated_tracks(&self) -> impl Iterator<Item = (&Arc<KeyFrames>, usize)> {
+        self.tracks.iter().flat_map(|track| {
+            let translation = match &track.translation {
+                Track::Constant(_) => None,
+                Track::Animated { key_frames, .. } => Some((key_frames, TranslationFormat::BYTES)),
+            };
+            let rotation = match &track.rotation {
+                Track::Constant(_) => None,
+                Track::Animated { key_frames, format, .. } => Some((key_frames, format.bytes())),
+            };
+            translation.into_iter().chain(rotation)
+        })
+    }
+
+    /// The key frames of all tracks, each set once.
+    fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
+        let mut distinct: Vec<&Arc<KeyFrames>> = Vec::new();
+        for (key_frames, _) in self.animated_tracks() {
+            if !distinct.contains(&key_frames) {
+                distinct.push(key_frames);
+            }
+        }
+        distinct
+    }
+
+    /// The number of keys of all tracks.
+    pub(crate) fn key_count(&self) -> usize {
+        self.animated_tracks().map(|(key_frames, _)| key_frames.len()).sum()
+    }
+
+    /// Bytes of all keys and their times, where they are stored without streams.
+    pub(super) fn size(&self) -> usize {
+        let keys: usize = self.animated_tracks().map(|(frames, bytes)| frames.len() * bytes).sum();
+        let distinct = self.distinct_key_frames().into_iter();
+        let times: usize = distinct
+            .map(|key_frames| TIME_ACCESSOR_BYTES + key_frames.len() * TIME_BYTES)
+            .sum();
+        keys + times
+    }
+
+    /// About the bytes of all keys and their times as streams.
+    pub(super) fn stream_size(&self) -> usize {
+        let mut size = 0;
+        for track in &self.tracks {
+            if let Track::Animated { keys, .. } = &track.translation {
+                size += stream_size(keys.len(), |key| keys[key].stored);
+            }
+            if let Track::Animated { keys, .. } = &track.rotation {
+                size += stream_size(keys.len(), |key| words(keys[key].stored));
+            }
+        }
+        // Times at 100 frames a second stand for those of any frame rate.
+        let times = |key_frames: &&Arc<KeyFrames>| {
+            stream_size(key_frames.len(), |key| {
+                [(self.ticks[key_frames[key] as usize] as f32 * 0.01).to_bits()]
+            })
+        };
+        size + self.distinct_key_frames().iter().map(times).sum::<usize>()
+    }
+}

@@ -1,0 +1,181 @@
+//! Error compensation: each joint is encoded for the parent that a reader has, not for the parent of the raw clip.
+//!
+//! Errors add up along a chain: a hand is off by the errors of all joints above it. So the target of a joint is the
+//! rotation to its lossy parent that puts its children where the raw clip has them, although the joint itself is a
+//! little off. What remains at the end of a chain is hardly more than the error of its last joint.
+//!
+//! N. Frechette calls this in-place correction: "Animation Compression: Error Compensation",
+//! <https://nfrechette.github.io/2016/12/22/anim_compression_error_compensation/>
+
+use glam::{Quat, Vec3};
+
+use super::error_metric::LeverArms;
+use super::key_frames::{self, KeyFrames};
+use super::object_space::ObjectSpaceTrack;
+use super::quantize::{QuantizedRotation, RotationFormat};
+use crate::math::quaternion::{in_hemisphere_of, mean, nlerp};
+use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
+
+/// A joint below its lossy parent.
+pub(super) struct Compensation<'a> {
+    pub(super) arms: &'a LeverArms,
+    pub(super) raw: &'a ObjectSpaceTrack,
+    /// Where a reader has the joint in object space: follows from its parent and its translation.
+    pub(super) lossy_positions: &'a [Vec3],
+    pub(super) lossy_parent: Option<&'a ObjectSpaceTrack>,
+}
+
+/// The target of a joint's rotation at one frame.
+struct Target {
+    /// The best rotation to the lossy parent.
+    rotation: Quat,
+    /// From the axes of the lossy parent to those of the raw joint: from a rotation to the lossy parent to the rotation
+    /// error of the joint.
+    parent_to_raw: Quat,
+    /// From where the joint should be to where it is, in its own axes.
+    position_error: Vec3,
+}
+
+impl Target {
+    /// The error that a rotation to the lossy parent leaves.
+    fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
+        arms.error(self.position_error, self.parent_to_raw * rotation)
+    }
+}
+
+/// The targets at several frames: see [`Target`].
+pub(super) struct Targets {
+    pub(super) rotation: Quaternions,
+    pub(super) parent_to_raw: Quaternions,
+    pub(super) position_error: Vectors,
+}
+
+impl Targets {
+    fn at(&self, lane: usize) -> Target {
+        Target {
+            rotation: Quat::from_array(self.rotation.lane(lane)),
+            parent_to_raw: Quat::from_array(self.parent_to_raw.lane(lane)),
+            position_error: Vec3::from_array(self.position_error.lane(lane)),
+        }
+    }
+
+    /// The largest error that `keys` leave, one for each frame.
+    #[inline(always)]
+    pub(super) fn largest_error(&self, arms: &LeverArms, keys: &[QuantizedRotation]) -> f32 {
+        let values = Quaternions::of(|lane| keys[lane.min(keys.len() - 1)].value.to_array());
+        let error = self.parent_to_raw * values;
+        let error = error.xyz() * Lanes::all(2.0).negated_where_negative(error.w);
+        let squares = arms.squared_errors(self.position_error, error);
+        squares.0.into_iter().fold(0.0, f32::max).sqrt()
+    }
+}
+
+impl Compensation<'_> {
+    /// The targets at as many frames as there are lanes, or fewer: then the last one is repeated.
+    #[inline(always)]
+    pub(super) fn targets(&self, frames: &[u32]) -> Targets {
+        let frame = |lane: usize| frames[lane.min(frames.len() - 1)] as usize;
+        let positions = |from: &[Vec3]| Vectors::of(|lane| from[frame(lane)].to_array());
+        let rotations = |from: &[Quat]| Quaternions::of(|lane| from[frame(lane)].to_array());
+        let to_raw = rotations(&self.raw.rotations).conjugate();
+        let position_error = to_raw * (positions(self.lossy_positions) - positions(&self.raw.positions));
+        let parent_to_raw = match self.lossy_parent {
+            None => to_raw,
+            Some(parent) => to_raw * rotations(&parent.rotations),
+        };
+        let [x, y, z] = self.arms.counter_rotation;
+        let half = Lanes::all(0.5);
+        let counter_rotation = Quaternions {
+            x: Vectors::all(x).dot(position_error) * half,
+            y: Vectors::all(y).dot(position_error) * half,
+            z: Vectors::all(z).dot(position_error) * half,
+            w: Lanes::ONE,
+        };
+        Targets {
+            rotation: (parent_to_raw.conjugate() * counter_rotation).normalize(),
+            parent_to_raw,
+            position_error,
+        }
+    }
+
+    /// The targets at any number of frames, one after the other.
+    fn each_target(&self, frames: &[u32]) -> impl Iterator<Item = Target> {
+        frames.chunks(LANES).flat_map(|frames| {
+            let targets = self.targets(frames);
+            (0..frames.len()).map(move |lane| targets.at(lane))
+        })
+    }
+
+    fn all_targets(&self) -> Vec<Target> {
+        self.each_target(&key_frames::every_frame(self.lossy_positions.len()))
+            .collect()
+    }
+
+    /// One rotation whose error is within `tolerance` at every frame, if the mean of all targets is one.
+    pub(super) fn constant_rotation(&self, tolerance: f32) -> Option<Quat> {
+        let last = self.lossy_positions.len().checked_sub(1)?;
+        // Most joints rotate so much that three frames show it.
+        let three: Vec<Target> = self.each_target(&[0, last.div_ceil(2) as u32, last as u32]).collect();
+        let first = three[0].rotation;
+        let add = |sum: Quat, target: &Target| sum + in_hemisphere_of(first, target.rotation);
+        let guess = three.iter().fold(first * 0.0, add).normalize();
+        if three
+            .iter()
+            .any(|target| target.error(self.arms, guess) > 2.0 * tolerance)
+        {
+            return None;
+        }
+        let targets = self.all_targets();
+        let rotations: Vec<Quat> = targets.iter().map(|target| target.rotation).collect();
+        let mean = mean(&rotations)?;
+        let fits = targets.iter().all(|target| target.error(self.arms, mean) <= tolerance);
+        fits.then_some(mean)
+    }
+
+    /// The key frames that keep the error between keys within `tolerance`, without regard to other joints.
+    pub(super) fn reduce_key_frames(&self, format: RotationFormat, ticks: &[f64], tolerance: f32) -> KeyFrames {
+        let targets = self.all_targets();
+        let key = |frame: usize| format.quantize(targets[frame].rotation, None).value;
+        key_frames::reduce(targets.len(), |from, to| {
+            let (a, b) = (key(from), key(to));
+            let mut between = key_frames::between(ticks, from, to);
+            between.all(|(frame, alpha)| targets[frame].error(self.arms, nlerp(a, b, alpha)) <= tolerance)
+        })
+    }
+
+    /// The stored rotations nearest to the targets.
+    pub(super) fn quantize(&self, format: RotationFormat, key_frames: &[u32]) -> Vec<QuantizedRotation> {
+        let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len());
+        for target in self.each_target(key_frames) {
+            let key = format.quantize(target.rotation, keys.last());
+            keys.push(key);
+        }
+        keys
+    }
+
+    /// As [`Self::quantize`], for frames each of which has a key before it already.
+    pub(super) fn quantize_after(
+        &self,
+        format: RotationFormat,
+        frames: &[u32],
+        previous: &[QuantizedRotation],
+    ) -> Vec<QuantizedRotation> {
+        let quantize = |(target, previous): (Target, _)| format.quantize(target.rotation, Some(previous));
+        std::iter::zip(self.each_target(frames), previous)
+            .map(quantize)
+            .collect()
+    }
+}
+
+/// The translation to the lossy parent, in units of the length `scale`, that puts a joint where the raw clip has it.
+pub(super) fn target_translation(
+    raw: &ObjectSpaceTrack,
+    scale: f32,
+    lossy_parent: Option<&ObjectSpaceTrack>,
+    frame: usize,
+) -> Vec3 {
+    lossy_parent.map_or(raw.positions[frame], |parent| {
+        let offset = raw.positions[frame] - parent.positions[frame];
+        parent.rotations[frame].conjugate() * offset / scale
+    })
+}

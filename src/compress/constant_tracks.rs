@@ -1,0 +1,41 @@
+//! Constant tracks: a track that hardly moves anything becomes one value.
+
+use glam::{Quat, Vec3};
+
+use super::error_metric::SHELL_DISTANCE;
+use super::raw_clip::RawClip;
+use crate::math::quaternion;
+
+/// Makes tracks constant whose values all differ from their mean by so little that no joint and no point of a shell
+/// moves by more than `tolerance` metres.
+pub(super) fn compact(clip: &mut RawClip, tolerance: f32) {
+    // How far from a joint its rotation moves something: the next joints that rotate compensate for it.
+    let mut lever_arms = vec![SHELL_DISTANCE; clip.joints.len()];
+    for index in (0..clip.joints.len()).rev() {
+        let joint = &clip.joints[index];
+        for &child in &joint.children {
+            let below = &clip.joints[child];
+            if !below.translates() {
+                let bone = below.offset().length() * joint.scale;
+                let arm = bone + if below.rotates() { 0.0 } else { lever_arms[child] };
+                lever_arms[index] = lever_arms[index].max(arm);
+            }
+        }
+        let translations = joint.translation.animated_values();
+        let mean = (!translations.is_empty())
+            .then(|| translations.iter().sum::<Vec3>() / translations.len() as f32)
+            .filter(|mean| {
+                let is_near = |value: &Vec3| value.distance(*mean) * joint.parent_scale <= tolerance;
+                translations.iter().all(is_near)
+            });
+        let rotations = joint.rotation.animated_values();
+        let mean_rotation = quaternion::mean(rotations).filter(|mean| {
+            let angle = |value: &Quat| 2.0 * (mean.conjugate() * *value).xyz().length();
+            rotations
+                .iter()
+                .all(|value| angle(value) * lever_arms[index] <= tolerance)
+        });
+        let joint = &mut clip.joints[index];
+        (joint.constant_translation, joint.constant_rotation) = (mean, mean_rotation);
+    }
+}

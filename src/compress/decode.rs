@@ -1,0 +1,355 @@
+//! Decoding: where readers of the file have a joint at several frames, beside where the raw clip has it.
+//!
+//! Readers differ in how they use rotation keys: see [`Decoder`]. All of them are followed, in double precision.
+
+use std::sync::Arc;
+
+use glam::DQuat;
+
+use super::clip::{CompressedTrack, Track};
+use super::key_frames::KeyFrames;
+use super::quantize::{QuantizedRotation, QuantizedTranslation};
+use super::raw_clip::{RawJoint, RawTrack};
+use crate::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
+
+/// How readers decode rotations.
+#[derive(Clone, Copy)]
+pub(super) enum Decoder {
+    /// Normalize the keys and interpolate along the arc, as the specification of glTF says.
+    Slerp,
+    /// As [`Self::Slerp`], but use lengths as they are: the matrix of a quaternion whose length is not quite 1 scales what
+    /// it rotates. Babylon.js does that, and three.js except between keys that are near to one another.
+    Unnormalized,
+    /// Interpolate component by component and normalize, as many engines do.
+    Nlerp,
+}
+
+impl Decoder {
+    pub(super) const ALL: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp];
+    /// Those that differ where every frame has a key, so that nothing is interpolated.
+    pub(super) const AT_KEYS: &[Self] = &[Self::Slerp, Self::Unnormalized];
+    const COUNT: usize = Self::ALL.len();
+}
+
+/// Frames in sequence, at most as many as there are lanes. The lanes beyond them repeat the last frame.
+#[derive(Clone, Copy)]
+pub(super) struct Block {
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
+impl Block {
+    fn frame(self, lane: usize) -> usize {
+        self.first + lane.min(self.count - 1)
+    }
+}
+
+/// Finds the keys around the frames of a block, for all tracks with the same key frames.
+pub(super) struct Cursor<'a> {
+    pub(super) key_frames: &'a Arc<KeyFrames>,
+    /// The last key that is not after the frame.
+    keys: [usize; LANES],
+    /// The interpolation factor from that key to the next.
+    alphas: Lanes,
+    /// Whether one of the frames lies between two keys.
+    interpolates: bool,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(key_frames: &'a Arc<KeyFrames>) -> Self {
+        Self {
+            key_frames,
+            keys: [0; LANES],
+            alphas: Lanes::ZERO,
+            interpolates: false,
+        }
+    }
+
+    /// The index of the cursor of `key_frames`, which is added if there is none.
+    fn find(cursors: &mut Vec<Self>, key_frames: &'a Arc<KeyFrames>) -> usize {
+        let known = cursors
+            .iter()
+            .position(|cursor| Arc::ptr_eq(cursor.key_frames, key_frames));
+        known.unwrap_or_else(|| {
+            cursors.push(Self::new(key_frames));
+            cursors.len() - 1
+        })
+    }
+
+    /// Moves to a block, which must come after the one before. `times` are those of the frames in the file.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, times: &[f32], block: Block) {
+        let key_frames = self.key_frames;
+        let time_of = |key: usize| f64::from(times[key_frames[key] as usize]);
+        let mut key = self.keys[LANES - 1];
+        self.interpolates = false;
+        for lane in 0..LANES {
+            let time = f64::from(times[block.frame(lane)]);
+            while key + 1 < key_frames.len() && time_of(key + 1) <= time {
+                key += 1;
+            }
+            self.keys[lane] = key;
+            self.alphas.0[lane] = if key + 1 == key_frames.len() || time <= time_of(key) {
+                0.0
+            } else {
+                self.interpolates = true;
+                (time - time_of(key)) / (time_of(key + 1) - time_of(key))
+            };
+        }
+    }
+}
+
+/// A joint in object space at the frames of a block.
+#[derive(Clone)]
+pub(super) struct JointState {
+    /// In the raw clip.
+    pub(super) raw_position: Vectors,
+    raw_rotation: Matrices,
+    /// As each decoder has it.
+    lossy: [(Vectors, Matrices); Decoder::COUNT],
+    /// The largest distance between the raw position and that of a decoder.
+    pub(super) error: Lanes,
+    /// The angle by which its rotation may differ between implementations of the same decoder, if it may.
+    pub(super) ambiguity: Option<Lanes>,
+    /// Whether there is such an angle for it or for a joint above it.
+    pub(super) is_ambiguous: bool,
+}
+
+impl Default for JointState {
+    fn default() -> Self {
+        Self {
+            raw_position: Vectors::ZERO,
+            raw_rotation: Matrices::ZERO,
+            lossy: [(Vectors::ZERO, Matrices::ZERO); Decoder::COUNT],
+            error: Lanes::ZERO,
+            ambiguity: None,
+            is_ambiguous: false,
+        }
+    }
+}
+
+impl JointState {
+    #[inline(always)]
+    fn set_rotation(&mut self, decoder: Decoder, parent: Option<&Self>, local: &Matrices) {
+        let (_, rotation) = &mut self.lossy[decoder as usize];
+        match parent {
+            None => *rotation = *local,
+            Some(parent) => rotation.set_product(&parent.lossy[decoder as usize].1, local),
+        }
+    }
+}
+
+/// Samples one joint of the raw clip, and its compressed tracks.
+pub(super) struct JointSampler<'a> {
+    pub(super) raw: &'a RawJoint<'a>,
+    parent_scale: Lanes,
+    translation: TrackSampler<'a, Vectors, QuantizedTranslation>,
+    /// A constant as a decoder that normalizes has it, and as one that does not.
+    rotation: TrackSampler<'a, [Matrices; 2], QuantizedRotation>,
+}
+
+enum TrackSampler<'a, Constant, Key> {
+    Constant(Constant),
+    Animated { cursor: usize, keys: &'a [Key] },
+}
+
+impl<'a> JointSampler<'a> {
+    /// Adds to `cursors` those that its tracks need.
+    pub(super) fn new(raw: &'a RawJoint<'a>, track: &'a CompressedTrack, cursors: &mut Vec<Cursor<'a>>) -> Self {
+        Self {
+            raw,
+            parent_scale: Lanes::all(raw.parent_scale.into()),
+            translation: match &track.translation {
+                Track::Constant(value) => TrackSampler::Constant(Vectors::all(value.as_dvec3().to_array())),
+                Track::Animated { key_frames, keys, .. } => TrackSampler::Animated {
+                    cursor: Cursor::find(cursors, key_frames),
+                    keys,
+                },
+            },
+            rotation: match &track.rotation {
+                Track::Constant(value) => {
+                    let value = value.as_dquat();
+                    let unit = Quaternions::all(value.normalize().to_array());
+                    let squared_length = Lanes::all(value.length_squared());
+                    TrackSampler::Constant([unit.into(), Matrices::from_unnormalized(unit, squared_length)])
+                }
+                Track::Animated { key_frames, keys, .. } => TrackSampler::Animated {
+                    cursor: Cursor::find(cursors, key_frames),
+                    keys,
+                },
+            },
+        }
+    }
+
+    /// Brings `joint` to a block, to which its parent and the cursors have been brought.
+    #[inline(always)]
+    pub(super) fn sample(
+        &self,
+        block: Block,
+        cursors: &[Cursor],
+        decoders: &[Decoder],
+        parent: Option<&JointState>,
+        joint: &mut JointState,
+    ) {
+        let raw_translation = match &self.raw.translation {
+            RawTrack::Constant(value) => Vectors::all(value.as_dvec3().to_array()),
+            RawTrack::Animated(values) => Vectors::of(|lane| values[block.frame(lane)].as_dvec3().to_array()),
+        };
+        let translation = self.translation(cursors);
+        match parent {
+            None => {
+                joint.raw_position = raw_translation;
+                joint.lossy.iter_mut().for_each(|lossy| lossy.0 = translation);
+            }
+            Some(parent) => {
+                joint.raw_position = parent.raw_position + &parent.raw_rotation * (raw_translation * self.parent_scale);
+                let offset = translation * self.parent_scale;
+                let lossy = &mut joint.lossy[..decoders.len()];
+                for ((position, _), (parent_position, parent_rotation)) in std::iter::zip(lossy, &parent.lossy) {
+                    *position = *parent_position + parent_rotation * offset;
+                }
+            }
+        }
+        let positions = joint.lossy[..decoders.len()].iter();
+        let squares = positions.map(|(position, _)| joint.raw_position.distance_squared(*position));
+        joint.error = squares.fold(Lanes::ZERO, Lanes::max).sqrt();
+        // The rotation of a leaf moves no joint.
+        if !self.raw.children.is_empty() {
+            let raw_rotation = match &self.raw.rotation {
+                RawTrack::Constant(value) => Quaternions::all(value.as_dquat().to_array()),
+                RawTrack::Animated(values) => Quaternions::of(|lane| values[block.frame(lane)].as_dquat().to_array()),
+            };
+            let raw_rotation = Matrices::from(raw_rotation.normalize());
+            match parent {
+                None => joint.raw_rotation = raw_rotation,
+                Some(parent) => joint.raw_rotation.set_product(&parent.raw_rotation, &raw_rotation),
+            }
+            self.sample_rotation(cursors, decoders, parent, joint);
+        }
+        joint.is_ambiguous = joint.ambiguity.is_some() || parent.is_some_and(|parent| parent.is_ambiguous);
+    }
+
+    /// The translation to the parent. All decoders interpolate it linearly.
+    #[inline(always)]
+    fn translation(&self, cursors: &[Cursor]) -> Vectors {
+        let (cursor, keys) = match &self.translation {
+            TrackSampler::Constant(value) => return *value,
+            TrackSampler::Animated { cursor, keys } => (&cursors[*cursor], *keys),
+        };
+        Vectors::of(|lane| {
+            let (key, alpha) = (cursor.keys[lane], cursor.alphas.0[lane]);
+            let from = keys[key].value.as_dvec3();
+            match keys.get(key + 1) {
+                Some(to) if alpha > 0.0 => from.lerp(to.value.as_dvec3(), alpha).to_array(),
+                _ => from.to_array(),
+            }
+        })
+    }
+
+    /// The rotation in object space, for every decoder, and its ambiguity.
+    #[inline(always)]
+    fn sample_rotation(
+        &self,
+        cursors: &[Cursor],
+        decoders: &[Decoder],
+        parent: Option<&JointState>,
+        joint: &mut JointState,
+    ) {
+        let has_nlerp = decoders.len() > Decoder::Nlerp as usize;
+        let (cursor, keys) = match &self.rotation {
+            TrackSampler::Constant([unit, unnormalized]) => {
+                joint.set_rotation(Decoder::Slerp, parent, unit);
+                joint.set_rotation(Decoder::Unnormalized, parent, unnormalized);
+                if has_nlerp {
+                    joint.set_rotation(Decoder::Nlerp, parent, unit);
+                }
+                return;
+            }
+            TrackSampler::Animated { cursor, keys } => (&cursors[*cursor], *keys),
+        };
+        let next = |lane: usize| (cursor.keys[lane] + usize::from(cursor.alphas.0[lane] > 0.0)).min(keys.len() - 1);
+        let from = Quaternions::of(|lane| keys[cursor.keys[lane]].value.as_dquat().to_array());
+        let mut length = from.length();
+        let mut unit = from * length.recip();
+        if cursor.interpolates {
+            let to = Quaternions::of(|lane| keys[next(lane)].value.as_dquat().to_array());
+            let to_length = to.length();
+            let (slerp, nlerp) = interpolate(unit, to * to_length.recip(), cursor.alphas);
+            unit = slerp;
+            length = length + (to_length - length) * cursor.alphas;
+            joint.set_rotation(Decoder::Nlerp, parent, &nlerp.into());
+        } else if has_nlerp {
+            joint.set_rotation(Decoder::Nlerp, parent, &unit.into());
+        }
+        joint.set_rotation(Decoder::Slerp, parent, &unit.into());
+        let unnormalized = Matrices::from_unnormalized(unit, length * length);
+        joint.set_rotation(Decoder::Unnormalized, parent, &unnormalized);
+        let ends = |lane: usize| [&keys[cursor.keys[lane]], &keys[next(lane)]];
+        let is_ambiguous = (0..LANES).any(|lane| ends(lane).iter().any(|key| key.ambiguous > 0));
+        let largest = |lane: usize| {
+            ends(lane)
+                .map(QuantizedRotation::ambiguity)
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
+        joint.ambiguity = is_ambiguous.then(|| Lanes::of(largest));
+    }
+}
+
+/// Slerp and nlerp on the shorter arc, between quaternions of length 1.
+#[inline(always)]
+fn interpolate(from: Quaternions, to: Quaternions, alpha: Lanes) -> (Quaternions, Quaternions) {
+    let dot = from.dot(to);
+    let sign = Lanes::of(|lane| 1f64.copysign(dot.0[lane]));
+    let (to, dot) = (to * sign, dot * sign);
+    let rest = Lanes::ONE - alpha;
+    let nlerp = (from * rest + to * alpha).normalize();
+    if dot.0.iter().all(|dot| 1.0 - dot < SMALL_ANGLE) {
+        (from * slerp_weight(rest, dot) + to * slerp_weight(alpha, dot), nlerp)
+    } else {
+        let slerp = Quaternions::of(|lane| {
+            let [from, to] = [from, to].map(|end| DQuat::from_array(end.lane(lane)));
+            from.slerp(to, alpha.0[lane]).to_array()
+        });
+        (slerp, nlerp)
+    }
+}
+
+/// `1 - cos(angle)` up to which [`slerp_weight`] is as exact as sines: 11 degrees.
+const SMALL_ANGLE: f64 = 0.02;
+
+/// `sin(alpha angle) / sin(angle)` for a small angle, given its cosine: a power series in `cos(angle) - 1`, whose ninth
+/// term is below 1e-18.
+///
+/// D. Eberly, "A Fast and Accurate Algorithm for Computing SLERP", Journal of Graphics, GPU, and Game Tools 15 (2011),
+/// <https://www.geometrictools.com/Documentation/FastAndAccurateSlerp.pdf>
+#[inline(always)]
+fn slerp_weight(alpha: Lanes, cosine: Lanes) -> Lanes {
+    let x = cosine - Lanes::ONE;
+    let square = alpha * alpha;
+    let mut sum = Lanes::ONE;
+    for term in (1..=8).rev() {
+        let term = f64::from(term);
+        let factor = Lanes::all(1.0 / (term * (2.0 * term + 1.0)));
+        sum = Lanes::ONE + sum * ((square - Lanes::all(term * term)) * factor * x);
+    }
+    alpha * sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slerp_weights_of_small_angles_equal_ratios_of_sines() {
+        let alphas = Lanes::of(|lane| [0.0, 0.25, 0.8, 1.0][lane]);
+        for step in 1..=200 {
+            let angle = f64::from(step) * 1e-3;
+            let found = slerp_weight(alphas, Lanes::all(angle.cos()));
+            for lane in 0..LANES {
+                let expected = (alphas.0[lane] * angle).sin() / angle.sin();
+                assert!((found.0[lane] - expected).abs() < 1e-15, "{angle}: {}", found.0[lane]);
+            }
+        }
+    }
+}

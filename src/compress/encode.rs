@@ -1,0 +1,324 @@
+//! Encoding: one pass over all joints, parents first, each within a tolerance of its own.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+
+use super::bit_rate::{self, MAX_BITS};
+use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, TranslationTrack};
+use super::compensation::{Compensation, target_translation};
+use super::error_metric::LeverArms;
+use super::key_frames::{self, Insertion, KeyFrames};
+use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
+use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
+use super::raw_clip::{RawClip, RawJoint};
+use crate::pose::forward_kinematics;
+
+// Found by trials on the fixtures. The bound holds with any other values.
+
+/// The share of the tolerance for the error of a joint's own translation.
+const TRANSLATION_SHARE: f32 = 0.8;
+/// The largest step of a rotation to try, at the end of the longest lever arm, as a share of the tolerance.
+const ROTATION_STEP: f32 = 1.5;
+/// The step of a translation as a share of the tolerance: half the diagonal of a cube of such steps is the tolerance.
+const TRANSLATION_STEP: f32 = 1.15;
+/// Constant values are rounded to decimals of this share of the bound: they stand in the JSON of a glTF file, where
+/// every digit takes a byte.
+const CONSTANT_STEP: f64 = 1e-3;
+
+/// What stays the same from one pass to the next.
+pub(super) struct Encoder<'a> {
+    pub(super) clip: RawClip<'a>,
+    /// The joints of the raw clip in object space.
+    pub(super) raw: Vec<ObjectSpaceTrack>,
+    pub(super) arms: Vec<LeverArms>,
+    /// The largest error, in metres.
+    pub(super) bound: f64,
+    pub(super) storage: Storage,
+}
+
+/// What an encoding pass may use for a joint.
+pub(super) struct Budget {
+    /// The largest error of the joint's children, in metres.
+    pub(super) tolerance: f32,
+    /// The lowest bit rate to try for its rotation: lower ones were not enough for a larger tolerance.
+    pub(super) min_bits: u32,
+}
+
+/// The result of a pass.
+pub(super) struct LossyClip {
+    pub(super) tracks: Vec<CompressedTrack>,
+    /// The joints as a reader decodes them. Static leaves are left empty.
+    pub(super) object_space: Vec<ObjectSpaceTrack>,
+}
+
+impl Encoder<'_> {
+    /// Encodes all joints, with keys at the `shared` key frames, or each with key frames of its own.
+    pub(super) fn encode(&self, budgets: &mut [Budget], shared: Option<&Arc<KeyFrames>>) -> LossyClip {
+        let all_frames = self.clip.all_frames();
+        let mut tracks = Vec::with_capacity(self.clip.joints.len());
+        let mut object_space = vec![ObjectSpaceTrack::default(); self.clip.joints.len()];
+        forward_kinematics(
+            &mut object_space,
+            |index| self.clip.parent_of(index),
+            |index, lossy_parent, lossy| {
+                let joint = self.joint(index, lossy_parent);
+                if joint.raw_joint.is_static_leaf() {
+                    tracks.push(CompressedTrack {
+                        translation: joint.constant_translation(joint.raw_joint.offset()),
+                        rotation: joint.constant_rotation(joint.raw_joint.orientation()),
+                    });
+                    return;
+                }
+                *lossy = ObjectSpaceTrack::at_origin(self.clip.frames());
+                let budget = &mut budgets[index];
+                let translation = joint.encode_translation(budget.tolerance, shared);
+                joint.decode_translations(&translation, &all_frames, &mut lossy.positions);
+                let rotation = joint.encode_rotation(&lossy.positions, budget, shared);
+                joint.decode_rotations(&rotation, &all_frames, &mut lossy.rotations);
+                tracks.push(CompressedTrack { translation, rotation });
+            },
+        );
+        LossyClip { tracks, object_space }
+    }
+
+    /// Encodes keys that were inserted into the shared key frames, and decodes the frames that they change. All other
+    /// keys stay as they are.
+    pub(super) fn insert(
+        &self,
+        lossy: &mut LossyClip,
+        budgets: &[Budget],
+        key_frames: &Arc<KeyFrames>,
+        insertions: &[Insertion],
+        changed: &[Range<usize>],
+    ) {
+        let LossyClip { tracks, object_space } = lossy;
+        forward_kinematics(
+            object_space,
+            |index| self.clip.parent_of(index),
+            |index, lossy_parent, lossy| {
+                let joint = self.joint(index, lossy_parent);
+                if joint.raw_joint.is_static_leaf() {
+                    return;
+                }
+                let (track, tolerance) = (&mut tracks[index], budgets[index].tolerance);
+                joint.insert_translations(&mut track.translation, tolerance, key_frames, insertions);
+                joint.decode_translations(&track.translation, changed, &mut lossy.positions);
+                let positions = &lossy.positions;
+                joint.insert_rotations(&mut track.rotation, positions, tolerance, key_frames, insertions);
+                joint.decode_rotations(&track.rotation, changed, &mut lossy.rotations);
+            },
+        );
+    }
+
+    fn joint<'s>(&'s self, index: usize, lossy_parent: Option<&'s ObjectSpaceTrack>) -> JointEncoder<'s> {
+        JointEncoder {
+            encoder: self,
+            raw_joint: &self.clip.joints[index],
+            arms: &self.arms[index],
+            raw: &self.raw[index],
+            ticks: &self.clip.ticks,
+            lossy_parent,
+        }
+    }
+
+    /// The key frames of one track; all frames where the times of its own would take more bytes than the keys that they
+    /// save. `bytes` are those of a key without its time.
+    fn own_key_frames(&self, reduced: KeyFrames, bytes: usize) -> Arc<KeyFrames> {
+        let frames = self.clip.frames();
+        Arc::new(if reduced.len() * (bytes + TIME_BYTES) < frames * bytes {
+            reduced
+        } else {
+            key_frames::every_frame(frames)
+        })
+    }
+
+    /// Rounds a constant to no more decimals than it needs, unless 32-bit floats are asked for.
+    fn round(&self, value: f32) -> f32 {
+        if self.storage == Storage::Float32 {
+            return value;
+        }
+        let per_unit = 10f64.powi((self.bound * CONSTANT_STEP).log10().floor().clamp(-9.0, -1.0).abs() as i32);
+        ((f64::from(value) * per_unit).round() / per_unit) as f32
+    }
+}
+
+/// Encodes one joint below its lossy parent.
+struct JointEncoder<'a> {
+    encoder: &'a Encoder<'a>,
+    raw_joint: &'a RawJoint<'a>,
+    arms: &'a LeverArms,
+    raw: &'a ObjectSpaceTrack,
+    ticks: &'a [f64],
+    lossy_parent: Option<&'a ObjectSpaceTrack>,
+}
+
+impl<'a> JointEncoder<'a> {
+    fn encode_translation(&self, tolerance: f32, shared: Option<&Arc<KeyFrames>>) -> TranslationTrack {
+        if !self.raw_joint.translates() {
+            return self.constant_translation(self.raw_joint.offset());
+        }
+        let targets: Vec<Vec3> = (0..self.ticks.len())
+            .map(|frame| self.target_translation(frame))
+            .collect();
+        let tolerance = self.translation_tolerance(tolerance);
+        let format = match self.encoder.storage {
+            Storage::Float32 | Storage::Int16 => TranslationFormat::Float32,
+            Storage::Meshopt => {
+                let largest = targets.iter().map(|value| value.abs().max_element());
+                TranslationFormat::exponential_filter(tolerance * TRANSLATION_STEP, largest.fold(0.0, f32::max))
+            }
+        };
+        let key_frames = shared.cloned().unwrap_or_else(|| {
+            let reduced = key_frames::reduce(targets.len(), |from, to| {
+                let mut between = key_frames::between(self.ticks, from, to);
+                let (a, b) = (targets[from], targets[to]);
+                between.all(|(frame, alpha)| a.lerp(b, alpha).distance(targets[frame]) <= tolerance)
+            });
+            self.encoder.own_key_frames(reduced, TranslationFormat::BYTES)
+        });
+        let mut keys: Vec<QuantizedTranslation> = Vec::with_capacity(key_frames.len());
+        for &frame in key_frames.iter() {
+            let key = format.quantize(targets[frame as usize], keys.last(), tolerance);
+            keys.push(key);
+        }
+        Track::Animated {
+            format,
+            key_frames,
+            keys,
+        }
+    }
+
+    fn encode_rotation(
+        &self,
+        lossy_positions: &[Vec3],
+        budget: &mut Budget,
+        shared: Option<&Arc<KeyFrames>>,
+    ) -> RotationTrack {
+        if !self.raw_joint.rotates() {
+            return self.constant_rotation(self.raw_joint.orientation());
+        }
+        let tolerance = budget.tolerance;
+        let joint = self.compensation(lossy_positions);
+        if let Some(constant) = joint.constant_rotation(tolerance) {
+            return self.constant_rotation(constant);
+        }
+        let format = match self.encoder.storage {
+            Storage::Float32 => RotationFormat::Float32,
+            Storage::Int16 => RotationFormat::Int16,
+            Storage::Meshopt => {
+                let steps = self.arms.longest / (tolerance * ROTATION_STEP);
+                let bits = (steps.log2().ceil() as i32 + 1).clamp(4, MAX_BITS as i32);
+                RotationFormat::QuaternionFilter(bits as u32)
+            }
+        };
+        let key_frames = shared.cloned().unwrap_or_else(|| {
+            let reduced = joint.reduce_key_frames(format, self.ticks, tolerance);
+            self.encoder.own_key_frames(reduced, format.bytes())
+        });
+        let (format, keys) = match format {
+            RotationFormat::QuaternionFilter(bits) => {
+                let bits = bits.max(budget.min_bits);
+                let (bits, keys) = bit_rate::select(&joint, bits, &key_frames, tolerance);
+                budget.min_bits = bits;
+                (RotationFormat::QuaternionFilter(bits), keys)
+            }
+            format => (format, joint.quantize(format, &key_frames)),
+        };
+        Track::Animated {
+            format,
+            key_frames,
+            keys,
+        }
+    }
+
+    fn insert_translations(
+        &self,
+        track: &mut TranslationTrack,
+        tolerance: f32,
+        new_key_frames: &Arc<KeyFrames>,
+        insertions: &[Insertion],
+    ) {
+        let Track::Animated {
+            format,
+            key_frames,
+            keys,
+        } = track
+        else {
+            return;
+        };
+        let tolerance = self.translation_tolerance(tolerance);
+        let new = insertions.iter().map(|insertion| {
+            let (target, previous) = (self.target_translation(insertion.frame), &keys[insertion.after]);
+            format.quantize(target, Some(previous), tolerance)
+        });
+        let new: Vec<QuantizedTranslation> = new.collect();
+        key_frames::insert(keys, insertions, &new);
+        *key_frames = Arc::clone(new_key_frames);
+    }
+
+    fn insert_rotations(
+        &self,
+        track: &mut RotationTrack,
+        lossy_positions: &[Vec3],
+        tolerance: f32,
+        new_key_frames: &Arc<KeyFrames>,
+        insertions: &[Insertion],
+    ) {
+        let Track::Animated {
+            format,
+            key_frames,
+            keys,
+        } = track
+        else {
+            return;
+        };
+        let joint = self.compensation(lossy_positions);
+        let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
+        let previous: Vec<QuantizedRotation> = insertions.iter().map(|insertion| keys[insertion.after]).collect();
+        let new = match *format {
+            RotationFormat::QuaternionFilter(bits) => {
+                bit_rate::quantize_after(&joint, bits, &frames, &previous, tolerance)
+            }
+            format => joint.quantize_after(format, &frames, &previous),
+        };
+        key_frames::insert(keys, insertions, &new);
+        *key_frames = Arc::clone(new_key_frames);
+    }
+
+    fn decode_translations(&self, track: &TranslationTrack, ranges: &[Range<usize>], positions: &mut [Vec3]) {
+        let scale = self.raw_joint.parent_scale;
+        decode_translations(track, scale, self.ticks, ranges, self.lossy_parent, positions);
+    }
+
+    fn decode_rotations(&self, track: &RotationTrack, ranges: &[Range<usize>], rotations: &mut [Quat]) {
+        decode_rotations(track, self.ticks, ranges, self.lossy_parent, rotations);
+    }
+
+    fn compensation<'s>(&'s self, lossy_positions: &'s [Vec3]) -> Compensation<'s> {
+        Compensation {
+            arms: self.arms,
+            raw: self.raw,
+            lossy_positions,
+            lossy_parent: self.lossy_parent,
+        }
+    }
+
+    fn target_translation(&self, frame: usize) -> Vec3 {
+        target_translation(self.raw, self.raw_joint.parent_scale, self.lossy_parent, frame)
+    }
+
+    /// The largest error of a translation, in its own unit.
+    fn translation_tolerance(&self, tolerance: f32) -> f32 {
+        tolerance * TRANSLATION_SHARE / self.raw_joint.parent_scale
+    }
+
+    fn constant_translation(&self, value: Vec3) -> TranslationTrack {
+        Track::Constant(Vec3::from_array(value.to_array().map(|c| self.encoder.round(c))))
+    }
+
+    fn constant_rotation(&self, value: Quat) -> RotationTrack {
+        Track::Constant(Quat::from_array(value.to_array().map(|c| self.encoder.round(c))))
+    }
+}

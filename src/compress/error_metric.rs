@@ -1,0 +1,149 @@
+//! The error metric: how far a rotation error of a joint moves what is attached to the joint.
+//!
+//! Attached are the joints at the ends of its lever arms, and a rigid shell around the joint that stands for its skin:
+//! a twist about the bone moves no joint, but the skin. The metric and its shell distance are those of the Animation
+//! Compression Library: N. Frechette, "Animation Compression: Measuring Accuracy",
+//! <https://nfrechette.github.io/2016/11/01/anim_compression_accuracy/>
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::raw_clip::RawClip;
+use crate::math::soa::single::{Lanes, Vectors};
+
+/// The distance of the shell from the joint, in metres.
+pub(super) const SHELL_DISTANCE: f32 = 0.03;
+
+/// What a joint's rotation moves.
+pub(super) struct LeverArms {
+    /// From the joint to the joints that move with it as one rigid body, in its own axes, in metres.
+    pub(super) arms: Vec<Vec3>,
+    /// The length of the longest arm, or the shell distance.
+    pub(super) longest: f32,
+    /// The length of the longest chain below the joint, in metres.
+    pub(super) chain_length: f32,
+    /// A matrix, by rows: from the error of the joint's own position to the rotation (axis times angle) that moves the
+    /// ends of the arms back as far as possible. See [`counter_rotation`].
+    pub(super) counter_rotation: [[f32; 3]; 3],
+}
+
+impl LeverArms {
+    /// Those of every joint.
+    pub(super) fn of_clip(clip: &RawClip) -> Vec<Self> {
+        let lengths = chain_lengths(clip).into_iter().enumerate();
+        let of_joint = |(index, chain_length)| {
+            let mut arms = Vec::new();
+            collect_rigid_arms(clip, index, Vec3::ZERO, Quat::IDENTITY, &mut arms);
+            Self {
+                chain_length,
+                ..Self::new(arms)
+            }
+        };
+        lengths.map(of_joint).collect()
+    }
+
+    pub(super) fn new(arms: Vec<Vec3>) -> Self {
+        let longest = arms.iter().map(|arm| arm.length()).fold(SHELL_DISTANCE, f32::max);
+        Self {
+            counter_rotation: counter_rotation(&arms),
+            arms,
+            longest,
+            chain_length: longest,
+        }
+    }
+
+    /// The error of a joint whose position is off by `position_error`, and whose rotation is off by `rotation_error`,
+    /// both in its own axes: the largest distance that an end of an arm or a point of the shell is off.
+    pub(super) fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
+        // A small rotation is nearly its axis times its angle.
+        let rotation = rotation_error.xyz() * if rotation_error.w < 0.0 { -2.0 } else { 2.0 };
+        let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
+        let at_ends = self.arms.iter();
+        let at_ends = at_ends.map(|arm| (position_error + rotation.cross(*arm)).length_squared());
+        at_ends.fold(shell, f32::max).sqrt()
+    }
+
+    /// The square of [`Self::error`] at several frames, for rotation errors given as axis times angle.
+    #[inline(always)]
+    pub(super) fn squared_errors(&self, position_error: Vectors, rotation_error: Vectors) -> Lanes {
+        let shell = rotation_error.dot(rotation_error) * Lanes::all(SHELL_DISTANCE * SHELL_DISTANCE);
+        self.arms.iter().fold(shell, |largest, arm| {
+            let at_end = position_error + rotation_error.cross(Vectors::all(arm.to_array()));
+            largest.max(at_end.dot(at_end))
+        })
+    }
+}
+
+/// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix that is
+/// applied to `error`. The shell counts as another arm, whose ends should not move: the solution minimizes
+/// `sum |rotation x arm + error|^2 + |SHELL_DISTANCE rotation|^2`.
+fn counter_rotation(arms: &[Vec3]) -> [[f32; 3]; 3] {
+    let mut normal = Mat3::from_diagonal(Vec3::splat(SHELL_DISTANCE * SHELL_DISTANCE));
+    let mut sum = Vec3::ZERO;
+    for &arm in arms {
+        normal += Mat3::from_diagonal(Vec3::splat(arm.length_squared()))
+            - Mat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
+        sum += arm;
+    }
+    // The matrix of the cross product with the sum of all arms.
+    let cross = Mat3::from_cols(
+        Vec3::new(0.0, sum.z, -sum.y),
+        Vec3::new(-sum.z, 0.0, sum.x),
+        Vec3::new(sum.y, -sum.x, 0.0),
+    );
+    (normal.inverse() * cross * -1.0).transpose().to_cols_array_2d()
+}
+
+/// The length of the longest chain below every joint. A joint that translates counts as where it is in the first frame.
+fn chain_lengths(clip: &RawClip) -> Vec<f32> {
+    let mut lengths = vec![0f32; clip.joints.len()];
+    for (index, joint) in clip.joints.iter().enumerate().rev() {
+        if let Some(parent) = joint.parent {
+            let bone = joint.offset().length() * joint.parent_scale;
+            lengths[parent] = lengths[parent].max(lengths[index] + bone);
+        }
+    }
+    lengths
+}
+
+/// Collects the arms to the children of a joint, and to theirs where a child does not rotate. `start` and `rotation` are
+/// from the joint whose arms they are to `index`.
+fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat, arms: &mut Vec<Vec3>) {
+    for &child in &clip.joints[index].children {
+        let joint = &clip.joints[child];
+        if joint.translates() {
+            continue;
+        }
+        let arm = start + rotation * (joint.offset() * joint.parent_scale);
+        arms.push(arm);
+        if !joint.rotates() {
+            collect_rigid_arms(clip, child, arm, rotation * joint.orientation(), arms);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_is_that_of_the_farthest_point() {
+        let arms = LeverArms::new(vec![Vec3::X * 0.5, Vec3::X * 0.2]);
+        assert_eq!(arms.longest, 0.5);
+        let angle = 0.01;
+        let across = arms.error(Vec3::ZERO, Quat::from_rotation_z(angle));
+        assert!((across - 0.5 * angle).abs() < 1e-6, "{across}");
+        // A twist about the arm moves the shell alone.
+        let twist = arms.error(Vec3::ZERO, Quat::from_rotation_x(angle));
+        assert!((twist - SHELL_DISTANCE * angle).abs() < 1e-6, "{twist}");
+    }
+
+    #[test]
+    fn a_counter_rotation_moves_the_end_of_an_arm_back() {
+        let arms = LeverArms::new(vec![Vec3::X * 0.5]);
+        let error = Vec3::Y * 0.001;
+        let rotation = Vec3::from_array(arms.counter_rotation.map(|row| Vec3::from_array(row).dot(error)));
+        // By the angle whose arc at the end of the arm is the error, but for what the shell asks for.
+        assert!(rotation.abs_diff_eq(Vec3::Z * -0.002, 1e-5), "{rotation}");
+        assert!(arms.error(error, Quat::from_scaled_axis(rotation)) < 0.07 * error.y);
+    }
+}

@@ -1,0 +1,260 @@
+//! Rotations as 32-bit floats, as 16-bit integers, or as the QUATERNION filter of meshopt stores them.
+//!
+//! The filter stores the three smaller components of a quaternion ("smallest three"), each as an integer of 4 to 16
+//! bits, and which component was dropped. Its formula is that of EXT_meshopt_compression, appendix B:
+//! <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/EXT_meshopt_compression>
+
+use std::f32::consts::SQRT_2;
+
+use glam::{Quat, Vec4};
+
+use super::round;
+use crate::math::quaternion::in_hemisphere_of;
+
+/// The largest 16-bit integer: glTF's normalized integers divide by it.
+const INT16_MAX: f32 = 32767.0;
+
+/// How the rotations of a track are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RotationFormat {
+    /// Four 32-bit floats.
+    Float32,
+    /// Four 16-bit normalized integers, core glTF: `max(c / 32767, -1)`.
+    Int16,
+    /// The QUATERNION filter of meshopt with this bit rate: bits per component.
+    QuaternionFilter(u32),
+}
+
+/// One stored rotation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct QuantizedRotation {
+    /// What the file holds, before any filter.
+    pub(crate) stored: [i16; 4],
+    /// What a reader decodes from it. Its length is 1 up to rounding; some readers normalize it, others do not.
+    pub(crate) value: Quat,
+    /// How many components are so near to the middle between two integers that another decoder may round them to the
+    /// other one.
+    pub(in crate::compress) ambiguous: u8,
+}
+
+impl RotationFormat {
+    /// Bytes of a key, without its time.
+    pub(in crate::compress) fn bytes(self) -> usize {
+        match self {
+            Self::Float32 => 16,
+            Self::Int16 | Self::QuaternionFilter(_) => 8,
+        }
+    }
+
+    /// The nearest stored rotation. Where signs are stored it is in the hemisphere of `previous`.
+    pub(in crate::compress) fn quantize(
+        self,
+        rotation: Quat,
+        previous: Option<&QuantizedRotation>,
+    ) -> QuantizedRotation {
+        let previous_value = previous.map_or(Quat::IDENTITY, |previous| previous.value);
+        match self {
+            Self::Float32 => QuantizedRotation {
+                stored: [0; 4],
+                value: in_hemisphere_of(previous_value, rotation.normalize()),
+                ambiguous: 0,
+            },
+            Self::Int16 => quantize_int16(in_hemisphere_of(previous_value, rotation.normalize())),
+            Self::QuaternionFilter(bits) => Lattice::new(bits).quantize(rotation, previous),
+        }
+    }
+}
+
+/// Four integers next to the components of `rotation`: of the sixteen ways to round up or down the one whose length is
+/// nearest to 1, because a reader that does not normalize would stretch what the joint carries.
+fn quantize_int16(rotation: Quat) -> QuantizedRotation {
+    let exact = rotation.to_array().map(|c| c * INT16_MAX);
+    let below = exact.map(floor);
+    let mut best = ([0; 4], f32::INFINITY);
+    for corner in 0..16 {
+        let stored: [i32; 4] = std::array::from_fn(|c| (below[c] + (corner >> c & 1)).clamp(-32767, 32767));
+        // As integers, which are exact: the sum of the squares is near 2^30.
+        let squares: i32 = stored.iter().map(|c| c * c).sum();
+        let stretch = (squares - 32767 * 32767).unsigned_abs() as f32;
+        let distance: f32 = std::iter::zip(stored, exact)
+            .map(|(c, exact)| (c as f32 - exact).powi(2))
+            .sum();
+        // An error of one step in length weighs as much as one in angle: a step more in length adds 2 * 32767 to the
+        // sum of the squares.
+        let cost = (stretch / INT16_MAX).powi(2) + distance;
+        if cost < best.1 {
+            best = (stored, cost);
+        }
+    }
+    let stored = best.0.map(|c| c as i16);
+    QuantizedRotation {
+        stored,
+        value: Quat::from_array(stored.map(|c| f32::from(c) / INT16_MAX)),
+        ambiguous: 0,
+    }
+}
+
+/// The largest integer that is not above `value`. `f32::floor` is a function call on x86-64 without SSE4.1.
+fn floor(value: f32) -> i32 {
+    let towards_zero = value as i32;
+    towards_zero - i32::from(towards_zero as f32 > value)
+}
+
+/// The component of a quaternion that the QUATERNION filter drops: the largest one. As long as the others fit it stays
+/// the one that the key before has dropped, because the differences to that key are large where it changes.
+pub(in crate::compress) fn dropped_component(components: [f32; 4], previous: Option<usize>) -> usize {
+    /// Stored components are at most the root of a half, 0.707; less, so that candidates beside the nearest one fit.
+    const MAX_STORED: f32 = 0.705;
+    let larger = |a: usize, b: usize| {
+        if components[b].abs() > components[a].abs() {
+            b
+        } else {
+            a
+        }
+    };
+    let largest = larger(larger(0, 1), larger(2, 3));
+    match previous {
+        Some(previous) if components[largest].abs() < MAX_STORED && components[previous].abs() > 0.3 => previous,
+        _ => largest,
+    }
+}
+
+/// The rotations that the QUATERNION filter can store with a bit rate: a lattice in the space of the three components.
+#[derive(Clone, Copy)]
+pub(in crate::compress) struct Lattice {
+    /// The largest integer that a component can be; it stands for the root of a half.
+    max: i32,
+}
+
+impl Lattice {
+    pub(in crate::compress) fn new(bits: u32) -> Self {
+        Self {
+            max: (1 << (bits - 1)) - 1,
+        }
+    }
+
+    /// Steps per unit of a component.
+    pub(in crate::compress) fn scale(self) -> f32 {
+        self.max as f32 * SQRT_2
+    }
+
+    /// The fourth stored integer: the bit rate and the dropped component.
+    fn tag(self, dropped: usize) -> i16 {
+        ((self.max & !3) | dropped as i32) as i16
+    }
+
+    /// The three integers of the key before; `None` where it dropped another component, so that differences to it mean
+    /// nothing.
+    pub(in crate::compress) fn previous(self, dropped: usize, previous: &QuantizedRotation) -> Option<[i32; 3]> {
+        let [x, y, z, tag] = previous.stored;
+        (tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
+    }
+
+    /// The rotation at a lattice point: the integers of the three components that come after the dropped one.
+    pub(in crate::compress) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
+        let [x, y, z] = point.map(|c| c.clamp(-self.max, self.max) as i16);
+        decode_quaternion_filter([x, y, z, self.tag(dropped)])
+    }
+
+    fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
+        let components = rotation.to_array();
+        let dropped = dropped_component(components, previous.map(QuantizedRotation::dropped));
+        let scale = self.scale().copysign(components[dropped]);
+        let point = [1, 2, 3].map(|slot| round(components[(dropped + slot) & 3] * scale));
+        self.at(point, dropped)
+    }
+}
+
+/// From this bit rate on a lattice step is about as small as the rounding of a decoder, and ambiguous rotations are
+/// avoided: there are enough others.
+pub(in crate::compress) const FINE_BITS: u32 = 10;
+
+/// A component this near to the middle between two integers is ambiguous: a few rounding errors of 32-bit floats below
+/// 32768.
+const AMBIGUITY: f32 = 0.005;
+
+/// What a reader decodes from the four integers of the QUATERNION filter.
+fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
+    let max = f32::from(stored[3] | 3);
+    let dropped = (stored[3] & 3) as usize;
+    let [x, y, z] = [stored[0], stored[1], stored[2]].map(f32::from);
+    let w = (max * max * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
+    let to_int16 = INT16_MAX / SQRT_2 / max;
+    let exact = (Vec4::new(x, y, z, w) * to_int16).to_array();
+    let [a, b, c, d] = exact.map(|exact| round(exact) as f32);
+    // The dropped component is the root of a difference: the smaller it is, the larger its rounding error.
+    let ambiguity = [
+        AMBIGUITY,
+        AMBIGUITY,
+        AMBIGUITY,
+        AMBIGUITY * INT16_MAX / exact[3].max(1.0),
+    ];
+    let is_ambiguous = |slot: usize, rounded: f32| u8::from((exact[slot] - rounded).abs() > 0.5 - ambiguity[slot]);
+    let decoded = match dropped {
+        0 => [d, a, b, c],
+        1 => [c, d, a, b],
+        2 => [b, c, d, a],
+        _ => [a, b, c, d],
+    };
+    QuantizedRotation {
+        stored,
+        value: Quat::from_array(decoded.map(|c| c / INT16_MAX)),
+        ambiguous: is_ambiguous(0, a) + is_ambiguous(1, b) + is_ambiguous(2, c) + is_ambiguous(3, d),
+    }
+}
+
+impl QuantizedRotation {
+    /// The component that the QUATERNION filter dropped.
+    pub(in crate::compress) fn dropped(&self) -> usize {
+        (self.stored[3] & 3) as usize
+    }
+
+    /// The angle, in radians, by which the rotation may differ in another decoder.
+    pub(in crate::compress) fn ambiguity(&self) -> f64 {
+        2.0 * f64::from(self.ambiguous).sqrt() / f64::from(INT16_MAX)
+    }
+}
+
+#[cfg(all(test, feature = "meshopt"))]
+mod tests {
+    use super::*;
+
+    /// Up to the stated ambiguity.
+    #[test]
+    fn the_filter_decodes_as_meshoptimizer_does() {
+        let mut seed = 1u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / 8_388_608.0 - 1.0
+        };
+        for bits in 5..=16 {
+            let mut previous: Option<QuantizedRotation> = None;
+            for _ in 0..1000 {
+                let rotation = Quat::from_xyzw(random(), random(), random(), random()).normalize();
+                // Every other one near the one before, so that the dropped component is not always the largest.
+                let near = |previous: QuantizedRotation| (previous.value + rotation * 0.05).normalize();
+                let rotation = previous.filter(|_| random() < 0.5).map_or(rotation, near);
+                let quantized = RotationFormat::QuaternionFilter(bits).quantize(rotation, previous.as_ref());
+                let error = (quantized.value - rotation)
+                    .length()
+                    .min((quantized.value + rotation).length());
+                let step = 1.0 / ((1 << (bits - 1)) - 1) as f32;
+                assert!(
+                    error < 3.0 * step + 1e-4,
+                    "{bits} bits: {rotation} became {}",
+                    quantized.value
+                );
+                let mut reference = [quantized.stored];
+                meshopt::decode_filter_quat(&mut reference);
+                let reference = Quat::from_array(reference[0].map(|c| f32::from(c) / INT16_MAX));
+                let difference = 2.0 * f64::from((quantized.value - reference).length());
+                assert!(
+                    difference <= quantized.ambiguity() + 1e-6,
+                    "{bits} bits: {} became {reference}",
+                    quantized.value
+                );
+                previous = Some(quantized);
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Translations as 32-bit floats, or as the EXPONENTIAL filter of meshopt stores them.
+
+use glam::Vec3;
+
+use super::round;
+
+/// How the translations of a track are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TranslationFormat {
+    /// Three 32-bit floats.
+    Float32,
+    /// The EXPONENTIAL filter of meshopt: three mantissas of 24 bits, times 2 to this power, in metres.
+    ExponentialFilter(i32),
+}
+
+/// One stored translation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct QuantizedTranslation {
+    /// What the file holds.
+    pub(crate) stored: [u32; 3],
+    /// What a reader decodes from it.
+    pub(crate) value: Vec3,
+}
+
+/// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
+const MAX_MANTISSA: f32 = 8_388_607.0;
+
+impl TranslationFormat {
+    /// Bytes of a key, without its time.
+    pub(in crate::compress) const BYTES: usize = size_of::<[f32; 3]>();
+
+    /// The EXPONENTIAL filter with steps of at most `step`, or larger ones where values up to `largest` would not fit.
+    pub(in crate::compress) fn exponential_filter(step: f32, largest: f32) -> Self {
+        let fine = step.log2().floor();
+        let range = (largest / MAX_MANTISSA).log2().ceil();
+        Self::ExponentialFilter(fine.max(range).clamp(-100.0, 100.0) as i32)
+    }
+
+    /// Within `tolerance` of `translation`, and with the numbers of the key before where they are within a step: a
+    /// number that does not change costs nothing in a stream of differences.
+    pub(in crate::compress) fn quantize(
+        self,
+        translation: Vec3,
+        previous: Option<&QuantizedTranslation>,
+        tolerance: f32,
+    ) -> QuantizedTranslation {
+        let held = self.hold(translation, previous);
+        if held.value.distance(translation) <= tolerance {
+            held
+        } else {
+            self.hold(translation, None)
+        }
+    }
+
+    /// The nearest stored translation, but for the components that are within a step of the key before: they stay as
+    /// they were.
+    fn hold(self, translation: Vec3, previous: Option<&QuantizedTranslation>) -> QuantizedTranslation {
+        match self {
+            Self::Float32 => QuantizedTranslation {
+                stored: translation.to_array().map(f32::to_bits),
+                // Adding zero turns -0 into 0.
+                value: translation + Vec3::ZERO,
+            },
+            Self::ExponentialFilter(exponent) => {
+                let step = f32::exp2(exponent as f32);
+                let mantissas: [i32; 3] = std::array::from_fn(|axis| {
+                    let exact = (translation[axis] / step).clamp(-MAX_MANTISSA, MAX_MANTISSA);
+                    match previous.map(|previous| previous.value[axis] / step) {
+                        Some(before) if (exact - before).abs() <= 1.0 => before as i32,
+                        _ => round(exact),
+                    }
+                });
+                QuantizedTranslation {
+                    stored: mantissas.map(|m| (m as u32 & 0x00ff_ffff) | ((exponent as u32) << 24)),
+                    value: Vec3::from_array(mantissas.map(|m| m as f32 * step)),
+                }
+            }
+        }
+    }
+}

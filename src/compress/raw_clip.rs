@@ -1,0 +1,289 @@
+//! The raw clip: one animation of a scene, sampled at every frame, as a hierarchy of joints.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use glam::{Quat, Vec3};
+
+use super::object_space::ObjectSpaceTrack;
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::{Binding, Trs, forward_kinematics};
+use crate::scene::{Animation, Keys, Node, NodeId, Scene};
+
+/// By how much the three factors of a scale may differ to count as uniform: a few rounding errors.
+const UNIFORM: f32 = 1e-4;
+
+/// The most frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
+const MAX_VALUES: usize = 1 << 28;
+
+pub(super) struct RawClip<'a> {
+    /// The frames: the whole ticks of the animation, and every tick that has a key.
+    pub(super) ticks: Vec<f64>,
+    /// One per node of the scene, in its order.
+    pub(super) joints: Vec<RawJoint<'a>>,
+}
+
+/// One node, and its transform to its parent at every frame.
+pub(super) struct RawJoint<'a> {
+    pub(super) parent: Option<usize>,
+    pub(super) children: Vec<usize>,
+    pub(super) translation: RawTrack<'a, Vec3>,
+    pub(super) rotation: RawTrack<'a, Quat>,
+    /// The value that may stand for all of an animated track: see [`constant_tracks`](super::constant_tracks).
+    pub(super) constant_translation: Option<Vec3>,
+    pub(super) constant_rotation: Option<Quat>,
+    /// The length, in metres, of a unit in the space of this node.
+    pub(super) scale: f32,
+    /// The same of its parent: a unit of its own translation.
+    pub(super) parent_scale: f32,
+}
+
+pub(super) enum RawTrack<'a, T: Clone> {
+    Constant(T),
+    /// One value per frame.
+    Animated(Cow<'a, [T]>),
+}
+
+impl<T: Copy> RawTrack<'_, T> {
+    pub(super) fn at(&self, frame: usize) -> T {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Animated(values) => values[frame],
+        }
+    }
+
+    pub(super) fn is_animated(&self) -> bool {
+        matches!(self, Self::Animated(_))
+    }
+
+    /// The values of an animated track; none of a constant one.
+    pub(super) fn animated_values(&self) -> &[T] {
+        match self {
+            Self::Constant(_) => &[],
+            Self::Animated(values) => values,
+        }
+    }
+}
+
+impl<'a> RawClip<'a> {
+    /// # Errors
+    /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
+    /// rotation and translation does not bound the whole.
+    pub(super) fn new(scene: &'a Scene, animation: &'a Animation) -> Result<Self> {
+        let values = animation.frame_count().saturating_mul(scene.nodes.len());
+        if values > MAX_VALUES {
+            let message = "the animation has too many frames to measure the error at each";
+            return Err(Diagnostic::new(Code::LimitExceeded, message)
+                .expected_found(
+                    format!("frames times nodes of at most {MAX_VALUES}"),
+                    format!("{} frames of {} nodes", animation.frame_count(), scene.nodes.len()),
+                )
+                .help("write it without compression and without a largest error, or trim it")
+                .into());
+        }
+        let ticks = frame_ticks(animation);
+        let mut joints: Vec<RawJoint> = Vec::with_capacity(scene.nodes.len());
+        let mut has_children = vec![false; scene.nodes.len()];
+        for node in &scene.nodes {
+            if let Some(parent) = node.parent {
+                has_children[parent.index()] = true;
+            }
+        }
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let parent = node.parent.map(NodeId::index);
+            if let Some(parent) = parent {
+                joints[parent].children.push(index);
+            }
+            let rest = Trs::from_matrix(node.transform);
+            let parent_scale = parent.map_or(1.0, |parent| joints[parent].scale);
+            // The scale of a leaf moves no joint.
+            let own_scale = if has_children[index] {
+                uniform_scale(node, &[rest.scale])?
+            } else {
+                1.0
+            };
+            joints.push(RawJoint {
+                parent,
+                children: Vec::new(),
+                translation: RawTrack::Constant(finite(node, rest.translation)?),
+                rotation: RawTrack::Constant(normalized(node, rest.rotation)?),
+                constant_translation: None,
+                constant_rotation: None,
+                scale: parent_scale * own_scale,
+                parent_scale,
+            });
+        }
+        for (node, place) in Binding::new(scene, animation).driven() {
+            let channel = &animation.channels[place];
+            let (node, joint) = (&scene.nodes[node.index()], &mut joints[node.index()]);
+            if !channel.scaling_keys.is_empty() && !joint.children.is_empty() {
+                let own = uniform_scale(node, &channel.scaling_keys.values)?;
+                let rest = uniform_scale(node, &[Trs::from_matrix(node.transform).scale])?;
+                if (own / rest - 1.0).abs() > UNIFORM {
+                    return Err(scale_error(node).into());
+                }
+            }
+            if let Some(track) = sample(&channel.position_keys, &ticks, Keys::<Vec3>::sample) {
+                check(node, &track, Vec3::is_finite)?;
+                joint.translation = track;
+            }
+            if let Some(track) = sample(&channel.rotation_keys, &ticks, Keys::<Quat>::sample) {
+                check(node, &track, |value| (value.length_squared() - 1.0).abs() < 1e-3)?;
+                joint.rotation = track;
+            }
+        }
+        Ok(Self { ticks, joints })
+    }
+
+    pub(super) fn frames(&self) -> usize {
+        self.ticks.len()
+    }
+
+    /// All frames as one range, for functions that take several ranges.
+    pub(super) fn all_frames(&self) -> Vec<Range<usize>> {
+        std::iter::once(0..self.frames()).collect()
+    }
+
+    pub(super) fn parent_of(&self, joint: usize) -> Option<usize> {
+        self.joints[joint].parent
+    }
+
+    /// All joints in object space. Static leaves are left empty: their place follows from their parent's.
+    pub(super) fn object_space(&self) -> Vec<ObjectSpaceTrack> {
+        let mut tracks = vec![ObjectSpaceTrack::default(); self.joints.len()];
+        forward_kinematics(
+            &mut tracks,
+            |index| self.parent_of(index),
+            |index, parent, track| {
+                let joint = &self.joints[index];
+                if joint.is_static_leaf() {
+                    return;
+                }
+                *track = ObjectSpaceTrack::with_capacity(self.frames());
+                for frame in 0..self.frames() {
+                    let offset = joint.translation.at(frame) * joint.parent_scale;
+                    track.positions.push(ObjectSpaceTrack::position(parent, frame, offset));
+                    let rotation = joint.rotation.at(frame);
+                    track
+                        .rotations
+                        .push(ObjectSpaceTrack::rotation(parent, frame, rotation));
+                }
+            },
+        );
+        tracks
+    }
+}
+
+impl RawJoint<'_> {
+    /// Whether the translation to the parent needs keys.
+    pub(super) fn translates(&self) -> bool {
+        self.translation.is_animated() && self.constant_translation.is_none()
+    }
+
+    /// Whether the rotation to the parent needs keys.
+    pub(super) fn rotates(&self) -> bool {
+        self.rotation.is_animated() && self.constant_rotation.is_none()
+    }
+
+    /// The translation of a joint that does not [translate](Self::translates); otherwise that of the first frame.
+    pub(super) fn offset(&self) -> Vec3 {
+        self.constant_translation.unwrap_or_else(|| self.translation.at(0))
+    }
+
+    /// The rotation of a joint that does not [rotate](Self::rotates); otherwise that of the first frame.
+    pub(super) fn orientation(&self) -> Quat {
+        self.constant_rotation.unwrap_or_else(|| self.rotation.at(0))
+    }
+
+    /// Whether the joint is not animated and has no children, as an end site.
+    pub(super) fn is_static_leaf(&self) -> bool {
+        self.children.is_empty() && !self.translation.is_animated() && !self.rotation.is_animated()
+    }
+}
+
+/// The whole ticks of an animation and those of all its keys, each once.
+fn frame_ticks(animation: &Animation) -> Vec<f64> {
+    let mut ticks: Vec<f64> = (0..animation.frame_count()).map(|frame| frame as f64).collect();
+    let of_keys = animation.channels.iter().flat_map(|channel| {
+        let of_channel = [&channel.position_keys.ticks, &channel.rotation_keys.ticks];
+        of_channel.into_iter().flatten().flatten()
+    });
+    let between: Vec<f64> = of_keys
+        .copied()
+        .filter(|tick| tick.fract() != 0.0 && tick.is_finite() && *tick >= 0.0 && *tick <= animation.duration)
+        .collect();
+    if !between.is_empty() {
+        ticks.extend(between);
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+    }
+    ticks
+}
+
+/// The values of keys at `ticks`: borrowed where there is a key at each. `None` where there is no key.
+fn sample<'a, T: Copy + PartialEq>(
+    keys: &'a Keys<T>,
+    ticks: &[f64],
+    sample: fn(&Keys<T>, f64) -> Option<T>,
+) -> Option<RawTrack<'a, T>> {
+    let first = *keys.values.first()?;
+    if keys.values.iter().all(|value| *value == first) {
+        return Some(RawTrack::Constant(first));
+    }
+    if keys.ticks.is_none() && keys.len() == ticks.len() {
+        return Some(RawTrack::Animated(Cow::Borrowed(&keys.values)));
+    }
+    let values: Vec<T> = ticks.iter().filter_map(|&tick| sample(keys, tick)).collect();
+    Some(RawTrack::Animated(Cow::Owned(values)))
+}
+
+fn check<T: Copy>(node: &Node, track: &RawTrack<'_, T>, is_good: impl Fn(T) -> bool) -> Result<()> {
+    let all = match track {
+        RawTrack::Constant(value) => is_good(*value),
+        RawTrack::Animated(values) => values.iter().all(|value| is_good(*value)),
+    };
+    if all { Ok(()) } else { Err(value_error(node).into()) }
+}
+
+fn finite(node: &Node, value: Vec3) -> Result<Vec3> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(value_error(node).into())
+    }
+}
+
+fn normalized(node: &Node, value: Quat) -> Result<Quat> {
+    if value.is_finite() && value.length_squared() > 0.0 {
+        Ok(value.normalize())
+    } else {
+        Err(value_error(node).into())
+    }
+}
+
+fn value_error(node: &Node) -> Diagnostic {
+    Diagnostic::new(
+        Code::Unrepresentable,
+        "a position is not finite, or a rotation is not a quaternion of length 1",
+    )
+    .in_joint(&node.name)
+}
+
+fn uniform_scale(node: &Node, values: &[Vec3]) -> Result<f32> {
+    let first = values[0].x;
+    let is_uniform = |value: &Vec3| value.to_array().iter().all(|axis| (axis / first - 1.0).abs() < UNIFORM);
+    if first.is_finite() && first > 0.0 && values.iter().all(is_uniform) {
+        Ok(first)
+    } else {
+        Err(scale_error(node).into())
+    }
+}
+
+fn scale_error(node: &Node) -> Diagnostic {
+    Diagnostic::new(
+        Code::Unrepresentable,
+        "a largest error can be kept only if the scale is above 0, uniform and constant",
+    )
+    .in_joint(&node.name)
+    .help("write it without compression and without a largest error")
+}

@@ -1,0 +1,49 @@
+//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide.
+//!
+//! Products and sums are not fused (that would be the instructions FMA), so that both give the same bits.
+
+/// Declares a function whose body is compiled twice; a call runs the version that the processor can run.
+///
+/// The body has to consist of `#[inline(always)]` functions: any other function is compiled once, for every processor.
+/// With `else` there is another body for processors without AVX2.
+///
+/// ```ignore
+/// wide::dispatch! {
+///     fn sum(values: &[f32]) -> f32 {
+///         sum_lanes(values)
+///     }
+/// }
+/// ```
+macro_rules! dispatch {
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $output:ty)? $body:block
+    ) => {
+        $crate::math::wide::dispatch! {
+            $(#[$attribute])*
+            $visibility fn $name($($argument: $type),*) $(-> $output)? $body else $body
+        }
+    };
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $output:ty)? $wide:block else $body:block
+    ) => {
+        $(#[$attribute])*
+        $visibility fn $name($($argument: $type),*) $(-> $output)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn with_avx2($($argument: $type),*) $(-> $output)? $wide
+
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: all that a call requires is that the processor has AVX2, and it has.
+                    #[allow(unsafe_code, reason = "up to twice as fast: tools/bench/README.md")]
+                    return unsafe { with_avx2($($argument),*) };
+                }
+            }
+            $body
+        }
+    };
+}
+
+pub(crate) use dispatch;
