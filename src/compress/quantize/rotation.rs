@@ -8,7 +8,7 @@ use std::f32::consts::SQRT_2;
 
 use glam::{Quat, Vec4};
 
-use super::round;
+use super::rounding::{floor, round};
 use crate::math::quaternion::in_hemisphere_of;
 
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
@@ -92,12 +92,6 @@ fn quantize_int16(rotation: Quat) -> QuantizedRotation {
         value: Quat::from_array(stored.map(|c| f32::from(c) / INT16_MAX)),
         ambiguous: 0,
     }
-}
-
-/// The largest integer that is not above `value`. `f32::floor` is a function call on x86-64 without SSE4.1.
-fn floor(value: f32) -> i32 {
-    let towards_zero = value as i32;
-    towards_zero - i32::from(towards_zero as f32 > value)
 }
 
 /// The component of a quaternion that the QUATERNION filter drops: the largest one. As long as the others fit it stays

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::round;
+use super::rounding::round;
 
 /// How the translations of a track are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
