@@ -44,9 +44,11 @@ fn read(bencher: Bencher) {
         .skeleton_mesh(SkeletonMesh::None)
         .collapse_keys(false)
         .hash(false);
-    bencher
-        .counter(BytesCount::new(text.len()))
-        .bench(|| importer.read(black_box(&text), "capture.bvh").expect("the fixture is a BVH"));
+    bencher.counter(BytesCount::new(text.len())).bench(|| {
+        importer
+            .read(black_box(&text), "capture.bvh")
+            .expect("the fixture is a BVH")
+    });
 }
 
 /// A track that never changes, which must be looked at to its end.

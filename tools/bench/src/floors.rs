@@ -5,12 +5,12 @@ use std::io;
 use std::path::Path;
 
 /// Looks at every byte once.
-pub fn count_lines(text: &[u8]) -> usize {
+pub(crate) fn count_lines(text: &[u8]) -> usize {
     memchr::memchr_iter(b'\n', text).count()
 }
 
 /// Turns every number of a text into an `f64`, correctly rounded, and keeps none.
-pub fn tokenise(text: &[u8]) -> f64 {
+pub(crate) fn tokenise(text: &[u8]) -> f64 {
     let mut rest = text;
     let mut sum = 0.0;
     loop {
@@ -26,13 +26,13 @@ pub fn tokenise(text: &[u8]) -> f64 {
 }
 
 /// The part of a BVH file that is nothing but numbers.
-pub fn rows(text: &[u8]) -> &[u8] {
+pub(crate) fn rows(text: &[u8]) -> &[u8] {
     let start = memchr::memmem::find(text, b"Frame Time:").map_or(0, |start| start + 11);
     let line_end = memchr::memchr(b'\n', &text[start..]).map_or(text.len(), |end| start + end);
     &text[line_end..]
 }
 
 /// Puts bytes into a new file.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     fs::write(path, bytes)
 }

@@ -7,17 +7,20 @@ use std::path::{Path, PathBuf};
 /// A walk of 38 nodes, 96 channels and 2,752 frames, from the CMU Graphics Lab Motion Capture Database.
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/real/cmu_01_01.bvh");
 /// A skeleton of two joints, for a file that is nearly all start-up.
-const SMALL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/real/blender_two_joints.bvh");
+const SMALL: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../fixtures/real/blender_two_joints.bvh"
+);
 
 /// Copies a small file of 2 KB into `folder`.
-pub fn small(folder: &Path) -> io::Result<PathBuf> {
+pub(crate) fn small(folder: &Path) -> io::Result<PathBuf> {
     let path = folder.join("small.bvh");
     fs::copy(SMALL, &path)?;
     Ok(path)
 }
 
 /// Writes a file of `bytes` bytes, to the next row, into `folder`.
-pub fn tile(folder: &Path, name: &str, bytes: usize) -> io::Result<PathBuf> {
+pub(crate) fn tile(folder: &Path, name: &str, bytes: usize) -> io::Result<PathBuf> {
     let text = fs::read_to_string(CAPTURE)?;
     let (hierarchy, motion) = text.split_once("MOTION").ok_or(io::ErrorKind::InvalidData)?;
     let rows: Vec<&str> = motion.lines().skip(3).filter(|row| !row.trim().is_empty()).collect();

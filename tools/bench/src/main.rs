@@ -155,7 +155,17 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     let mocap = peers::mocap();
     let (from, to) = (path.to_string_lossy(), output.to_string_lossy());
     // Refused where `mocap` was built without meshopt.
-    let packed = ["convert", &from, &to, "--threads", "1", "--compress", "meshopt", "--max-error", "1mm"];
+    let packed = [
+        "convert",
+        &from,
+        &to,
+        "--threads",
+        "1",
+        "--compress",
+        "meshopt",
+        "--max-error",
+        "1mm",
+    ];
     let small_enough = text.len() < 50_000_000;
 
     let mut stages = Stages::default();
@@ -253,11 +263,16 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         wanted(8.0).or(not_slower),
     );
     // The whole program, reading and writing included.
-    let packing = stages.seconds(PACKING).map(|(least, _)| text.len() as f64 / least / 1e6);
+    let packing = stages
+        .seconds(PACKING)
+        .map(|(least, _)| text.len() as f64 / least / 1e6);
     print_figure("within 1 mm in streams, 1 thread, MB/s", packing, wanted(50.0));
     for threads in [1, 2] {
         let peak = peak_memory(threads, path, &output)? as f64;
-        let name = format!("peak memory of convert --threads {threads}, {:.1} MB, of the input", peak / 1e6);
+        let name = format!(
+            "peak memory of convert --threads {threads}, {:.1} MB, of the input",
+            peak / 1e6
+        );
         // The program itself takes some MB too.
         let most = (text.len() > 100_000_000).then_some(Wanted::AtMost(1.3));
         print_figure(&name, Some(peak / text.len() as f64), most);

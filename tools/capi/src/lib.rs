@@ -3,6 +3,8 @@
 //! `mocap.h` is made from this file, so the comments here speak to a reader of the header. What the functions share,
 //! the handle and the wall that no panic passes, stands in `handle` and `border`.
 
+#![allow(unsafe_code, reason = "pointers of other languages go in and out")]
+#![deny(clippy::missing_safety_doc, clippy::undocumented_unsafe_blocks)]
 // Tests may unwrap; the library may not.
 #![warn(clippy::unwrap_used)]
 

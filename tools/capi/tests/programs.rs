@@ -14,10 +14,10 @@ const LECTURE: &str = "../../fixtures/real/lecture_Test.bvh";
 const C: &[&str] = &["cc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 const CPP: &[&str] = &["c++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"];
 
-/// Installs the library into a folder of its own, named after the test.
+/// Installs the library into a folder of its own, named after the test, in the profile that the tests are built with.
 fn installed(test: &str) -> PathBuf {
     let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    succeed(Command::new("./install").arg(&prefix));
+    succeed(Command::new("./install").arg(&prefix).arg("dev"));
     prefix
 }
 

@@ -62,7 +62,9 @@ fn export_bvh(scene: &Scene) {
     let Ok(text) = bvh::write(scene, &bvh::Options::default()) else {
         return;
     };
-    let importer = Importer::new().format(mocap::Format::Bvh).skeleton_mesh(SkeletonMesh::None);
+    let importer = Importer::new()
+        .format(mocap::Format::Bvh)
+        .skeleton_mesh(SkeletonMesh::None);
     let again = match importer.read(&text, "written.bvh") {
         Ok(again) => again,
         // A name becomes longer where it had no letters that text has, and a group is a node of its own.
@@ -74,7 +76,12 @@ fn export_bvh(scene: &Scene) {
         .collect();
     assert!(said.is_empty(), "what was written deviates from the format: {said:?}");
     // Durations that were computed from seconds fall a little short of a whole tick.
-    let frames = |scene: &Scene| scene.animations.first().map_or(0.0, |animation| (animation.duration + 1e-6).floor());
+    let frames = |scene: &Scene| {
+        scene
+            .animations
+            .first()
+            .map_or(0.0, |animation| (animation.duration + 1e-6).floor())
+    };
     assert_eq!(frames(&again), frames(scene), "frames were lost");
 }
 

@@ -60,7 +60,7 @@ const EDGES: &[&[u8]] = &[
 ];
 
 /// A seed with some changes.
-pub fn mutate(pool: &[Vec<u8>], words: &[&str], random: &mut Rng) -> Vec<u8> {
+pub(crate) fn mutate(pool: &[Vec<u8>], words: &[&str], random: &mut Rng) -> Vec<u8> {
     let mut bytes = choose(pool, random).clone();
     let longest = LONGEST.max(bytes.len());
     for _ in 0..random.usize(1..=MOST_CHANGES) {

@@ -5,7 +5,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::ptr;
 
-use mocap::{Importer, RootOffset, SkeletonMesh, FORMATS};
+use mocap::{FORMATS, Importer, RootOffset, SkeletonMesh};
 
 use crate::abi::{aiScene, aiString};
 use crate::border::{guard, slice, text};

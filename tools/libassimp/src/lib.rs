@@ -4,8 +4,10 @@
 //! The exported functions have the names and the behaviour that those headers document; what differs stands in the
 //! README.
 
+#![allow(unsafe_code, reason = "pointers of other languages go in and out")]
 // The names are Assimp's.
 #![allow(non_snake_case)]
+#![deny(clippy::missing_safety_doc, clippy::undocumented_unsafe_blocks)]
 // Tests may unwrap; the library may not.
 #![warn(clippy::unwrap_used)]
 

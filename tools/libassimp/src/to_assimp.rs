@@ -3,9 +3,9 @@
 use std::ffi::c_void;
 use std::ptr;
 
-use mocap::{Format, Scene};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Primitive};
+use mocap::{Format, Scene};
 
 use crate::abi::{
     METADATA_STRING, PRIMITIVE_POINT, PRIMITIVE_TRIANGLE, PROPERTY_INTEGER, PROPERTY_STRING, aiAnimation, aiBone,

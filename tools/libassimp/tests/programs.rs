@@ -109,14 +109,14 @@ fn memory_is_sound_under_the_address_sanitizer() {
     }
 }
 
-/// With pyassimp 5.2.5, which `check` puts into `target/python`.
+/// With pyassimp 5.2.5, which `check` puts into `target/python` of the workspace.
 #[test]
 fn python_sees_the_same_scene() {
     let see = |library, name: &str| {
         let mut python = Command::new("python3");
         python
             .args(["tests/scene.py", &fixture(name)])
-            .env("PYTHONPATH", "target/python");
+            .env("PYTHONPATH", "../../target/python");
         let output = succeed(with(&mut python, library));
         // The library's path stands on standard error.
         let path = String::from_utf8_lossy(&output.stderr).into_owned();

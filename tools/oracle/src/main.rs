@@ -2,6 +2,8 @@
 //!
 //! `tools/oracle/compare` builds both programs and calls this one; `README.md` says what is compared.
 
+#![warn(clippy::unwrap_used)]
+
 mod assimp_json;
 mod difference;
 mod explain;

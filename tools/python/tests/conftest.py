@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -33,8 +34,8 @@ def walk() -> Path:
 
 @pytest.fixture(scope="session")
 def program() -> Path:
-    """The command line, with Parquet; `check` builds it."""
-    path = REPOSITORY / "target" / "debug" / "mocap"
+    """The command line, with Parquet; `check` builds it, or MOCAP names it."""
+    path = Path(os.environ.get("MOCAP", REPOSITORY / "target" / "release" / "mocap"))
     if not path.exists():
-        pytest.skip("cargo build --features parquet has not been run")
+        pytest.skip("cargo build --release --features parquet has not been run")
     return path

@@ -20,15 +20,15 @@ pub(crate) enum Library {
 pub(crate) fn our_folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
-        let built = Path::new(env!("CARGO_TARGET_TMPDIR")).join("build");
+        let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
         succeed(
             Command::new(env!("CARGO"))
                 .args(["build", "--quiet", "--target-dir"])
-                .arg(&built),
+                .arg(target),
         );
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("lib");
         std::fs::create_dir_all(&folder).unwrap();
-        std::fs::copy(built.join("debug/libassimp.so"), folder.join("libassimp.so.5")).unwrap();
+        std::fs::copy(target.join("debug/libassimp.so"), folder.join("libassimp.so.5")).unwrap();
         folder
     })
 }
