@@ -187,9 +187,12 @@ fn check_size(frames: usize, values_per_frame: usize) -> Result<()> {
     let limit = Limits::default().max_values;
     let values = frames as u64 * values_per_frame as u64;
     if values > limit {
-        let diagnostic = Diagnostic::new(Code::LimitExceeded, "the arrays would be larger than the limits allow")
-            .expected_found(format!("at most {limit} values"), format!("{values} values"))
-            .help("take a part of the motion, or fewer frames a second");
+        let diagnostic = Diagnostic::new(
+            Code::LimitExceeded,
+            "the arrays would have more values than the limits allow",
+        )
+        .expected_found(format!("at most {limit} values"), format!("{values} values"))
+        .help("select a part of the motion, or fewer frames per second");
         return Err(diagnostic.into());
     }
     Ok(())

@@ -1,8 +1,8 @@
 //! What is wrong with a file, and where.
 //!
-//! A [`Diagnostic`] is one thing to say about a file. An [`Error`] is the diagnostic that stopped the import; the
-//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not. Both carry a [`Code`], a stable name
-//! whose cause and remedy stand in one table.
+//! A [`Diagnostic`] describes one problem of a file. An [`Error`] is the diagnostic that stopped the import; the
+//! warnings of a [`Scene`](crate::scene::Scene) are diagnostics that did not stop it. Both carry a [`Code`], a stable
+//! name with its cause and its remedy in one table.
 
 mod code;
 
@@ -17,7 +17,7 @@ pub use self::code::Code;
 /// The result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A place in a text file, and what stands there.
+/// A place in a text file, and the text there.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
     /// Line, from 1. CR, LF and CRLF each end one line.
@@ -32,30 +32,30 @@ pub struct Location {
     pub text_column: usize,
 }
 
-/// One thing to say about a file.
+/// One problem of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Diagnostic {
     /// Its stable name.
     pub code: Code,
-    /// What is the case, as one sentence without its place and without a full stop.
+    /// What is wrong, as one sentence without the place and without a full stop.
     pub message: String,
-    /// Where it was met, the first time if `count` is above 1. Absent where no single place is to blame.
+    /// The place; of the first occurrence if `count` is above 1. Absent where there is no single place.
     pub location: Option<Location>,
     /// The joint it belongs to.
     pub joint: Option<String>,
-    /// What should have stood there.
+    /// What the format expects there.
     pub expected: Option<String>,
-    /// What stood there.
+    /// What the file has there.
     pub found: Option<String>,
-    /// How to mend it.
+    /// How to correct it.
     pub help: Option<String>,
-    /// How often it was met.
+    /// The number of occurrences.
     pub count: u64,
 }
 
 impl Diagnostic {
-    /// A diagnostic that was met once, without a place.
+    /// A diagnostic with one occurrence and without a place.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,
@@ -69,21 +69,21 @@ impl Diagnostic {
         }
     }
 
-    /// Says where.
+    /// Sets the place.
     #[must_use]
     pub fn at(mut self, location: Location) -> Self {
         self.location = Some(location);
         self
     }
 
-    /// Says in which joint.
+    /// Sets the joint.
     #[must_use]
     pub fn in_joint(mut self, joint: impl Into<String>) -> Self {
         self.joint = Some(joint.into());
         self
     }
 
-    /// Says what should have stood there, and what did.
+    /// Sets what the format expects and what the file has.
     #[must_use]
     pub fn expected_found(mut self, expected: impl Into<String>, found: impl Into<String>) -> Self {
         self.expected = Some(expected.into());
@@ -91,14 +91,14 @@ impl Diagnostic {
         self
     }
 
-    /// Says how to mend it.
+    /// Sets how to correct it.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Says how often it was met.
+    /// Sets the number of occurrences.
     #[must_use]
     pub fn times(mut self, count: u64) -> Self {
         self.count = count;
@@ -128,9 +128,9 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Why a file could not be read or written: one [`Diagnostic`], the file it is about, and what was noticed before.
+/// Why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings before it.
 ///
-/// It prints as one line that begins as compilers begin theirs:
+/// It prints as one line that begins with the place, as a compiler's messages do:
 ///
 /// ```
 /// let error = mocap::Importer::new().read(b"HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh").unwrap_err();
@@ -160,25 +160,25 @@ impl Error {
         error
     }
 
-    /// Names the file, unless it is named already.
+    /// Sets the path, unless there is one already.
     #[must_use]
     pub fn with_path(mut self, path: &Path) -> Self {
         self.0.path.get_or_insert_with(|| path.to_owned());
         self
     }
 
-    /// Adds what the reader had noticed before it stopped.
+    /// Adds the warnings from before the error.
     pub(crate) fn with_warnings(mut self, warnings: Vec<Diagnostic>) -> Self {
         self.0.warnings = warnings;
         self
     }
 
-    /// The stable name of what went wrong.
+    /// The stable name of the error.
     pub fn code(&self) -> Code {
         self.0.diagnostic.code
     }
 
-    /// Everything that is known about it.
+    /// The whole diagnostic.
     pub fn diagnostic(&self) -> &Diagnostic {
         &self.0.diagnostic
     }
@@ -198,7 +198,7 @@ impl Error {
         self.0.diagnostic.joint.as_deref()
     }
 
-    /// What the reader had noticed before it stopped, in the order of the file.
+    /// The warnings from before the error, in the order of the file.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.warnings
     }

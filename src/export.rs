@@ -1,4 +1,4 @@
-//! Files that are whole or absent: the only place of the library that writes one.
+//! Output files that are whole or absent. Only this module of the library writes files.
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Writes `bytes` to `path` so that at no time a part of them stands there: beside the target first, then renamed.
+/// Writes `bytes` to `path`, whole or not at all: to a temporary file beside the target, which is then renamed.
 ///
-/// An existing file is replaced. If anything fails the old file is still there, or none. A process that is killed may
-/// leave a file whose name [`unfinished_target`] knows.
+/// An existing file is replaced; after an error it is unchanged. A killed process may leave the temporary file, whose
+/// name [`unfinished_target`] recognises.
 ///
 /// # Errors
 /// [`Code::Io`](crate::Code::Io), with the path.
@@ -18,8 +18,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// [`write_file`] for bytes that do not stand together in memory: `write` writes them one after the other. Gives how
-/// many they are.
+/// As [`write_file`], for bytes in several buffers: `write` writes them one after the other. Returns their number.
 ///
 /// # Errors
 /// As [`write_file`].
@@ -34,7 +33,7 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let write = || {
-        // The system's word for a folder that is not there would name a file of which nobody has heard.
+        // The system's message for a missing folder would name the temporary file.
         if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
             let message = format!("there is no folder {}", folder.display());
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
@@ -48,10 +47,10 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
     write().map_err(|source| Error::io(path, source))
 }
 
-/// What stands between the name of a target and the random end of an unfinished file's name.
+/// The part of a temporary file's name between the target's name and the random end.
 const UNFINISHED: &str = ".unfinished-";
 
-/// The file that `path` was to become, if it is what a killed process has left of [`write_file`].
+/// The target of a temporary file that a killed process has left behind; `None` for any other file.
 ///
 /// ```
 /// use std::path::Path;

@@ -1,6 +1,6 @@
-//! The formats that are read here, as rows of one table.
+//! The table of formats that can be read.
 //!
-//! To add a format: a file in `format/`, a row in [`FORMATS`], fixtures with their origin, a row in the README.
+//! To add a format: a folder in `format/`, a row in [`FORMATS`], fixtures with their origin, a row in the README.
 
 mod asf_amc;
 mod bip;
@@ -20,10 +20,10 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::limits::Limits;
 use crate::scene::{Format, RootOffset, Scene};
 
-/// An error in the making. Boxed, because every step of a reader may return one and almost none does.
+/// The error of a step of a reader. Boxed, so that the results of all steps are small.
 pub(crate) type Failure = Box<Diagnostic>;
 
-/// What one format is called, how it is recognised, and how it is read.
+/// The name of a format, how it is recognised, and how it is read.
 pub struct FormatInfo {
     /// Which format it is.
     pub format: Format,
@@ -37,28 +37,28 @@ pub struct FormatInfo {
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
 }
 
-/// A file as its reader sees it: the bytes, and a way to other files, for formats that spread over several.
+/// The input of a reader: the bytes of a file, and access to other files for formats that use several.
 ///
-/// A reader opens nothing by itself. It asks here, so that bytes from memory are read by the same code as files, and
-/// so that every file is held against [`Limits::max_bytes`].
+/// A reader opens no file by itself. It uses these functions, so that the same code reads bytes from memory, and so
+/// that every file is checked against [`Limits::max_bytes`].
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     /// The whole file.
     pub bytes: &'a [u8],
-    /// What the file is called; its folder is where [`Source::open`] and [`Source::list`] look.
+    /// The path of the file; [`Source::open`] and [`Source::list`] look in its folder.
     pub name: &'a Path,
-    /// Told of bytes that have been read and are not likely to be looked at again, so that those of a large file need
-    /// not stay in memory. Looking again is slow and no more.
+    /// Releases the memory of bytes that have been read, so that a large file need not stay in memory. Reading them
+    /// again works, but is slow.
     pub release: &'a (dyn Fn(Range<usize>) + Sync),
     /// Reads a file that this one refers to. Fails where the bytes come from memory, unless the caller has named that
-    /// very file, with [`Importer::skeleton`](crate::Importer::skeleton) for example.
+    /// file, for example with [`Importer::skeleton`](crate::Importer::skeleton).
     pub open: &'a dyn Fn(&Path) -> Result<Vec<u8>>,
-    /// The files with this extension that may belong to this one, sorted: the one that the caller has named, else all
-    /// those in its folder.
+    /// The files with this extension that may belong to this one, sorted: the one that the caller has named, or else
+    /// all files in its folder.
     pub list: &'a dyn Fn(&str) -> Vec<PathBuf>,
 }
 
-/// The formats, in the order in which contents are tried.
+/// The formats, in the order in which detection by contents tries them.
 pub const FORMATS: &[FormatInfo] = &[
     bvh::FORMAT,
     gltf::FORMAT,
@@ -69,7 +69,7 @@ pub const FORMATS: &[FormatInfo] = &[
     bip::FORMAT,
 ];
 
-/// What a caller can ask of a format's reader.
+/// Options of a format's reader.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ReadOptions {
     /// What to do with the root's OFFSET when the root has position channels too.
@@ -82,21 +82,24 @@ pub(crate) struct ReadOptions {
     pub without_meshes: bool,
     /// Upper bounds.
     pub limits: Limits,
-    /// Threads that may read one file; none stands for one a core.
+    /// Threads that may read one file; `None` means the number of cores.
     pub threads: Option<NonZeroUsize>,
 }
 
 impl ReadOptions {
-    /// Frames per second: those asked for, else those that the file states, if motion can have so many.
+    /// Frames per second: the caller's, or else the file's, if finite and above 0.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.frame_rate.unwrap_or(stated);
         if rate.is_finite() && rate > 0.0 {
             return Ok(rate);
         }
         Err(Box::new(
-            Diagnostic::new(Code::FrameTime, format!("{rate} is no frame rate"))
-                .expected_found("frames per second, above 0", format!("{rate}"))
-                .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
+            Diagnostic::new(
+                Code::FrameTime,
+                format!("the frame rate must be finite and above 0, got {rate}"),
+            )
+            .expected_found("frames per second, above 0", format!("{rate}"))
+            .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
         ))
     }
 }

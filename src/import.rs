@@ -35,7 +35,7 @@ pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
     Importer::new().import(path)
 }
 
-/// Imports motion files as its options say.
+/// Imports motion files with options.
 ///
 /// ```
 /// use mocap::{Importer, RootOffset};
@@ -78,51 +78,127 @@ impl Importer {
         }
     }
 
-    /// What to do with a root's OFFSET when the root has position channels too. Default: [`RootOffset::Auto`].
+    /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
+    /// first frame; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states the decision and its reason.
+    ///
+    /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
+    ///
+    /// ```
+    /// use mocap::{Importer, RootOffset};
+    ///
+    /// let text = b"HIERARCHY ROOT a { OFFSET 0 9 0 CHANNELS 3 Xposition Yposition Zposition }
+    ///     MOTION Frames: 1 Frame Time: 0.1\n0 1 0\n";
+    /// let height = |policy| -> Result<f32, mocap::Error> {
+    ///     let scene = Importer::new().root_offset(policy).read(text, "a.bvh")?;
+    ///     Ok(scene.animations[0].channels[0].position_keys.values[0].y)
+    /// };
+    /// assert_eq!(height(RootOffset::Replace)?, 1.0);
+    /// assert_eq!(height(RootOffset::Add)?, 10.0);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn root_offset(mut self, policy: RootOffset) -> Self {
         self.read.root_offset = policy;
         self
     }
 
-    /// Frames per second to take in place of the file's own. Default: the file's own.
+    /// Frames per second, in place of the file's own. Default: the file's own.
+    ///
+    /// The motion keeps its frames and plays faster or slower; [`process::resample`](crate::process::resample) keeps
+    /// the speed and makes new frames. Import fails with [`Code::UnknownOption`] where the rate is not finite and
+    /// above 0.
+    ///
+    /// ```
+    /// let scene = mocap::Importer::new().frame_rate(60.0).import("fixtures/real/lecture_Test.bvh")?;
+    /// assert_eq!(scene.animations[0].ticks_per_second, 60.0);
+    /// assert_eq!(scene.animations[0].frame_count(), 10);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn frame_rate(mut self, frames_per_second: f64) -> Self {
         self.read.frame_rate = Some(frames_per_second);
         self
     }
 
-    /// Whether to read rows beyond the declared number of frames. Default: no.
+    /// Whether to read the rows of a BVH file beyond the number after `Frames:`. Default: `false`, those rows are left
+    /// out. In both cases a [`Code::FrameCount`] warning states the two numbers.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let text = b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n20\n";
+    /// let frames = |all| -> Result<usize, mocap::Error> {
+    ///     Ok(Importer::new().all_rows(all).read(text, "a.bvh")?.animations[0].frame_count())
+    /// };
+    /// assert_eq!((frames(false)?, frames(true)?), (1, 2));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn all_rows(mut self, all: bool) -> Self {
         self.read.all_rows = all;
         self
     }
 
-    /// Upper bounds for what a file may claim. Default: [`Limits::default`].
+    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond them fails with
+    /// [`Code::LimitExceeded`] before memory is taken for it. [`Limits`] has an example.
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.read.limits = limits;
         self
     }
 
-    /// The format. Default: found from the contents, else from the extension.
+    /// The format. Default: found from the contents, or else from the extension.
+    ///
+    /// A file whose beginning is broken is then read as that format, and the error names the place.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    /// use mocap::scene::Format;
+    ///
+    /// let error = Importer::new().read(b"ROOT a {}", "take.txt").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-format");
+    /// let error = Importer::new().format(Format::Bvh).read(b"ROOT a {}", "take.txt").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "missing-keyword");
+    /// ```
     #[must_use]
     pub fn format(mut self, format: Format) -> Self {
         self.format = Some(format);
         self
     }
 
-    /// The file that holds the skeleton, for motions that keep it in a file of its own (`.amc` and its `.asf`).
-    /// Default: found beside the motion.
+    /// The skeleton file of a motion whose skeleton is in a second file (`.amc` and its `.asf`). Default: found beside
+    /// the motion, and not at all where the motion is read from memory. Without one, import fails with
+    /// [`Code::MissingFile`].
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let motion = std::fs::read("fixtures/real/cmu_02_01.amc").unwrap();
+    /// let importer = Importer::new();
+    /// assert_eq!(importer.read(&motion, "walk.amc").unwrap_err().code().as_str(), "missing-file");
+    /// let scene = importer.skeleton("fixtures/real/cmu_02.asf").read(&motion, "walk.amc")?;
+    /// assert_eq!(scene.nodes[0].name, "root");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn skeleton(mut self, path: impl Into<PathBuf>) -> Self {
         self.skeleton = Some(path.into());
         self
     }
 
-    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file that has meshes of its own, as
-    /// FBX may, keeps those instead, but for [`SkeletonMesh::None`].
+    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
+    /// keeps those instead. With [`SkeletonMesh::None`] the scene has no meshes at all, and importing takes less time.
+    ///
+    /// ```
+    /// use mocap::{Importer, SkeletonMesh};
+    ///
+    /// let meshes = |kind| -> Result<usize, mocap::Error> {
+    ///     Ok(Importer::new().skeleton_mesh(kind).import("fixtures/real/lecture_Test.bvh")?.meshes.len())
+    /// };
+    /// assert!(meshes(SkeletonMesh::Segmented)? > 1);
+    /// assert_eq!((meshes(SkeletonMesh::Skinned)?, meshes(SkeletonMesh::None)?), (1, 0));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn skeleton_mesh(mut self, kind: SkeletonMesh) -> Self {
         self.skeleton_mesh = kind;
@@ -130,30 +206,68 @@ impl Importer {
         self
     }
 
-    /// Whether a track that never changes is left one key. Default: yes.
+    /// Whether a track that never changes is reduced to one key. Default: `true`. With `false` every rotation track
+    /// has a key for each frame, as in the file.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let keys = |collapse| -> Result<usize, mocap::Error> {
+    ///     let text = b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 3 Frame Time: 0.1\n5\n5\n5\n";
+    ///     let scene = Importer::new().collapse_keys(collapse).read(text, "a.bvh")?;
+    ///     Ok(scene.animations[0].channels[0].rotation_keys.len())
+    /// };
+    /// assert_eq!((keys(true)?, keys(false)?), (1, 3));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn collapse_keys(mut self, collapse: bool) -> Self {
         self.collapse_keys = collapse;
         self
     }
 
-    /// Whether every warning is an error. Default: no.
+    /// Whether a warning fails the import. Default: `false`, warnings are in [`Scene::warnings`]. With `true` the first
+    /// warning becomes the error, and [`Error::warnings`] has the others.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let text = b"HIERARCHY ROOT a { OFFSET 0 0 0 }";
+    /// assert_eq!(Importer::new().read(text, "a.bvh")?.warnings[0].code.as_str(), "no-motion");
+    /// let error = Importer::new().strict(true).read(text, "a.bvh").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "no-motion");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn strict(mut self, strict: bool) -> Self {
         self.strict = strict;
         self
     }
 
-    /// Whether to compute [`Origin::sha256`], which takes about half as long as reading the numbers, in a thread of its own
-    /// where several may read. Default: yes.
+    /// Whether to compute [`Origin::sha256`]. Default: `true`, so that an output names the exact file it comes from. It
+    /// takes about half as long as reading the numbers; with several threads it runs beside the reader.
+    ///
+    /// ```
+    /// let scene = mocap::Importer::new().hash(false).import("fixtures/real/lecture_Test.bvh")?;
+    /// assert_eq!(scene.metadata.origin.unwrap().sha256, "");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn hash(mut self, hash: bool) -> Self {
         self.hash = hash;
         self
     }
 
-    /// How many threads may read one file. The scene is the same with any number; small files are read by one.
-    /// Default: one a core.
+    /// The largest number of threads that read one file. Default: 0, which means the number of cores. The scene is the
+    /// same with any number. Files below a few MB are read by one thread.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let path = "fixtures/real/lecture_Test.bvh";
+    /// assert_eq!(Importer::new().threads(1).import(path)?, Importer::new().threads(2).import(path)?);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
     #[must_use]
     pub fn threads(mut self, threads: usize) -> Self {
         self.read.threads = NonZeroUsize::new(threads);
@@ -163,8 +277,8 @@ impl Importer {
     /// Reads a file into a scene.
     ///
     /// # Errors
-    /// Where the file, or another that belongs to it, cannot be opened; where it is of no known format, or breaks the
-    /// rules of its own.
+    /// [`Code::Io`] where the file, or a second file that it needs, cannot be opened; [`Code::UnknownFormat`] where the
+    /// format is unknown; other codes where the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
         let contents = self.look_into(path)?;
@@ -180,11 +294,12 @@ impl Importer {
         })
     }
 
-    /// Reads bytes into a scene. `name` stands for the file in errors; its extension tells the format if nothing else
-    /// does. No file is opened but the one that [`Importer::skeleton`] names.
+    /// Reads bytes into a scene. `name` is the file name in errors; its extension tells the format if the contents do
+    /// not. No file is opened except the one of [`Importer::skeleton`].
     ///
     /// # Errors
-    /// Where the bytes are of no known format, break the rules of their own, or refer to another file.
+    /// [`Code::UnknownFormat`] where the format is unknown; [`Code::MissingFile`] where the bytes refer to another file;
+    /// other codes where the contents are not valid.
     pub fn read(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
         self.read_source(&Source {
             bytes,
@@ -221,7 +336,7 @@ impl Importer {
         if size <= limit {
             return Ok(());
         }
-        let diagnostic = Diagnostic::new(Code::LimitExceeded, "the file is larger than the limits allow")
+        let diagnostic = Diagnostic::new(Code::LimitExceeded, "the file is larger than Limits::max_bytes")
             .expected_found(format!("at most {limit} bytes"), format!("{size} bytes"));
         Err(Error::from(diagnostic).with_path(path))
     }
@@ -230,7 +345,7 @@ impl Importer {
         self.check_size(source.bytes.len() as u64, source.name)?;
         let frame_rate = self.read.frame_rate.unwrap_or(1.0);
         if !(frame_rate.is_finite() && frame_rate > 0.0) {
-            let diagnostic = Diagnostic::new(Code::UnknownOption, "the frame rate asked for is no frame rate")
+            let diagnostic = Diagnostic::new(Code::UnknownOption, "the frame rate must be finite and above 0")
                 .expected_found("frames per second, above 0", format!("{frame_rate}"));
             return Err(Error::from(diagnostic).with_path(source.name));
         }
@@ -370,8 +485,8 @@ fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
 }
 
 fn refused_from_memory(other: &Path) -> Error {
-    let message = format!("bytes from memory cannot refer to \"{}\"", other.display());
+    let message = format!("bytes in memory cannot refer to the file \"{}\"", other.display());
     Diagnostic::new(Code::MissingFile, message)
-        .help("import the file itself, or name the other one")
+        .help("import the file by its path, or name the second file")
         .into()
 }

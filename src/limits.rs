@@ -1,11 +1,11 @@
-//! How much of a machine one file may claim.
+//! Limits on the memory that one file may take.
 
 use crate::error::{Code, Diagnostic};
 
 /// Upper bounds for what a reader accepts, each checked before anything is allocated for it.
 ///
-/// A count in a file is a claim, not a size: a reader compares it with these limits and with the bytes that are
-/// there. The defaults hold every motion file we know of with a wide margin.
+/// A reader compares every count in a file with these limits and with the bytes that follow, before it allocates. The
+/// defaults are far above every motion file that we know.
 ///
 /// ```
 /// use mocap::{Importer, Limits};
@@ -25,8 +25,8 @@ pub struct Limits {
     pub max_depth: usize,
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
-    /// Animated values of one file: frames times channels. Default: 2^30. A format in which few bytes can claim a long
-    /// take, FBX or glTF, may have 4 million, and 256 more for each byte of the file, where that is less.
+    /// Animated values of one file: frames times channels. Default: 2^30. For FBX and glTF, in which few bytes can
+    /// state a long take, the limit is at most 4 million and 256 more for each byte of the file.
     pub max_values: u64,
 }
 
@@ -43,10 +43,10 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// Values that a file may expand to, where few bytes can claim a long take: curves, or keys far apart.
+    /// The limit on values for formats in which few bytes can state a long take: curves, or keys far apart.
     ///
-    /// The limit grows with the file, so that the memory it takes does not leave all proportion to it. 256 a byte is
-    /// more than one joint of a hundred that moves, the others having one key.
+    /// The limit grows with the file, so that memory stays in proportion to it. 256 values per byte are more than a
+    /// file needs in which one joint of a hundred moves and the others have one key.
     pub(crate) fn expanded_values(&self, bytes: &[u8]) -> u64 {
         const ANY_FILE: u64 = 4 << 20;
         const PER_BYTE: u64 = 256;
@@ -58,7 +58,7 @@ impl Limits {
 /// results must still be finite in 32 bits.
 pub(crate) const FARTHEST: f64 = 1e18;
 
-/// What a reader says of a claim beyond the limits.
+/// The diagnostic for a count or a size beyond the limits.
 pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {
-    Diagnostic::new(Code::LimitExceeded, "the file claims more than the limits allow").expected_found(expected, found)
+    Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
 }

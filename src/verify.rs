@@ -98,7 +98,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
     let refuse = |other: &Path| {
         let message = format!("the buffer is in another file, \"{}\"", other.display());
         Err(Diagnostic::new(Code::InvalidGltf, message)
-            .help("verify the files, not their bytes")
+            .help("call verify_files with the paths")
             .into())
     };
     verify_file(source, &read(output, &refuse)?)
@@ -107,12 +107,11 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 /// Reads the file to compare, and says what may be compared where it is something else.
 fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File> {
     if !File::sniff(bytes) {
-        return Err(Diagnostic::new(
-            Code::InvalidGltf,
-            "a file is compared with the glTF that was made of it, and this is none",
-        )
-        .help("give the file that was read first, then the .glb or .gltf that was written")
-        .into());
+        return Err(
+            Diagnostic::new(Code::InvalidGltf, "the second file must be a glTF file")
+                .help("give the source file first, then the .glb or .gltf made from it")
+                .into(),
+        );
     }
     File::read(bytes, open)
 }
@@ -123,7 +122,7 @@ fn verify_file(source: &Scene, file: &File) -> Result<Verification> {
     let theirs = Skeleton::of_file(file)?;
     let pairs = pairs(&ours, &theirs);
     if pairs.is_empty() {
-        let message = "the file has no joint of its source";
+        let message = "no joint of the source is in the file";
         return Err(Diagnostic::new(Code::Unrepresentable, message)
             .help("compare it with the file it was made from")
             .into());

@@ -24,7 +24,7 @@ impl Feet {
         if let Some(thresholds) = &options.contacts {
             for value in [thresholds.height, thresholds.speed] {
                 if !(value.is_finite() && value >= 0.0) {
-                    let message = "a threshold of contacts is none";
+                    let message = "a threshold for contacts must be finite and not negative";
                     return Err(unknown_option(
                         message,
                         "a number that is not negative",
@@ -41,8 +41,8 @@ impl Feet {
             );
             if feet.is_empty() {
                 return Err(unknown_option(
-                    "no joint that is kept has the name of a foot",
-                    "a pattern that some name matches",
+                    "no selected joint has the name of a foot",
+                    "a pattern that matches a joint's name",
                     format!("{:?}", thresholds.feet),
                 ));
             }

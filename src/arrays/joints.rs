@@ -37,7 +37,7 @@ pub(super) struct Selection {
 /// A regular expression of the caller.
 pub(super) fn pattern(pattern: &str) -> Result<Regex> {
     Regex::new(pattern).map_err(|error| {
-        let message = "the pattern for names is no regular expression";
+        let message = "the pattern for joint names is not a regular expression";
         unknown_option(message, "a regular expression", format!("{pattern:?}: {error}"))
     })
 }
@@ -80,8 +80,8 @@ impl Selection {
         }
         match (&options.joints, selection.nodes.is_empty()) {
             (Some(pattern), true) => Err(unknown_option(
-                "no joint has a name that matches",
-                "a pattern that some name matches",
+                "no joint's name matches the pattern",
+                "a pattern that matches a joint's name",
                 format!("{pattern:?}"),
             )),
             _ => Ok(selection),

@@ -23,9 +23,7 @@ pub fn write(motion: &Arrays, clip: &str) -> Result<Vec<u8>> {
 /// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet has no place for them.
 pub fn write_tables(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
-    let first = tables
-        .first()
-        .ok_or_else(|| refused("there is no table to write".to_owned()))?;
+    let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(format!("mocap {}", env!("CARGO_PKG_VERSION")))

@@ -124,15 +124,15 @@ fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
         return Ok(candidates.remove(0));
     }
     let help = match candidates.first() {
-        Some(first) => format!("say which: --skeleton {}, or Importer::skeleton", first.display()),
+        Some(first) => format!("name it: --skeleton {}, or Importer::skeleton", first.display()),
         None => "put it beside the motion, or name it: --skeleton FILE, or Importer::skeleton".to_owned(),
     };
     let name = source.name.file_name().unwrap_or_default();
     Err(
-        Diagnostic::new(Code::MissingFile, "a motion needs its skeleton, an .asf file")
+        Diagnostic::new(Code::MissingFile, "the motion needs a skeleton, an .asf file")
             .expected_found(
                 format!(
-                    "one whose name {} begins with, or a single one beside it",
+                    "an .asf file beside it: one whose name is the beginning of {}, or the only one",
                     name.display()
                 ),
                 list(&candidates),

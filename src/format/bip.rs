@@ -16,7 +16,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {
     Err(Diagnostic::new(
         Code::UnreadableFormat,
-        "BIP is a format of 3ds Max alone, and is not read here",
+        "BIP, a format of 3ds Max without a public specification, cannot be read",
     )
     .help("open it in 3ds Max, and export the motion as BVH or FBX")
     .into())

@@ -70,7 +70,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
 /// The processor whose numbers the file holds, and where its parameters stand.
 fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     if bytes.is_empty() {
-        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file holds nothing")));
+        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file is empty")));
     }
     let &[first, key, ..] = bytes else {
         return Err(not_a_c3d("a file of one byte".to_owned()));
@@ -170,7 +170,7 @@ impl Header {
         }
         if data_block.is_nan() || data_block < 1.0 {
             return Err(Box::new(
-                Diagnostic::new(Code::MissingKeyword, "the file does not say where its data begins")
+                Diagnostic::new(Code::MissingKeyword, "the file does not state where its data begins")
                     .expected_found(
                         "a block number, 1 or more, in POINT:DATA_START",
                         format!("{data_block}"),

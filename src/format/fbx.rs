@@ -87,7 +87,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         warnings.push(Code::NoMotion, || {
             Diagnostic::new(
                 Code::NoMotion,
-                "no animation stack lasts: the scene has a skeleton and no animation",
+                "no animation stack has a duration: the scene has a skeleton and no animation",
             )
         });
     }
@@ -136,7 +136,7 @@ impl Kept<'_> {
         if !transform.is_finite() {
             transform = Mat4::IDENTITY;
             warnings.tally(Code::NonFiniteValue, || {
-                let message = "a place at rest is not finite; the node was left at its parent";
+                let message = "the position in the rest pose is not finite; the node was put at its parent";
                 Diagnostic::new(Code::NonFiniteValue, message).in_joint(self.name())
             });
         }
@@ -257,7 +257,7 @@ fn read_channel(
         let (position, mut rotation, scale) = components(&transform);
         if !(position.is_finite() && rotation.is_finite() && scale.is_finite()) {
             warnings.tally(Code::NonFiniteValue, || {
-                let message = "a value is not finite; the value before it was held";
+                let message = "the value is not finite; the last finite value was used";
                 Diagnostic::new(Code::NonFiniteValue, message).in_joint(node.name())
             });
             positions.push(before.0);

@@ -1,7 +1,7 @@
-//! What every text format shares: decoding, and a cursor over words, lines and places.
+//! What all text formats share: decoding, and a cursor over words and lines.
 //!
-//! The cursor holds a byte offset and nothing else. Lines and columns are counted when a diagnostic is made, and only
-//! then: good files pay nothing for them.
+//! The cursor holds a byte offset and nothing else. Lines and columns are counted only when a diagnostic is made, so
+//! that good files do not pay for them.
 
 mod nearest;
 pub(crate) mod number;
@@ -16,7 +16,7 @@ use crate::format::Failure;
 /// Bytes of a text file as UTF-8 or as a superset of ASCII, without a byte order mark.
 ///
 /// UTF-16 is recognised by its mark, or by a NUL in every other one of the first bytes. Bytes that are not UTF-8 are
-/// left as they are: they matter in names alone, where [`decode_name`] reads them as Latin-1.
+/// kept: they matter only in names, where [`decode_name`] reads them as Latin-1.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
     let text = match bytes {
         [0xEF, 0xBB, 0xBF, rest @ ..] => Cow::Borrowed(rest),
@@ -27,12 +27,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, [u8]>, Failure> {
         _ => Cow::Borrowed(bytes),
     };
     if text.iter().all(u8::is_ascii_whitespace) {
-        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file holds no text")));
+        return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file is empty")));
     }
     Ok(text)
 }
 
-/// Whether the first page of what should be text has a NUL, which no text has.
+/// Whether the first page has a NUL byte, and so is not text.
 pub(crate) fn is_binary(text: &[u8]) -> bool {
     const PAGE: usize = 4096;
     text[..text.len().min(PAGE)].contains(&0)
@@ -46,7 +46,7 @@ fn decode_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Vec<u8> {
         .into_bytes()
 }
 
-/// A name as text: UTF-8 where it is that, else Latin-1, in which every byte is a character.
+/// A name as text: UTF-8 if valid, or else Latin-1, in which every byte is a character.
 pub(crate) fn decode_name(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(name) => name.to_owned(),
@@ -54,7 +54,7 @@ pub(crate) fn decode_name(bytes: &[u8]) -> String {
     }
 }
 
-/// What stands in the file, quoted for a message and cut to a readable length.
+/// Text of the file, quoted for a message and cut to a readable length.
 pub(crate) fn quote(bytes: &[u8]) -> String {
     const LONGEST: usize = 40;
     let text = decode_name(bytes);
@@ -79,7 +79,7 @@ impl Word<'_> {
         self.bytes.eq_ignore_ascii_case(keyword.as_bytes())
     }
 
-    /// What follows this keyword, in any case, within the word.
+    /// The rest of the word after this keyword, in any case.
     pub(crate) fn strip_prefix(&self, keyword: &str) -> Option<Self> {
         let (start, rest) = self.bytes.split_at_checked(keyword.len())?;
         start.eq_ignore_ascii_case(keyword.as_bytes()).then_some(Self {
@@ -127,7 +127,7 @@ impl<'a> Cursor<'a> {
         self.text.get(self.offset).copied()
     }
 
-    /// Goes on while `condition` holds, and returns what was passed.
+    /// Advances while `condition` holds, and returns the bytes passed.
     pub(crate) fn take_while(&mut self, condition: impl Fn(u8) -> bool) -> Word<'a> {
         let rest = &self.text[self.offset..];
         let length = rest.iter().position(|&byte| !condition(byte)).unwrap_or(rest.len());
@@ -195,7 +195,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The line around a place, and the column of its first character. Rows of motion may be megabytes long.
+    /// The text around a place, and the column of its first character. A row of motion may be megabytes long, so it is
+    /// cut.
     fn excerpt(&self, line_start: usize, offset: usize, column: usize) -> (String, usize) {
         const BYTES_BEFORE: usize = 60;
         const BYTES_AFTER: usize = 100;
@@ -222,7 +223,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Where the lines of a text begin, for a reader that wants the lines of many places.
+/// The offsets at which lines begin, for a reader that needs the line numbers of many places.
 pub(crate) struct LineIndex {
     starts: Vec<usize>,
 }
@@ -243,7 +244,7 @@ impl LineIndex {
     }
 }
 
-/// Characters of UTF-8, or bytes of anything else.
+/// The number of characters of UTF-8 text, or of bytes of any other.
 fn char_count(bytes: &[u8]) -> usize {
     std::str::from_utf8(bytes).map_or(bytes.len(), |text| text.chars().count())
 }

@@ -1,10 +1,10 @@
-//! What a reader noticed, bounded: a hostile file cannot make it collect, or count lines, without end.
+//! The warnings of a reader, bounded in number, so that a hostile file cannot fill the memory.
 
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::Failure;
 use crate::scene::Scene;
 
-/// Warnings of one code that are kept each with its own place; of further ones only the number is kept.
+/// How many warnings of one code are kept with their places; further ones are only counted.
 const MOST_OF_A_CODE: usize = 32;
 
 #[derive(Debug, Default)]
@@ -13,7 +13,7 @@ pub(crate) struct Warnings {
 }
 
 impl Warnings {
-    /// Keeps a warning of its own. `warning` is called only if it is kept: finding its place takes a pass over the text.
+    /// Keeps a warning. `warning` is called only if it is kept, because finding its place takes a pass over the text.
     pub(crate) fn push(&mut self, code: Code, warning: impl FnOnce() -> Diagnostic) {
         self.keep(code, MOST_OF_A_CODE, warning);
     }
@@ -31,12 +31,12 @@ impl Warnings {
         }
     }
 
-    /// Takes back what turned out to be an error.
+    /// Removes a warning that turned out to be an error.
     pub(crate) fn forget(&mut self, code: Code) {
         self.kept.retain(|kept| kept.code != code);
     }
 
-    /// Gives them to the scene that was read, or to the error that stopped the reader.
+    /// Moves the warnings to the scene, or to the error that stopped the reader.
     pub(crate) fn attach_to(self, read: Result<Scene, Failure>) -> Result<Scene> {
         match read {
             Ok(scene) => Ok(Scene {

@@ -69,18 +69,21 @@ impl<'a> Movie<'a> {
     pub fn new(clip: Clip<'a>, options: &MovieOptions) -> Result<Self> {
         for (what, value) in [("frame rate", options.frames_per_second), ("speed", options.speed)] {
             if !(value.is_finite() && value > 0.0) {
-                let diagnostic = Diagnostic::new(Code::UnknownOption, format!("a film cannot have this {what}"));
+                let diagnostic = Diagnostic::new(
+                    Code::UnknownOption,
+                    format!("the {what} of a film must be finite and above 0"),
+                );
                 return Err(diagnostic.expected_found("a number above 0", format!("{value}")).into());
             }
         }
         let pictures = clip.seconds() / options.speed * options.frames_per_second + 1.0;
         if pictures > Self::MOST_PICTURES {
-            return Err(Diagnostic::new(Code::LimitExceeded, "the film would be too long")
+            return Err(Diagnostic::new(Code::LimitExceeded, "the film has too many pictures")
                 .expected_found(
                     format!("at most {} pictures", Self::MOST_PICTURES),
                     format!("{pictures:.0}"),
                 )
-                .help("ask for fewer pictures a second, or a higher speed")
+                .help("choose fewer pictures per second, or a higher speed")
                 .into());
         }
         let per_second = clip.animation().map_or(1.0, |animation| animation.ticks_per_second);

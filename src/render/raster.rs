@@ -47,12 +47,14 @@ impl Drawing {
         let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
         let pixmap = Pixmap::new(self.width, self.height).filter(|_| within(self.width) && within(self.height));
         let Some(mut pixmap) = pixmap else {
-            return Err(Diagnostic::new(Code::LimitExceeded, "no picture has this size")
-                .expected_found(
-                    format!("1 to {LARGEST_SIDE} pixels a side"),
-                    format!("{} x {}", self.width, self.height),
-                )
-                .into());
+            return Err(
+                Diagnostic::new(Code::LimitExceeded, "the size of the picture is not valid")
+                    .expected_found(
+                        format!("1 to {LARGEST_SIDE} pixels in width and height"),
+                        format!("{} x {}", self.width, self.height),
+                    )
+                    .into(),
+            );
         };
         let [red, green, blue] = self.background.rgb;
         pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));

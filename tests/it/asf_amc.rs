@@ -362,9 +362,10 @@ fn the_skeleton_is_the_named_one_else_that_of_the_prefix_else_the_only_one() {
     assert!(!has_hand(&several.import("02_01.amc", MOTION).unwrap()));
     assert_eq!(
         several.message("walk.amc", MOTION),
-        "walk.amc: error[missing-file]: a motion needs its skeleton, an .asf file; \
-         expected one whose name walk.amc begins with, or a single one beside it; found 0.asf, 02.asf, 02_b.ASF; \
-         help: say which: --skeleton 0.asf, or Importer::skeleton"
+        "walk.amc: error[missing-file]: the motion needs a skeleton, an .asf file; \
+         expected an .asf file beside it: one whose \
+         name is the beginning of walk.amc, or the only one; found 0.asf, 02.asf, 02_b.ASF; \
+         help: name it: --skeleton 0.asf, or Importer::skeleton"
     );
     let named = Importer::new().skeleton(several.0.path().join("02_b.ASF"));
     assert!(has_hand(&named.import(several.0.path().join("walk.amc")).unwrap()));
@@ -394,8 +395,8 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "axis 0 0 90 XYZ",
             "axis 0 0 90 XXZ",
-            "tiny.asf:21:17: error[unexpected-token]: \"XXZ\" does not belong \
-            here; joint \"arm\"; expected an order of axes, as XYZ; found \"XXZ\"",
+            "tiny.asf:21:17: error[unexpected-token]: \"XXZ\" is not allowed \
+            here; joint \"arm\"; expected an order of axes, such as XYZ; found \"XXZ\"",
         ),
         (
             "dof rx rz",
@@ -413,8 +414,8 @@ fn broken_skeletons_are_refused_with_their_message() {
             "name hand",
             "name arm",
             "tiny.asf:28:10: error[unexpected-token]: a second bone is called \"arm\"; \
-            help: give each bone a name of its own, by which the hierarchy and the motion find it; \
-            the first one stands in line 18",
+            help: give each bone its own name, because the hierarchy and the motion refer to it; \
+            the first one is in line 18",
         ),
         (
             "root arm",
@@ -432,13 +433,13 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "length 2",
             "length nan",
-            "tiny.asf:20:12: error[non-finite-offset]: a number of a bone must be finite, and below 1e18; \
+            "tiny.asf:20:12: error[non-finite-offset]: a number of a bone must be finite and below 1e18; \
             joint \"arm\"; expected the length of the bone; found \"nan\"",
         ),
         (
             "direction 0 1 0\n    length 2",
             "direction 0 1e10 0\n    length 1e10",
-            "tiny.asf:18:10: error[non-finite-offset]: a bone must end less than 1e18 from where it begins; joint \"arm\"",
+            "tiny.asf:18:10: error[non-finite-offset]: the length of a bone must be below 1e18; joint \"arm\"",
         ),
         (
             "    length 2\n",
@@ -449,7 +450,7 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "  end\n:hierarchy",
             ":hierarchy",
-            "tiny.asf:32:1: error[unexpected-token]: \":hierarchy\" does not belong here; joint \"hand\"; \
+            "tiny.asf:32:1: error[unexpected-token]: \":hierarchy\" is not allowed here; joint \"hand\"; \
             expected end; found \":hierarchy\"; \
             help: the bone that begins in line 26 has no end; the file lacks it",
         ),
@@ -463,20 +464,20 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "arm hand",
             "arm hand arm",
-            "tiny.asf:36:14: error[unexpected-token]: \"arm\" hangs somewhere already; \
-            help: name each bone once behind the bone that it hangs on, and the root never",
+            "tiny.asf:36:14: error[unexpected-token]: \"arm\" already has a parent; \
+            help: name each bone once, behind its parent, and do not name the root as a child",
         ),
         (
             "    arm hand\n",
             "",
             "tiny.asf:28:10: error[missing-keyword]: a bone is not in the hierarchy; joint \"hand\"; \
-            help: name it in :hierarchy behind the bone that it hangs on",
+            help: name it in :hierarchy behind its parent",
         ),
         (
             "root arm\n    arm hand",
             "arm hand\n    hand arm",
-            "tiny.asf:18:10: error[unexpected-token]: the hierarchy goes \
-            round in a circle; joint \"arm\"; help: every chain of bones must lead back to the root",
+            "tiny.asf:18:10: error[unexpected-token]: the hierarchy has \
+            a cycle; joint \"arm\"; help: every chain of bones must lead back to the root",
         ),
         (
             ":hierarchy\n  begin\n    root arm\n    arm hand\n  end\n",
@@ -487,7 +488,7 @@ fn broken_skeletons_are_refused_with_their_message() {
         (
             "orientation",
             "orientatoin",
-            "tiny.asf:14:3: error[unexpected-token]: \"orientatoin\" does not belong \
+            "tiny.asf:14:3: error[unexpected-token]: \"orientatoin\" is not allowed \
             here; expected order, axis, position or orientation; found \"orientatoin\"",
         ),
     ] {
@@ -514,7 +515,7 @@ fn broken_motions_are_refused_with_their_message() {
         (
             "arm 90 0",
             "arm 90",
-            "a.amc:5:1: error[row-length]: the line has a wrong number of values; joint \"arm\"; \
+            "a.amc:5:1: error[row-length]: the line has the wrong number of values; joint \"arm\"; \
             expected 2 values, as the skeleton says; found 1; \
             help: check that tiny.asf is the skeleton of the same person",
         ),
@@ -535,25 +536,25 @@ fn broken_motions_are_refused_with_their_message() {
         (
             "2\nroot",
             "99999999999999999999\nroot",
-            "a.amc:6:1: error[invalid-number]: \"99999999999999999999\" is too large for the number of a frame; \
-            expected 2, or another number below 2^64; found \"99999999999999999999\"",
+            "a.amc:6:1: error[invalid-number]: \"99999999999999999999\" is too large for a frame number; \
+            expected 2, or another whole number below 2^64; found \"99999999999999999999\"",
         ),
         (
             "2\nroot",
             "root",
-            "a.amc:6:1: error[unexpected-token]: this frame names the bone already; joint \"root\"; \
-            help: put the number of the next frame before it",
+            "a.amc:6:1: error[unexpected-token]: the bone is named twice in this frame; joint \"root\"; \
+            help: put the number of the next frame before the bone",
         ),
         (
             "1\nroot",
             "root",
-            "a.amc:3:1: error[unexpected-token]: \"root\" does not belong here; expected the number \
+            "a.amc:3:1: error[unexpected-token]: \"root\" is not allowed here; expected the number \
             of the first frame; found \"root\"",
         ),
         (
             ":DEGREES",
             ":GRADS",
-            "a.amc:2:1: error[unexpected-token]: \":GRADS\" does not belong here; expected \
+            "a.amc:2:1: error[unexpected-token]: \":GRADS\" is not allowed here; expected \
             :FULLY-SPECIFIED, :DEGREES, :RADIANS; found \":GRADS\"",
         ),
     ] {
@@ -569,21 +570,21 @@ fn motions_with_flaws_are_read_and_the_flaws_told() {
     for (motion, warning) in [
         (
             third.replace("3\nroot", "5\nroot"),
-            "frames are not numbered one by one; they were taken in the order of \
-            the file; expected 3; found 5",
+            "frame numbers are not consecutive; the frames were read in the order of the \
+            file; expected 3; found 5",
         ),
         (
             third.replacen("arm 0 90\n", "", 1),
-            "1 of 3 frames leave out a bone; joint \"arm\"",
+            "1 of 3 frames have no value for the bone; joint \"arm\"",
         ),
         (
             third.replace("arm 90 0", "arm nan 0"),
-            "a value is not finite; the value before it was held; joint \
+            "the value is not finite; the last finite value was used; joint \
             \"arm\"; expected a finite number; found \"nan\"",
         ),
         (
             third.replace("arm 90 0", "arm 90,5 0"),
-            "numbers have decimal commas, read as decimal points",
+            "numbers have decimal commas, which were read as decimal points",
         ),
         (
             format!("{third}4\nroot 1 2"),
@@ -592,7 +593,7 @@ fn motions_with_flaws_are_read_and_the_flaws_told() {
         ),
         (
             ":DEGREES\n".to_owned(),
-            "there is no frame: the scene has a skeleton and no animation",
+            "the file has no frames: the scene has a skeleton and no animation",
         ),
     ] {
         let scene = folder.import("a.amc", &motion).unwrap();

@@ -122,9 +122,9 @@ fn a_file_that_is_cut_off_is_read_as_far_as_it_goes() {
         .unwrap();
     assert_eq!(
         counts.to_string(),
-        "the file is shorter than it says; expected 1149 frames of 864 bytes from byte 3584 on; found 29 in a file of \
+        "the file is shorter than its header states; expected 1149 frames of 864 bytes from byte 3584 on; found 29 in a file of \
          28640 bytes; \
-         help: the frames that are there were read; export or download the file again"
+         help: the complete frames were read; export or download the file again"
     );
 }
 
@@ -316,7 +316,7 @@ fn broken_files_are_refused_with_their_message() {
     let help = "help: check that the file is what its name says, and that it is not compressed";
     let expected = "expected a block number, the byte 0x50, and processor 84, 85 or 86 in that block";
     for (bytes, message) in [
-        (Vec::new(), "the file holds nothing".to_owned()),
+        (Vec::new(), "the file is empty".to_owned()),
         (
             b"P".to_vec(),
             format!("the file is not C3D; {expected}; found a file of one byte; {help}"),
@@ -344,7 +344,7 @@ fn broken_files_are_refused_with_their_message() {
             // As many letters as 255 labels of 255 have, in a section of 512 bytes.
             with(&[(labels, &[255, 255])]),
             format!(
-                "the parameter \"LABELS\" goes on past the end of its section; expected 65025 more bytes at byte {}; \
+                "the parameter \"LABELS\" reaches beyond the end of its section; expected 65025 more bytes at byte {}; \
                  found {}; help: export the file again",
                 labels + 2,
                 1024 - labels - 2
@@ -353,7 +353,7 @@ fn broken_files_are_refused_with_their_message() {
         (
             // The block where the data begins, in the header and without a parameter for it.
             with(&[(16, &[0, 0])]),
-            "the file does not say where its data begins; expected a block number, 1 or more, in POINT:DATA_START; \
+            "the file does not state where its data begins; expected a block number, 1 or more, in POINT:DATA_START; \
              found 0; help: export the file again"
                 .to_owned(),
         ),

@@ -221,10 +221,10 @@ fn units_axes_and_pre_rotations_are_resolved() {
 fn broken_files_are_refused_with_their_message() {
     let binary = fs::read("fixtures/real/run.fbx").unwrap();
     for (bytes, message) in [
-        (&b""[..], "tiny.fbx: error[empty-file]: the file holds nothing"),
+        (&b""[..], "tiny.fbx: error[empty-file]: the file is empty"),
         (
             &binary[..binary.len() / 2],
-            "tiny.fbx: error[unexpected-end]: the file is cut off inside its section \"Objects\"; expected the section \
+            "tiny.fbx: error[unexpected-end]: the file is cut off inside the section \"Objects\"; expected the section \
              from byte 18218 to byte 612954; found 331696 bytes; help: export or download the file again",
         ),
         (
@@ -235,9 +235,9 @@ fn broken_files_are_refused_with_their_message() {
         ),
         (
             TINY.split_once("\"UnitScaleFactor").unwrap().0.as_bytes(),
-            "tiny.fbx:15:5: error[unexpected-end]: the file ends inside its section \"Properties70\"; expected }; found \
-             the end of the file; help: the section that begins in line 8 is not closed; the file is cut off or lacks \
-             braces",
+            "tiny.fbx:15:5: error[unexpected-end]: the file ends inside the section \"Properties70\"; expected }; found \
+             the end of the file; help: the section that begins in line 8 is not closed; the file is cut off or closing \
+             braces are missing",
         ),
         (
             &b"1, 2, 3\n".repeat(100),
@@ -257,7 +257,7 @@ fn a_place_that_is_not_finite_is_told() {
     let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         warnings[0],
-        "a place at rest is not finite; the node was left at its parent; joint \"knee\""
+        "the position in the rest pose is not finite; the node was put at its parent; joint \"knee\""
     );
 }
 
@@ -323,7 +323,7 @@ fn biped_files_are_told_apart() {
     let error = Importer::new().read(&[1, 2, 3, 4], "walk.bip").unwrap_err();
     assert_eq!(
         error.to_string(),
-        "walk.bip: error[unreadable-format]: BIP is a format of 3ds Max alone, and is not read here; \
+        "walk.bip: error[unreadable-format]: BIP, a format of 3ds Max without a public specification, cannot be read; \
          help: open it in 3ds Max, and export the motion as BVH or FBX"
     );
 }

@@ -84,7 +84,7 @@ impl<T> InOrder<T> {
     }
 }
 
-/// The threads asked for, else one a core.
+/// The number of threads asked for, or else of cores.
 pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
     asked
         .or_else(|| thread::available_parallelism().ok())

@@ -55,7 +55,10 @@ fn extension(path: &Path) -> String {
 }
 
 fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
-    crate::Failure::Usage(format!("{}: the name of the output ends in {known}", path.display()))
+    crate::Failure::Usage(format!(
+        "{}: the name of the output must end in {known}",
+        path.display()
+    ))
 }
 
 /// What to call a file in a picture.

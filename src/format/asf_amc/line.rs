@@ -62,7 +62,7 @@ impl<'a> Lines<'a> {
 
     /// Says that `word` should be something else.
     pub(super) fn unexpected(&self, word: Word<'_>, expected: impl Into<String>) -> Failure {
-        let message = format!("{} does not belong here", quote(word.bytes));
+        let message = format!("{} is not allowed here", quote(word.bytes));
         Box::new(
             self.at(word, Code::UnexpectedToken, message)
                 .expected_found(expected, quote(word.bytes)),
@@ -99,7 +99,7 @@ impl<'a> Lines<'a> {
         match number::parse(word.bytes).filter(|number| number.length == word.bytes.len()) {
             Some(number) if number.value.abs() <= FARTHEST => Ok(number.value),
             Some(_) => {
-                let message = format!("a number of a bone must be finite, and below {FARTHEST:e}");
+                let message = format!("a number of a bone must be finite and below {FARTHEST:e}");
                 let diagnostic = self.at(word, Code::NonFiniteOffset, message);
                 Err(Box::new(diagnostic.expected_found(what, quote(word.bytes))))
             }

@@ -120,11 +120,11 @@ impl<'a> Reader<'a, '_> {
             .ok()
             .and_then(|digits| digits.parse::<u64>().ok());
         let Some(number) = number else {
-            let message = format!("{} is too large for the number of a frame", quote(word.bytes));
+            let message = format!("{} is too large for a frame number", quote(word.bytes));
             let next = self.last_number.map_or(1, |last| last.saturating_add(1));
             let diagnostic = self.lines.at(word, Code::InvalidNumber, message);
             return Err(Box::new(diagnostic.expected_found(
-                format!("{next}, or another number below 2^64"),
+                format!("{next}, or another whole number below 2^64"),
                 quote(word.bytes),
             )));
         };
@@ -133,7 +133,7 @@ impl<'a> Reader<'a, '_> {
             let next = last.saturating_add(1);
             if number != next {
                 self.warnings.tally(Code::FrameNumber, || {
-                    let message = "frames are not numbered one by one; they were taken in the order of the file";
+                    let message = "frame numbers are not consecutive; the frames were read in the order of the file";
                     self.lines
                         .at(word, Code::FrameNumber, message)
                         .expected_found(format!("{next}"), format!("{number}"))
@@ -158,9 +158,11 @@ impl<'a> Reader<'a, '_> {
         let bone = &self.skeleton.bones[index];
         let tick = (self.motion.frames - 1) as f64;
         if self.motion.tracks[index].ticks.last() == Some(&tick) {
-            let message = "this frame names the bone already";
+            let message = "the bone is named twice in this frame";
             let diagnostic = self.lines.at(name, Code::UnexpectedToken, message).in_joint(&bone.name);
-            return Err(Box::new(diagnostic.help("put the number of the next frame before it")));
+            return Err(Box::new(
+                diagnostic.help("put the number of the next frame before the bone"),
+            ));
         }
         if line.len() - 1 != bone.channels.len() {
             return self.wrong_length(line, index);
@@ -210,7 +212,7 @@ impl<'a> Reader<'a, '_> {
         };
         Err(Box::new(
             self.lines
-                .at(line[0], Code::RowLength, "the line has a wrong number of values")
+                .at(line[0], Code::RowLength, "the line has the wrong number of values")
                 .in_joint(&bone.name)
                 .expected_found(expected, format!("{}", line.len() - 1))
                 .help(self.check_skeleton()),
@@ -229,7 +231,7 @@ impl<'a> Reader<'a, '_> {
         };
         if number.comma {
             self.warnings.tally(Code::DecimalComma, || {
-                let message = "numbers have decimal commas, read as decimal points";
+                let message = "numbers have decimal commas, which were read as decimal points";
                 self.lines.at(word, Code::DecimalComma, message)
             });
         }
@@ -237,7 +239,7 @@ impl<'a> Reader<'a, '_> {
             return Ok(number.value);
         }
         self.warnings.tally(Code::NonFiniteValue, || {
-            let message = "a value is not finite; the value before it was held";
+            let message = "the value is not finite; the last finite value was used";
             let diagnostic = self.lines.at(word, Code::NonFiniteValue, message).in_joint(&bone.name);
             diagnostic.expected_found("a finite number", quote(word.bytes))
         });
@@ -271,7 +273,7 @@ impl<'a> Reader<'a, '_> {
             self.warnings.push(Code::NoMotion, || {
                 Diagnostic::new(
                     Code::NoMotion,
-                    "there is no frame: the scene has a skeleton and no animation",
+                    "the file has no frames: the scene has a skeleton and no animation",
                 )
             });
         }
@@ -281,7 +283,7 @@ impl<'a> Reader<'a, '_> {
                 self.warnings.push(Code::Gap, || {
                     Diagnostic::new(
                         Code::Gap,
-                        format!("{missing} of {} frames leave out a bone", self.motion.frames),
+                        format!("{missing} of {} frames have no value for the bone", self.motion.frames),
                     )
                     .in_joint(&bone.name)
                 });
@@ -294,7 +296,7 @@ impl<'a> Reader<'a, '_> {
             };
             if bone.channels.iter().any(in_vain) {
                 self.warnings.push(Code::IgnoredChannel, || {
-                    let message = "a bone that moves or stretches keeps its place and length; it only turns";
+                    let message = "translations and lengths of a bone are not read; only its rotation is";
                     Diagnostic::new(Code::IgnoredChannel, message).in_joint(&bone.name)
                 });
             }

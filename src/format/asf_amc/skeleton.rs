@@ -128,9 +128,9 @@ impl<'a> Reader<'a, '_> {
             } else {
                 return Err(Box::new(
                     self.lines
-                        .at(section, Code::MissingKeyword, "an .asf file is made of sections")
-                        .expected_found("a section, as :units", quote(section.bytes))
-                        .help("check that this is the skeleton, an .asf file, and not another one"),
+                        .at(section, Code::MissingKeyword, "a section is missing")
+                        .expected_found("a section such as :units", quote(section.bytes))
+                        .help("check that this file is the skeleton, an .asf file"),
                 ));
             }
         }
@@ -254,7 +254,7 @@ impl<'a> Reader<'a, '_> {
         let length = length.ok_or_else(|| self.lacks(begin, &bone, "length", "a number"))?;
         bone.link = direction * length;
         if bone.link.abs().max_element() > FARTHEST {
-            let message = format!("a bone must end less than {FARTHEST:e} from where it begins");
+            let message = format!("the length of a bone must be below {FARTHEST:e}");
             let diagnostic = self.lines.at(named_at, Code::NonFiniteOffset, message);
             return Err(Box::new(diagnostic.in_joint(&bone.name)));
         }
@@ -287,7 +287,7 @@ impl<'a> Reader<'a, '_> {
 
     fn read_name(&self, line: &[Word<'a>]) -> Result<Word<'a>, Failure> {
         let Some(&word) = line.get(1) else {
-            return Err(self.lines.unexpected(line[0], "a name behind it"));
+            return Err(self.lines.unexpected(line[0], "a name after this word"));
         };
         let limit = self.limits.max_name_bytes;
         if word.bytes.len() > limit {
@@ -299,16 +299,16 @@ impl<'a> Reader<'a, '_> {
             return Ok(word);
         };
         let first = match index {
-            0 => "the root has that name always".to_owned(),
+            0 => "the root always has that name".to_owned(),
             _ => format!(
-                "the first one stands in line {}",
+                "the first one is in line {}",
                 self.lines.line_number(self.named_at[index])
             ),
         };
         let message = format!("a second bone is called {}", quote(word.bytes));
         let diagnostic = self.lines.at(word, Code::UnexpectedToken, message);
         Err(Box::new(diagnostic.help(format!(
-            "give each bone a name of its own, by which the hierarchy and the motion find it; {first}"
+            "give each bone its own name, because the hierarchy and the motion refer to it; {first}"
         ))))
     }
 
@@ -342,13 +342,13 @@ impl<'a> Reader<'a, '_> {
         let Some(word) = line.get(index) else {
             return Err(self
                 .lines
-                .unexpected(line[line.len() - 1], "an order of axes behind it, as XYZ"));
+                .unexpected(line[line.len() - 1], "an order of axes after this word, such as XYZ"));
         };
         let axis = |letter: u8| b"XYZ".iter().position(|name| letter.eq_ignore_ascii_case(name));
         let axes: Option<Vec<usize>> = word.bytes.iter().map(|&letter| axis(letter)).collect();
         match axes.as_deref() {
             Some(&[a, b, c]) if a != b && b != c && a != c => Ok([a, b, c]),
-            _ => Err(self.lines.unexpected(*word, "an order of axes, as XYZ")),
+            _ => Err(self.lines.unexpected(*word, "an order of axes, such as XYZ")),
         }
     }
 

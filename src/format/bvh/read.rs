@@ -1,5 +1,5 @@
-//! A BVH file as a scene, in three steps: `hierarchy` gives joints as the file has them, `motion` the blocks of numbers,
-//! and `scene` turns the two into a node graph and channels.
+//! A BVH file as a scene, in three steps: `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
+//! makes nodes and channels of the two.
 
 mod channel;
 mod decimals;
@@ -17,7 +17,7 @@ use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions, Source};
 use crate::scene::Scene;
 
-/// A BVH begins with `HIERARCHY`, after comment lines at most.
+/// A BVH file begins with `HIERARCHY`; only comment lines may precede it.
 pub(super) fn sniff(bytes: &[u8]) -> bool {
     const ENOUGH: usize = 64 << 10;
     decode(&bytes[..bytes.len().min(ENOUGH)]).is_ok_and(|text| hierarchy::read_header(&mut Cursor::new(&text)).is_ok())
@@ -25,7 +25,7 @@ pub(super) fn sniff(bytes: &[u8]) -> bool {
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let text = decode(source.bytes)?;
-    // Bytes in front of the text, such as a byte order mark; text that was decoded is nobody's to release.
+    // The length of a byte order mark. Decoded text is a copy, so none of it is released.
     let before = match text {
         Cow::Borrowed(text) => Some(source.bytes.len() - text.len()),
         Cow::Owned(_) => None,
@@ -60,7 +60,7 @@ fn read_text(
     Ok(scene::build(&hierarchy, header.as_ref(), tracks, warnings))
 }
 
-/// No text has a NUL; in a name it would go unnoticed.
+/// Refuses a NUL byte, which would go unnoticed in a name.
 fn refuse_nul(cursor: &Cursor<'_>) -> Result<(), Failure> {
     let Some(offset) = memchr::memchr(0, &cursor.text()[..cursor.offset()]) else {
         return Ok(());

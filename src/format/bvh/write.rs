@@ -1,24 +1,24 @@
-//! A scene as BVH, for the programs that read nothing else.
+//! Writes a scene as BVH.
 //!
 //! | scene | BVH |
 //! |---|---|
 //! | [`Scene::nodes`] | one ROOT, its JOINTs and End Sites, in the same order; several, where the scene was read from several |
 //! | the translation of a node's rest transform | OFFSET, where the scene was read from BVH |
-//! | the place in the first frame | OFFSET of JOINTs, where the scene was read from another format; a ROOT has none then, for some programs add it to its position |
-//! | positions that move | position channels, as [`Channels`] says; the ROOT has them always |
+//! | the position in the first frame | OFFSET of JOINTs, where the scene was read from another format; the OFFSET of a ROOT is then zero, because some programs add it to the position |
+//! | animated positions | position channels, as [`Channels`] says; the ROOT always has them |
 //! | rotations | three rotation channels, in the node's [`rotation_order`](crate::scene::Node::rotation_order) |
-//! | a rest transform that turns | nothing: OFFSETs are enough to put every node into its place in every frame |
-//! | a constant scale | lengths below it; a scale that changes is lost |
+//! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
+//! | a constant scale | scaled lengths below the node; an animated scale is lost |
 //! | meshes, materials, further animations | nothing |
 //! | a scene without an animation | one frame, the rest pose |
 //!
-//! Angles go on past 180 degrees where the motion does, so that a curve in an editor has no jumps. In gimbal lock the
-//! last angle stays as it was.
+//! Angles continue past 180 degrees, so that curves in an editor have no jumps. In gimbal lock the last angle keeps its
+//! value.
 //!
-//! Numbers are as short as they can be while a key that is read back is the same key: 1 degree is `1`, and the keys of
-//! a BVH file that was written with four decimals come out with four decimals. Keys are the same bit by bit, except
-//! that 1e-14, the precision of an angle after some turns, counts as zero, and that a quaternion whose sign hangs on
-//! such a number may become its negative. [`Options::digits`] asks for a fixed number of decimals instead.
+//! Numbers have the fewest decimals with which the same keys are read back: 1 degree is `1`, and the keys of a BVH file
+//! with four decimals get four decimals again. Keys are the same bit by bit, with two exceptions: 1e-14, the precision
+//! of an angle after some turns, counts as zero, and a quaternion whose sign depends on such a number may become its
+//! negative. [`Options::digits`] sets a fixed number of decimals instead.
 
 mod angles;
 mod build;
@@ -33,21 +33,21 @@ use crate::scene::{RotationOrder, Scene};
 /// Which joints have position channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Channels {
-    /// The ROOT, and joints whose position is not their OFFSET all the time.
+    /// The ROOT, and joints whose position differs from their OFFSET in some frame.
     #[default]
     Auto,
-    /// The ROOT alone. Joints stay where their first frame has them, so motion of their positions is lost.
+    /// Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
     Three,
     /// Every joint.
     Six,
 }
 
-/// What a caller can ask of the writer.
+/// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The order of the rotation channels, for every joint. Default: each joint's own, else `Zxy`.
+    /// The order of the rotation channels of all joints. Default: `None`, each joint's own order, or else `Zxy`.
     pub order: Option<RotationOrder>,
-    /// Decimals of every number. Default: as many as it takes to read the same keys back.
+    /// Decimals of every number. Default: `None`, as many as are needed to read the same keys back.
     pub digits: Option<usize>,
     /// Which joints have position channels.
     pub channels: Channels,
@@ -78,13 +78,13 @@ pub struct Report {
 /// ```
 ///
 /// # Errors
-/// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a rotation
-/// is none, and where the scene has no node.
+/// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a quaternion
+/// is not a rotation, and where the scene has no nodes.
 pub fn write(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
     Ok(build::text(scene, options)?.0.into_bytes())
 }
 
-/// Writes `scene` to `path`. The file is whole or absent.
+/// Writes `scene` to `path`. After an error the file is unchanged, or absent.
 ///
 /// # Errors
 /// As [`write()`], and [`Code::Io`](crate::Code::Io).

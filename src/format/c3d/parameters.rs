@@ -63,7 +63,7 @@ fn in_parameter(diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> F
     });
     Box::new(match is_whole {
         true => Diagnostic {
-            message: format!("{what} goes on past the end of its section"),
+            message: format!("{what} reaches beyond the end of its section"),
             help: Some("export the file again".to_owned()),
             ..diagnostic
         },

@@ -67,9 +67,9 @@ pub(super) fn read(
                 header.frames, header.data
             );
             let found = format!("{} in a file of {} bytes", points.frames, bytes.len());
-            Diagnostic::new(Code::FrameCount, "the file is shorter than it says")
+            Diagnostic::new(Code::FrameCount, "the file is shorter than its header states")
                 .expected_found(expected, found)
-                .help("the frames that are there were read; export or download the file again")
+                .help("the complete frames were read; export or download the file again")
         });
     }
     Ok(points)

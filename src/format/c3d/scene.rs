@@ -67,7 +67,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
         warnings.push(Code::NoMotion, || {
             Diagnostic::new(
                 Code::NoMotion,
-                "there is no frame: the scene has markers and no animation",
+                "the file has no frames: the scene has markers and no animation",
             )
         });
     } else {

@@ -50,7 +50,9 @@ pub(super) fn read(
                 scene.meshes.push(Mesh { name, ..mesh });
             }
             None => warnings.push(Code::IgnoredMesh, || {
-                let message = format!("the mesh \"{name}\" has no place that its bones agree on; it was left out");
+                let message = format!(
+                    "the bones of the mesh \"{name}\" contradict each other about its bind pose; it was left out"
+                );
                 Diagnostic::new(Code::IgnoredMesh, message)
             }),
         }

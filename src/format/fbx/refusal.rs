@@ -14,7 +14,7 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     };
     let message = format!("the FBX file cannot be read: {reason}");
     if bytes.is_empty() {
-        return Diagnostic::new(Code::EmptyFile, "the file holds nothing");
+        return Diagnostic::new(Code::EmptyFile, "the file is empty");
     }
     if let ErrorType::MemoryLimit | ErrorType::AllocationLimit | ErrorType::NodeDepthLimit = error.type_ {
         return Diagnostic::new(Code::LimitExceeded, message);
@@ -61,7 +61,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
         let length = usize::from(*bytes.get(name_at - 1)?);
         let name = quote(bytes.get(name_at..name_at + length)?);
         if end > bytes.len() {
-            let message = format!("the file is cut off inside its section {name}");
+            let message = format!("the file is cut off inside the section {name}");
             return Some(
                 Diagnostic::new(Code::UnexpectedEnd, message)
                     .expected_found(
@@ -118,13 +118,13 @@ fn cut_off_text(bytes: &[u8]) -> Option<Diagnostic> {
     let section = open.last()?;
     let name = quote(section.bytes);
     let line = cursor.locate(*section).line;
-    let message = format!("the file ends inside its section {name}");
+    let message = format!("the file ends inside the section {name}");
     Some(
         Diagnostic::new(Code::UnexpectedEnd, message)
             .at(cursor.locate_end())
             .expected_found("}", "the end of the file")
             .help(format!(
-                "the section that begins in line {line} is not closed; the file is cut off or lacks braces"
+                "the section that begins in line {line} is not closed; the file is cut off or closing braces are missing"
             )),
     )
 }

@@ -185,7 +185,7 @@ impl File {
         let is_finite = numbers.iter().all(|number| number.is_finite());
         if times.is_empty() || !increases || !is_finite || numbers.len() != times.len() * columns {
             return Err(invalid(
-                "an animation sampler has times that do not increase, or not one finite value a time",
+                "an animation sampler needs increasing times and one finite value for each",
             ));
         }
         let vectors = |numbers: &[f32]| numbers.chunks_exact(3).map(Vec3::from_slice).collect();
@@ -208,7 +208,7 @@ impl File {
         let outside = || invalid(format!("accessor {} reaches beyond its buffer", accessor.index()));
         if accessor.sparse().is_some() || accessor.dimensions().multiplicity() != columns {
             return Err(invalid(format!(
-                "accessor {} is sparse, or not {columns} wide",
+                "accessor {} is sparse, or does not have {columns} components",
                 accessor.index()
             )));
         }
@@ -275,7 +275,7 @@ fn check_meshes(json: &gltf::json::Root) -> Result<()> {
             .filter(|&index| index >= json.accessors.len())
         {
             return Err(invalid(format!(
-                "a mesh has its positions in accessor {index}, which is not there"
+                "a mesh refers to accessor {index}, which does not exist"
             )));
         }
     }
@@ -299,7 +299,7 @@ fn check_words(document: &Document) -> Result<()> {
             .all(|channel| channel.target.node.value() < document.nodes().len());
         if !(targets && ways && nodes) {
             return Err(invalid(
-                "an animation moves or interpolates something that glTF does not know",
+                "an animation has a target or an interpolation that glTF does not define",
             ));
         }
     }
@@ -317,7 +317,7 @@ fn beside(uri: &str) -> Result<PathBuf> {
         Ok(path)
     } else {
         Err(invalid(format!(
-            "a buffer is not in the folder of the file but at \"{uri}\""
+            "a buffer is not in the folder of the file, but at \"{uri}\""
         )))
     }
 }

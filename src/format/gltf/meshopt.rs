@@ -34,7 +34,7 @@ impl Filter {
 pub(super) fn missing() -> Error {
     Diagnostic::new(
         Code::MissingFeature,
-        "this build neither writes nor reads streams of meshopt",
+        "this build cannot read or write meshopt compression",
     )
     .help("build it with `--features meshopt`, which needs a C++ compiler")
     .into()
@@ -101,7 +101,7 @@ mod codec {
             (12, Filter::Exponential) => floats::<3>(stream, count),
             (16, Filter::Exponential) => floats::<4>(stream, count),
             _ => Err(invalid(format!(
-                "a meshopt stream has elements of {stride} bytes, which no animation has with its filter"
+                "a meshopt stream has elements of {stride} bytes, which its filter does not allow for animations"
             ))),
         }
     }

@@ -56,7 +56,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     for (name, tracks) in clips {
         let bent = tracks.iter().filter(|track| track.is_bent).count();
         if bent > 0 {
-            let message = "a track steps or bends between its keys; the way was taken to be straight";
+            let message = "a track has STEP or CUBICSPLINE interpolation; it was read as LINEAR";
             scene
                 .warnings
                 .push(Diagnostic::new(Code::Interpolation, message).times(bent as u64));
@@ -125,7 +125,10 @@ fn build_nodes(
     for (place, (node, parent)) in kept() {
         let transform = Mat4::from_cols_array_2d(&node.transform().matrix());
         if !transform.is_finite() || transform.row(3) != Vec4::W {
-            return Err(invalid(format!("the transform of node {} is none", node.index())));
+            return Err(invalid(format!(
+                "the transform of node {} is not finite, or has a scale of 0",
+                node.index()
+            )));
         }
         let id = NodeId::new(scene.nodes.len());
         ids[place] = Some(id);

@@ -75,10 +75,10 @@ pub(super) fn decode(document: &Document, buffers: &[Vec<u8>]) -> Result<HashMap
             None | Some("NONE") => Filter::None,
             Some("QUATERNION") => Filter::Quaternion,
             Some("EXPONENTIAL") => Filter::Exponential,
-            Some(_) => return Err(broken(&"its filter is none that animations have")),
+            Some(_) => return Err(broken(&"its filter is not one for animations")),
         };
         if settings.mode != "ATTRIBUTES" {
-            return Err(broken(&"its mode is not that of animations, ATTRIBUTES"));
+            return Err(broken(&"its mode is not ATTRIBUTES, the mode for animations"));
         }
         let end = settings.byte_offset.checked_add(settings.byte_length);
         let stream = buffers
@@ -87,7 +87,7 @@ pub(super) fn decode(document: &Document, buffers: &[Vec<u8>]) -> Result<HashMap
             .ok_or_else(|| broken(&"its stream reaches beyond its buffer"))?;
         let decoded = meshopt::decode(stream, settings.count, settings.byte_stride, filter)?;
         if decoded.len() != view.length() {
-            return Err(broken(&"its length is not that of the elements in its stream"));
+            return Err(broken(&"its length differs from the length of its elements"));
         }
         views.insert(view.index(), decoded);
     }

@@ -53,7 +53,7 @@ pub enum BufferPlace {
     Embedded,
 }
 
-/// What a caller can ask of the writer.
+/// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// Write a track that does not move as a channel with one key too, for engines that blend clips channel by

@@ -1,11 +1,10 @@
-//! What a misspelled word may have been meant to be.
+//! Suggestions for misspelled words.
 
-/// The name that is closest to a misspelled one, in any case, if one is close: a third of the letters may differ, and
-/// three at most.
+/// The name closest to a misspelled one, ignoring case, if at most a third of the letters differ, and at most three.
 pub(crate) fn nearest<'a>(misspelled: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     /// Letters that may differ.
     const MOST: usize = 3;
-    /// Bytes of a word that somebody may have typed. The distance takes time with the product of two lengths.
+    /// The longest word that is compared: the time grows with the product of the two lengths.
     const LONGEST: usize = 64;
     let misspelled = misspelled.to_ascii_lowercase();
     if misspelled.len() > LONGEST {

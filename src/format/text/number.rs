@@ -3,15 +3,15 @@
 /// A number that a word begins with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
-    /// NaN for every spelling of "not a number", infinite for those of infinity and for what exceeds `f32`.
+    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond `f32`.
     pub(crate) value: f64,
-    /// Bytes that it takes.
+    /// Its length in bytes.
     pub(crate) length: usize,
     /// Whether its decimals follow a comma.
     pub(crate) comma: bool,
 }
 
-/// Microsoft's C runtime prints what is not finite in its own way.
+/// How Microsoft's C runtime prints numbers that are not finite.
 const MICROSOFT: [(&str, f64); 4] = [
     ("1.#QNAN", f64::NAN),
     ("1.#IND", f64::NAN),
@@ -28,7 +28,7 @@ pub(crate) fn parse(word: &[u8]) -> Option<Number> {
     for (spelling, value) in MICROSOFT {
         let start = digits.get(..spelling.len());
         if start.is_some_and(|start| start.eq_ignore_ascii_case(spelling.as_bytes())) {
-            // The runtime pads it to the precision asked for: 1.#IND00.
+            // The runtime pads it to the precision: 1.#IND00.
             let padding = digits[spelling.len()..]
                 .iter()
                 .take_while(|byte| **byte == b'0')
@@ -68,7 +68,7 @@ fn parse_point(word: &[u8]) -> Option<Number> {
 }
 
 fn parse_comma(word: &[u8]) -> Option<Number> {
-    // No number of a motion file is longer; a longer word is no number.
+    // No number of a motion file is longer, so a longer word is not a number.
     const LONGEST: usize = 64;
     let mut buffer = [0; LONGEST];
     let copy = buffer.get_mut(..word.len())?;

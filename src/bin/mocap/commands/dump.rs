@@ -34,7 +34,9 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     let layout = Layout::from(args.layout);
     let chosen: Vec<Section> = args.sections.iter().map(|&section| section.into()).collect();
     if let Some(absent) = chosen.iter().find(|section| !layout.sections().contains(section)) {
-        return Err(Failure::Usage(format!("the layout {layout} has no section {absent}")));
+        return Err(Failure::Usage(format!(
+            "the layout {layout} does not have the section {absent}"
+        )));
     }
     let sections = if chosen.is_empty() { layout.sections() } else { &chosen };
     let mut out = io::stdout().lock();

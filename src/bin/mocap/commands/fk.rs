@@ -43,11 +43,14 @@ fn writer(output: &Path) -> Result<Writer, Failure> {
         Some("parquet") => Ok(mocap::arrays::parquet::write),
         #[cfg(not(feature = "parquet"))]
         Some("parquet") => {
-            let message = "this program is built without Parquet; build it with `--features parquet`";
+            let message = "this build cannot write Parquet; build it with `--features parquet`";
             Err(Failure::Usage(message.to_owned()))
         }
         _ => {
-            let message = format!("{}: arrays are written as .npz, .csv or .parquet", output.display());
+            let message = format!(
+                "{}: the name of the output must end in .npz, .csv or .parquet",
+                output.display()
+            );
             Err(Failure::Usage(message))
         }
     }

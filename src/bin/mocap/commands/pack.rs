@@ -140,7 +140,7 @@ impl Packer<'_> {
         // A defect that one file brings to light must not cost the others.
         let rows = catch_unwind(AssertUnwindSafe(|| self.rows(input, &mut record)));
         let rows = rows.unwrap_or_else(|_| {
-            record.error = Some("the program has a defect".to_owned());
+            record.error = Some("internal error: the conversion panicked".to_owned());
             None
         });
         record.seconds = start.elapsed().as_secs_f64();

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
         .import(&args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
     if !args.tick.is_finite() {
-        return Err(Failure::Usage(format!("--tick {} is no tick", args.tick)));
+        return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
     }
     let view = PoseView {
         file: args.file.display().to_string(),

@@ -54,7 +54,7 @@ pub(crate) fn require(verification: &Verification, max_allowed: f64) -> Result<(
 
 pub(crate) fn too_far(verification: &Verification, max_allowed: f64) -> String {
     let (error, allowed) = (millimetres(verification.max_error), millimetres(max_allowed));
-    format!("the file is {error} mm from its source, more than the {allowed} mm allowed")
+    format!("the largest error is {error} mm, more than the {allowed} mm allowed")
 }
 
 /// What a person wants to know, in a few lines.
@@ -77,7 +77,7 @@ pub(crate) fn summary(verification: &Verification) -> String {
         ("end sites", &verification.missing_end_sites),
     ] {
         if !names.is_empty() {
-            text += &format!("\n{what} that the file does not have: {}", names.join(", "));
+            text += &format!("\n{what} missing in the file: {}", names.join(", "));
         }
     }
     text

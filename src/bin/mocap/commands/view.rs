@@ -23,7 +23,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     };
     let is_written = matches!(viewed, Ok(()) | Err(Failure::Some));
     if is_written && args.output.is_none() && open::that(&output).is_err() {
-        report::say(&format!("no browser was found; open {} yourself", output.display()));
+        report::say(&format!("no browser was found; open {} in one", output.display()));
     }
     viewed
 }
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
 fn temporary_folder() -> Result<PathBuf, Failure> {
     let folder = tempfile::Builder::new().prefix("mocap-").tempdir();
     Ok(folder
-        .map_err(|error| Failure::Usage(format!("no temporary folder: {error}; name a page with -o")))?
+        .map_err(|error| Failure::Usage(format!("no temporary folder: {error}; name an output file with -o")))?
         .keep())
 }
 
@@ -54,7 +54,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
 fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Failure> {
     let inputs = inputs::find(&[folder.to_owned()])?;
     if inputs.is_empty() {
-        let message = format!("{}: no motion file is in this folder", folder.display());
+        let message = format!("{}: the folder holds no motion files", folder.display());
         return Err(Failure::Usage(message));
     }
     let players = format!("{}_files", short_name(output));

@@ -28,9 +28,9 @@ impl Reader<'_, '_> {
         for &word in &line[1..] {
             let child = self.find(word)?;
             if child == 0 || self.bones[child].parent.is_some() {
-                let message = format!("{} hangs somewhere already", quote(word.bytes));
+                let message = format!("{} already has a parent", quote(word.bytes));
                 return Err(Box::new(self.lines.at(word, Code::UnexpectedToken, message).help(
-                    "name each bone once behind the bone that it hangs on, and the root never",
+                    "name each bone once, behind its parent, and do not name the root as a child",
                 )));
             }
             self.bones[child].parent = Some(parent);
@@ -104,11 +104,11 @@ impl Reader<'_, '_> {
             None => (
                 Code::MissingKeyword,
                 "a bone is not in the hierarchy",
-                "name it in :hierarchy behind the bone that it hangs on",
+                "name it in :hierarchy behind its parent",
             ),
             Some(_) => (
                 Code::UnexpectedToken,
-                "the hierarchy goes round in a circle",
+                "the hierarchy has a cycle",
                 "every chain of bones must lead back to the root",
             ),
         };

@@ -56,7 +56,7 @@ pub(super) fn accept_comma(
         refused = decimals.has_points || memchr(b'.', &cursor.text()[motion_start..]).is_some();
         Diagnostic::new(
             Code::DecimalComma,
-            "numbers have decimal commas, read as decimal points",
+            "numbers have decimal commas, which were read as decimal points",
         )
         .at(cursor.locate(word))
     });

@@ -128,10 +128,14 @@ impl<'a> Reader<'a, '_> {
                 last_root = Some(self.joints.len());
                 self.read_tree(None)?;
             } else if let (true, Some(root)) = (word.is("JOINT"), last_root) {
-                self.warn(Code::JointOutsideRoot, word, "a JOINT stands after its ROOT is closed");
+                self.warn(
+                    Code::JointOutsideRoot,
+                    word,
+                    "this JOINT follows the closing brace of its ROOT",
+                );
                 self.read_tree(Some(root))?;
             } else if let (true, Some(_)) = (word.is("}"), last_root) {
-                self.warn(Code::ExtraBrace, word, "this brace closes nothing");
+                self.warn(Code::ExtraBrace, word, "this closing brace has no opening brace");
                 self.cursor.next_word();
             } else if word.is("MOTION") && last_root.is_some() {
                 break;
@@ -162,7 +166,7 @@ impl<'a> Reader<'a, '_> {
 
     fn missing_keyword(&self, expected: &str, found: Word<'_>) -> Failure {
         Box::new(
-            Diagnostic::new(Code::MissingKeyword, format!("{expected} should stand here"))
+            Diagnostic::new(Code::MissingKeyword, format!("{expected} is missing here"))
                 .at(self.cursor.locate(found))
                 .expected_found(expected, quote(found.bytes)),
         )
@@ -195,7 +199,7 @@ impl<'a> Reader<'a, '_> {
                 self.open.pop();
             } else if word.is("MOTION") {
                 self.warnings.push(Code::MissingBrace, || {
-                    Diagnostic::new(Code::MissingBrace, "MOTION comes before every joint is closed")
+                    Diagnostic::new(Code::MissingBrace, "MOTION begins before all joints are closed")
                         .at(self.cursor.locate(word))
                         .in_joint(&self.joints[joint].name)
                         .expected_found(format!("{} more closing braces", self.open.len()), "MOTION")
@@ -295,7 +299,7 @@ impl<'a> Reader<'a, '_> {
         self.in_open_joint(
             Diagnostic::new(
                 Code::UnexpectedToken,
-                format!("{} does not belong here", quote(word.bytes)),
+                format!("{} is not allowed here", quote(word.bytes)),
             )
             .at(self.cursor.locate(word))
             .expected_found(expected, quote(word.bytes)),
@@ -319,7 +323,7 @@ impl<'a> Reader<'a, '_> {
             Some(open) => {
                 let line = self.cursor.locate(open.keyword).line;
                 diagnostic.in_joint(&self.joints[open.joint].name).help(format!(
-                    "the joint that begins in line {line} is not closed; the file is cut off or lacks braces"
+                    "the joint that begins in line {line} is not closed; the file is cut off or closing braces are missing"
                 ))
             }
             None => diagnostic,

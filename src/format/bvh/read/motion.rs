@@ -45,7 +45,7 @@ pub(super) fn read_header(
         warnings.push(Code::NoMotion, || {
             Diagnostic::new(
                 Code::NoMotion,
-                "there is no MOTION: the scene has a skeleton and no animation",
+                "the file has no MOTION: the scene has a skeleton and no animation",
             )
             .at(cursor.locate_end())
         });
@@ -122,9 +122,9 @@ fn read_frame_rate<'a>(cursor: &mut Cursor<'a>, options: &ReadOptions) -> Result
 }
 
 fn invalid_frame_time(cursor: &Cursor<'_>, word: Option<Word<'_>>) -> Diagnostic {
-    let expected = "seconds a frame, above 0";
+    let expected = "a finite number of seconds above 0";
     let diagnostic = match word {
-        Some(word) => Diagnostic::new(Code::FrameTime, format!("{} is no frame time", quote(word.bytes)))
+        Some(word) => Diagnostic::new(Code::FrameTime, format!("{} is not a frame time", quote(word.bytes)))
             .at(cursor.locate(word))
             .expected_found(expected, quote(word.bytes)),
         None => missing_line_diagnostic(cursor, Code::FrameTime, &format!("Frame Time: followed by {expected}")),
@@ -142,7 +142,7 @@ fn missing_line_diagnostic(cursor: &Cursor<'_>, code: Code, expected: &str) -> D
         None => (cursor.locate_end(), "the end of the file".to_owned()),
     };
     let line = expected.split(':').next().unwrap_or(expected);
-    Diagnostic::new(code, format!("MOTION lacks its line \"{line}:\""))
+    Diagnostic::new(code, format!("MOTION has no line \"{line}:\""))
         .at(location)
         .expected_found(expected, found)
 }

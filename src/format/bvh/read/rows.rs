@@ -1,9 +1,8 @@
 //! The rows of the MOTION section, as blocks of columns.
 //!
-//! Rows are lines in nearly every file, and then [`Block::read_plain_row`] reads them as fast as numbers can be parsed,
-//! and [`segments`] by several threads where there are many. The first line that is anything else sends the reader to
-//! [`layout`], which looks at the rest of the text once and finds the rule by which rows are written; from there on the
-//! careful path reads what the fast one declines.
+//! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast, and [`segments`] reads many of
+//! them with several threads. At the first other line [`layout`] looks at the rest of the text once to find the layout
+//! of the rows; from then on the careful path reads the lines that the fast path cannot.
 
 mod block;
 mod layout;
@@ -27,7 +26,7 @@ use crate::format::warnings::Warnings;
 
 /// Takes the rows of a file, block by block.
 pub(super) trait Sink {
-    /// The place of frames that it has room for.
+    /// A writable range of frames.
     type Frames<'a>: Frames
     where
         Self: 'a;
@@ -35,27 +34,26 @@ pub(super) trait Sink {
     /// Takes the frames that follow those it has.
     fn append(&mut self, block: &Block);
 
-    /// Makes room for frames that follow those it has, by several threads, to be filled in any order. Asked for after
-    /// the first frame.
+    /// Allocates the following frames, using several threads, to be filled in any order. Called after the first frame.
     fn extend(&mut self, frames: usize, threads: usize) -> Self::Frames<'_>;
 
     /// Keeps no more than the first frames.
     fn truncate(&mut self, frames: usize);
 
-    /// How many frames it has or has room for.
+    /// The number of frames, allocated ones included.
     fn frames(&self) -> usize;
 }
 
-/// Room for some frames, which can be given to several threads piece by piece.
+/// A writable range of frames, which can be split among threads.
 pub(super) trait Frames: Sized + Send {
-    /// Takes away the first so many of them, or all if there are not as many.
+    /// Splits off the first `frames` frames, or all if there are fewer.
     fn split_off(&mut self, frames: usize) -> Self;
 
-    /// Fills the first of them, and goes on to the next.
+    /// Fills the first frames, and moves on to the next.
     fn fill(&mut self, block: &Block);
 }
 
-/// Reads what is declared and gives it to `sink` block by block.
+/// Reads the declared rows and passes them to `sink` block by block.
 pub(super) fn read(
     cursor: &mut Cursor<'_>,
     hierarchy: &Hierarchy,
@@ -67,7 +65,7 @@ pub(super) fn read(
 ) -> Result<(), Failure> {
     if hierarchy.channel_count == 0 {
         warnings.push(Code::NoMotion, || {
-            Diagnostic::new(Code::NoMotion, "no joint has CHANNELS, so nothing can move")
+            Diagnostic::new(Code::NoMotion, "no joint has CHANNELS, so nothing is animated")
         });
         return Ok(());
     }
@@ -102,7 +100,7 @@ fn rest_values(joint: &Joint) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Tells whoever holds the text that the bytes of a range have been read.
+/// Called with a range of bytes that have been read.
 pub(super) type Release<'a> = dyn Fn(Range<usize>) + Sync + 'a;
 
 /// Bytes that are released together.
@@ -117,11 +115,11 @@ struct Rows<'a, 'c, S> {
     warnings: &'c mut Warnings,
     sink: &'c mut S,
     block: Block,
-    /// The row before the block: what a column holds where it is not finite.
+    /// The row before the block: it replaces values that are not finite.
     last_row: Vec<f64>,
-    /// Rows met so far, dropped ones too.
+    /// Rows read so far, including dropped ones.
     rows: u64,
-    /// How rows are written; unknown while every one was a plain line.
+    /// The layout of the rows; unknown while every row was a plain line.
     layout: Option<Layout>,
     release: &'c Release<'c>,
     /// Where the text begins that was not released yet.
@@ -161,12 +159,12 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             Ok(layout) => return Ok(layout),
             Err(no_rule) => no_rule,
         };
-        // A word that is no number explains more than a wrong count of values.
+        // A word that is not a number explains more than a wrong number of values.
         self.read_values(Layout::Lines)?;
         Err(no_rule)
     }
 
-    /// Reads a plain row; the cursor stays where it is before any other.
+    /// Reads a plain row; the cursor does not move before any other.
     fn read_plain_row(&mut self) -> bool {
         let start = self.cursor.offset();
         let length = self.block.read_plain_row(&self.text[start..]);
@@ -177,11 +175,11 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         length.is_some()
     }
 
-    /// Reads what follows the first row by several threads, up to the first row that is not plain.
+    /// Reads the rows after the first with several threads, up to the first row that is not plain.
     fn read_segments(&mut self) {
         let start = self.cursor.offset();
         let channel_count = self.hierarchy.channel_count;
-        // A joint without channels takes memory for which there is no text.
+        // A joint without channels needs memory that no text stands for.
         if self.threads < 2
             || self.text.len() - start < segments::WORTHWHILE
             || self.hierarchy.joints.len() > channel_count
@@ -190,7 +188,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
         self.flush();
         let most = if self.all_rows { u64::MAX } else { self.header.frames };
-        // Every value takes a digit and a blank.
+        // Every value takes at least a digit and a blank.
         let possible = (self.text.len() - start) / (2 * channel_count) + 1;
         let most = usize::try_from(most - self.rows).unwrap_or(usize::MAX).min(possible);
         let before = self.sink.frames();
@@ -210,7 +208,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         self.released = read.end;
     }
 
-    /// A row in any spelling that has one meaning. Drops a line with a wrong number of values.
+    /// Reads a row in any spelling that has only one meaning. Drops a line with a wrong number of values.
     fn read_careful_row(&mut self, layout: Layout) -> Result<(), Failure> {
         let start = self.cursor.offset();
         let channel_count = self.hierarchy.channel_count;
@@ -225,13 +223,16 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
                     .split(|&byte| is_line_end(byte))
                     .next()
                     .unwrap_or_default();
-                Diagnostic::new(Code::RowLength, "a row has a wrong number of values and was dropped")
-                    .at(self.cursor.locate(Word {
-                        bytes: line.trim_ascii_end(),
-                        offset: start,
-                    }))
-                    .expected_found(format!("{channel_count} values"), format!("{found}"))
-                    .help("the motion is one frame shorter for each; correct the row or export the file again")
+                Diagnostic::new(
+                    Code::RowLength,
+                    "the row has the wrong number of values and was dropped",
+                )
+                .at(self.cursor.locate(Word {
+                    bytes: line.trim_ascii_end(),
+                    offset: start,
+                }))
+                .expected_found(format!("{channel_count} values"), format!("{found}"))
+                .help("each dropped row makes the motion one frame shorter; correct the row or export the file again")
             });
         }
         Ok(())
@@ -272,7 +273,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             .is_some_and(|word| number::parse(word.bytes).is_some())
     }
 
-    /// Reads one value into its column, and returns what is left of the word if it holds another number.
+    /// Reads one value into its column, and returns the rest of the word if it holds another number.
     fn read_value(&mut self, word: Word<'a>, column: usize) -> Result<Option<Word<'a>>, Failure> {
         let number = number::parse(word.bytes).filter(|number| {
             let after = word.bytes.get(number.length);
@@ -314,7 +315,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         self.warnings.tally(Code::SplitNumber, || {
             Diagnostic::new(
                 Code::SplitNumber,
-                "two numbers stand together without a space, and were split",
+                "two numbers have no space between them, and were split",
             )
             .at(self.cursor.locate(word))
             .expected_found("a space before the sign", quote(word.bytes))
@@ -330,7 +331,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
             let (joint, kind) = self.hierarchy.column(column);
             Diagnostic::new(
                 Code::NonFiniteValue,
-                "a value is not finite; its channel keeps the value before it",
+                "the value is not finite; the last finite value of the channel was used",
             )
             .at(self.cursor.locate(word))
             .in_joint(&joint.name)
@@ -381,7 +382,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
     }
 
-    /// Says what the file has beyond or below its declared frames.
+    /// Warns if the file has more or fewer rows than it declares.
     fn report_the_rest(&mut self) {
         self.cursor.skip_spaces();
         let (more, rest) = layout::count_rows(self.cursor, self.hierarchy.channel_count);
@@ -389,14 +390,17 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         if declared != found {
             self.warnings.push(Code::FrameCount, || {
                 let advice = if declared < found && !self.all_rows {
-                    "the rows beyond it were left out; --all-rows, or Importer::all_rows, reads them"
+                    "the rows beyond that number were left out; --all-rows, or Importer::all_rows, reads them"
                 } else {
-                    "the rows that are there were read"
+                    "all rows of the file were read"
                 };
-                Diagnostic::new(Code::FrameCount, "Frames: does not count the rows that follow")
-                    .at(self.cursor.locate(self.header.frames_word(self.text)))
-                    .expected_found(format!("{declared} rows"), format!("{found}"))
-                    .help(advice)
+                Diagnostic::new(
+                    Code::FrameCount,
+                    "the number after Frames: differs from the number of rows",
+                )
+                .at(self.cursor.locate(self.header.frames_word(self.text)))
+                .expected_found(format!("{declared} rows"), format!("{found}"))
+                .help(advice)
             });
         }
         if let Some(word) = rest {

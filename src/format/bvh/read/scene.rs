@@ -1,4 +1,4 @@
-//! Joints and numbers into a node graph and channels.
+//! Makes nodes and channels of the joints and the numbers.
 
 use std::collections::HashMap;
 use std::thread;
@@ -19,7 +19,7 @@ use crate::scene::{
     RotationOrder, Scene,
 };
 
-/// The keys read so far, a track a joint. End sites have none.
+/// The keys read so far, one track for each joint. End sites have none.
 pub(super) struct Tracks<'h> {
     hierarchy: &'h Hierarchy,
     root_offset: RootOffset,
@@ -38,10 +38,10 @@ struct Track {
     scaling_keys: Vec<Vec3>,
 }
 
-/// Where the values of one joint stand in a row, and what they mean.
+/// The columns of one joint in a row, and what they mean.
 struct Columns {
     joint: usize,
-    /// Stands where no column says otherwise; added to the position channels where `adds_offset`.
+    /// Used on axes without a column; added to the position channels if `adds_offset`.
     offset: Vec3,
     adds_offset: bool,
     /// Columns of x, y and z.
@@ -137,7 +137,7 @@ impl Track {
         }
     }
 
-    /// Frames more, all of zeros.
+    /// Appends frames of zeros.
     fn extend(&mut self, frames: usize) {
         extend_by_zeros(&mut self.rotation_keys, frames);
         if self.columns.has_position() {
@@ -173,7 +173,7 @@ impl Track {
     }
 }
 
-/// Fresh memory of zeros comes from the kernel, which hands it out page by page to the thread that first writes there.
+/// The kernel provides zeroed memory page by page, to the thread that first writes to a page.
 fn extend_by_zeros<T: Zeroable + Copy>(keys: &mut Vec<T>, frames: usize) {
     let mut longer = bytemuck::zeroed_vec(keys.len() + frames);
     longer[..keys.len()].copy_from_slice(keys);
@@ -187,7 +187,7 @@ fn truncate<T>(keys: &mut Vec<T>, frames: usize) {
     }
 }
 
-/// The place of some frames in the keys of one joint. Tracks that the joint does not have are empty.
+/// A range of frames in the keys of one joint. Tracks that the joint does not have are empty.
 struct TrackFrames<'a> {
     columns: &'a Columns,
     position_keys: &'a mut [Vec3],
@@ -198,7 +198,7 @@ struct TrackFrames<'a> {
 impl TrackFrames<'_> {
     fn fill(&mut self, block: &Block) {
         let columns = self.columns;
-        // A joint without rotation channels keeps its rotation, which is a track like any other: a key a frame.
+        // A joint without rotation channels has a constant rotation track, with one key per frame like any other.
         let angles: Vec<(Axis, &[f64])> = columns
             .rotation
             .iter()
@@ -229,7 +229,7 @@ fn split_off<'a, T>(keys: &mut &'a mut [T], frames: usize) -> &'a mut [T] {
     keys.split_off_mut(..frames.min(keys.len())).unwrap_or_default()
 }
 
-/// The place of some frames in all tracks.
+/// A range of frames in all tracks.
 pub(super) struct Frames<'a>(Vec<TrackFrames<'a>>);
 
 impl rows::Frames for Frames<'_> {
@@ -261,7 +261,7 @@ impl<'h> Tracks<'h> {
         }
     }
 
-    /// Decides for every root from the first frame whether its position channels stand in place of the OFFSET.
+    /// Decides for every root from the first frame whether its position channels replace the OFFSET.
     fn choose_root_offset(&mut self, block: &Block) {
         for columns in self.joints.iter_mut().map(|track| &mut track.columns) {
             let is_root = self.hierarchy.joints[columns.joint].parent.is_none();
@@ -300,7 +300,7 @@ impl Sink for Tracks<'_> {
 
     fn extend(&mut self, frames: usize, threads: usize) -> Frames<'_> {
         self.frames += frames;
-        // Memory that this program has had before is not zero: it must be made so, which takes its time.
+        // The allocator must zero memory that this program has used before, which takes time.
         let share = self.joints.len().div_ceil(threads).max(1);
         thread::scope(|scope| {
             let mut shares = self.joints.chunks_mut(share);
@@ -326,10 +326,10 @@ impl Sink for Tracks<'_> {
     }
 }
 
-/// In nearly every real file the first position is the OFFSET again, or a place of its own: the channels replace it.
-/// In a few the position is relative to the OFFSET, which shows in a first position of about zero.
+/// In nearly every real file the first position equals the OFFSET or is unrelated to it: the channels replace the
+/// OFFSET. In a few files the position is relative to the OFFSET, and the first position is near zero.
 fn guess_root_offset(columns: &Columns, block: &Block) -> RootOffsetUsed {
-    /// Of the OFFSET's length. The real files that want adding stay below 0.0101, those that do not above 0.3.
+    /// A share of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;
     let axes = [0, 1, 2]
         .into_iter()
@@ -383,7 +383,7 @@ pub(super) fn build(
     scene
 }
 
-/// One node a joint, in their order. Several roots get one parent, because a graph has one root.
+/// One node for each joint, in their order. Several roots get one parent, because the node graph has one root.
 fn build_nodes(hierarchy: &Hierarchy) -> Vec<Node> {
     let roots = hierarchy.joints.iter().filter(|joint| joint.parent.is_none()).count();
     let group = (roots > 1).then(|| Node {

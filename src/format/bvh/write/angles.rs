@@ -1,4 +1,4 @@
-//! Rotation keys as angles that read back to the same keys.
+//! Euler angles that are read back as the same rotation keys.
 
 use glam::{DQuat, Quat};
 
@@ -27,7 +27,7 @@ impl Angles {
         }
     }
 
-    /// The angles of the next frame, as near to those of this one as they can be. `None` if `key` is no rotation.
+    /// The angles of the next frame, as near as possible to those of this one. `None` if `key` is not a rotation.
     pub(super) fn next(&mut self, key: Quat) -> Option<[f64; 3]> {
         if !(key.is_finite() && key.length_squared() > f32::EPSILON) {
             return None;
@@ -47,7 +47,8 @@ impl Angles {
         })
     }
 
-    /// The angles with the fewest decimals that read back to `key`, at worst to its negative, the same rotation.
+    /// The angles with the fewest decimals that are read back as `key`, or else as its negative, which is the same
+    /// rotation.
     fn shortest(&self, angles: [f64; 3], key: Quat) -> [f64; 3] {
         let axes = self.order.axes().map(|axis| Axis::ALL[axis]);
         let reads_back_to = |key: Quat| move |angles: [f64; 3]| read_back(axes, angles).abs_diff_eq(key, NOISE);

@@ -1,4 +1,4 @@
-//! The text: hierarchy, then a row a frame.
+//! The text: the hierarchy, then one row per frame.
 
 use std::fmt::Write;
 
@@ -12,10 +12,10 @@ use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
 
-/// What joints without an order of their own get, which most programs write.
+/// The order for joints that have none; most programs write it.
 const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 
-/// Frames a second of a file that holds a rest pose alone.
+/// Frames per second of a file that holds only a rest pose.
 const POSE_FRAME_RATE: f64 = 30.0;
 
 pub(super) fn text(scene: &Scene, options: &Options) -> Result<(String, Report)> {
@@ -85,7 +85,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// What is written of one node.
+/// How one node is written.
 struct Joint<'a> {
     name: &'a str,
     /// Index of the node.
@@ -94,7 +94,7 @@ struct Joint<'a> {
     /// Nodes from the first one written to this one.
     depth: usize,
     offset: Vec3,
-    /// What lengths below the scaled nodes above are multiplied by.
+    /// The product of the scales of the nodes above.
     scale: Vec3,
     /// Whether it has position channels.
     moves: bool,
@@ -160,19 +160,19 @@ fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> 
             order: options.order.or(node.rotation_order).unwrap_or(USUAL_ORDER),
         };
         if !joint.offset.abs().as_dvec3().cmple(DVec3::splat(FARTHEST)).all() {
-            let message = format!("the place at rest is not finite, or beyond {FARTHEST:e}");
+            let message = format!("the position in the rest pose is not finite, or not below {FARTHEST:e}");
             return Err(unrepresentable(&joint, message));
         }
         joints.push(joint);
     }
     if joints.is_empty() {
-        return Err(Diagnostic::new(Code::Unrepresentable, "a scene without a node has no skeleton").into());
+        return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
     }
     Ok(joints)
 }
 
-/// A node that only holds one other is left out, so that the skeleton begins with its own root; and so is the group that
-/// a reader puts over several roots, so that they are several again.
+/// A group with one child is left out, so that the skeleton begins with its root; so is the group that a reader puts
+/// over several roots.
 fn first_written(motion: &Motion<'_>) -> usize {
     let nodes = &motion.scene.nodes;
     let children = |index: usize| {
@@ -199,10 +199,10 @@ fn first_written(motion: &Motion<'_>) -> usize {
     }
 }
 
-/// A joint without position channels stands where its first frame has it.
+/// A joint without position channels gets the position of its first frame.
 ///
-/// A root that begins near zero while its OFFSET does not is read by some as moving relative to the OFFSET; without an
-/// OFFSET there is one reading.
+/// Some programs read a root that begins near zero, while its OFFSET does not, as moving relative to the OFFSET. With a
+/// zero OFFSET all programs agree.
 fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root: bool) -> Vec3 {
     /// Of the OFFSET's length; wider than the limit of this crate's reader.
     const NEAR_ZERO: f32 = 0.05;
@@ -215,9 +215,9 @@ fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root: bool) -> Vec3
     }
 }
 
-/// One frame a whole tick, from 0 to the last within the duration.
+/// One frame per whole tick, from 0 to the last within the duration.
 fn frame_count(animation: &Animation) -> usize {
-    /// Of a tick: durations that were computed from seconds fall a little short.
+    /// A share of a tick: durations computed from seconds may be slightly too short.
     const TOLERANCE: f64 = 1e-6;
     (animation.duration + TOLERANCE).floor() as usize + 1
 }
@@ -260,7 +260,7 @@ fn push_line(text: &mut String, indentation: usize, line: &str) {
     text.push('\n');
 }
 
-/// `JOINT name`. An end site that is named after its parent, as unnamed ones are, has no name in the file.
+/// `JOINT name`. An end site with the name that an unnamed one gets is written without a name.
 fn head(keyword: &str, name: &str) -> String {
     if keyword == "End Site" && name.starts_with("EndSite_") {
         return keyword.to_owned();
@@ -337,7 +337,10 @@ fn push_rows(
             }
             if joint.turns {
                 let Some(angles) = angles.next(rotation) else {
-                    return Err(unrepresentable(joint, format!("the rotation in frame {frame} is none")));
+                    return Err(unrepresentable(
+                        joint,
+                        format!("the rotation in frame {frame} is not a rotation"),
+                    ));
                 };
                 for angle in angles {
                     push(text, angle, options.digits);

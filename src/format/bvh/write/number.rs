@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-/// The last power of ten that counts decimals of a double precision number of everyday size.
+/// The largest number of decimals of a double precision number of usual size.
 const MOST_DECIMALS: usize = 17;
 
-/// Appends `value` with so many decimals, or as many as it takes to read it back.
+/// Appends `value` with `digits` decimals, or with as many as are needed to read it back.
 pub(super) fn push(text: &mut String, value: f64, digits: Option<usize>) {
     let start = text.len();
     // Writing to a string cannot fail.
@@ -32,11 +32,12 @@ pub(super) fn push_single(text: &mut String, value: f32, digits: Option<usize>) 
     }
 }
 
-/// The values with the fewest decimals that `accepts` takes; the values themselves come last. `None` if it takes none.
+/// The values with the fewest decimals that `accepts` returns true for; the unrounded values are tried last. `None` if
+/// it accepts none.
 pub(super) fn shortest<const N: usize>(values: [f64; N], accepts: impl Fn([f64; N]) -> bool) -> Option<[f64; N]> {
     let mut scale = 1.0;
     for _ in 0..=MOST_DECIMALS {
-        // The quotient of two whole numbers is rounded once, so it is the number that its decimals spell.
+        // A quotient of two whole numbers is rounded once, so it is the number that the decimals denote.
         let rounded = values.map(|value| (value * scale).round() / scale);
         if accepts(rounded) {
             return Some(rounded);

@@ -72,7 +72,7 @@ pub(super) fn write(
 ) -> Result<Option<Animation>> {
     let ticks_per_second = animation.ticks_per_second;
     if !(ticks_per_second.is_finite() && ticks_per_second > 0.0) {
-        let message = format!("{ticks_per_second} ticks per second give the keys no time");
+        let message = format!("ticks per second must be finite and above 0, got {ticks_per_second}");
         return Err(Diagnostic::new(Code::FrameTime, message).into());
     }
     let (clocks, key_times, samplers, channels) = Default::default();
@@ -174,7 +174,7 @@ impl<'a> Writer<'a> {
             return Ok(rest);
         };
         let invalid = || {
-            let message = format!("a {} is not a finite value", name_of(property));
+            let message = format!("a {} is not finite", name_of(property));
             Diagnostic::new(Code::Unrepresentable, message).in_joint(&self.scene.nodes[node].name)
         };
         if is_constant(keys) {

@@ -164,7 +164,7 @@ impl Builder<'_> {
             if node.kind != NodeKind::Group {
                 let place = u16::try_from(joints.len()).map_err(|_| {
                     Diagnostic::new(Code::LimitExceeded, "a skin has at most 65,536 joints")
-                        .help("write a segmented mesh, which needs no skin")
+                        .help("write a segmented mesh, which has no skin")
                 });
                 places[index] = Some(place?);
                 joints.push(index);
@@ -271,7 +271,7 @@ fn rest_of(node: &scene::Node) -> Result<Rest> {
             scale,
         }),
         _ => {
-            let message = "its transform is not a translation, a rotation and a scale";
+            let message = "its transform is not a product of translation, rotation and scale";
             Err(Diagnostic::new(Code::Unrepresentable, message)
                 .in_joint(&node.name)
                 .into())

@@ -59,7 +59,7 @@ impl Document {
         if u32::try_from(json.len() + self.bin.len() + GLB_OVERHEAD).is_err() {
             let message = "the file would be larger than the 4 GiB that a .glb can hold";
             return Err(Diagnostic::new(Code::LimitExceeded, message)
-                .help("write .gltf, or fewer frames")
+                .help("write .gltf, or write fewer frames")
                 .into());
         }
         Ok(Glb {

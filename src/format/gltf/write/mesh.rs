@@ -33,7 +33,7 @@ pub(super) fn write(
     buffer: &mut Buffer,
 ) -> Result<Option<(JsonPrimitive, usize)>> {
     if !mesh.vertices.iter().all(|vertex| vertex.is_finite()) {
-        return Err(Diagnostic::new(Code::Unrepresentable, "a vertex is not a finite point").into());
+        return Err(Diagnostic::new(Code::Unrepresentable, "a vertex is not finite").into());
     }
     let influences = joints.map(|joints| influences(mesh, joints));
     let normals = Some(&mesh.normals).filter(|normals| normals.len() == mesh.vertices.len() && !is_flat(mesh));

@@ -1,4 +1,4 @@
-//! What a joint's block says of the joint itself.
+//! The lines of a joint's block: OFFSET and CHANNELS.
 
 use glam::Vec3;
 
@@ -27,7 +27,7 @@ impl Reader<'_, '_> {
             };
             if number.value.is_nan() || number.value.abs() > FARTHEST {
                 return Err(self.in_open_joint(
-                    Diagnostic::new(Code::NonFiniteOffset, "an OFFSET must be finite, and below 1e18")
+                    Diagnostic::new(Code::NonFiniteOffset, "OFFSET must be finite and below 1e18")
                         .at(self.cursor.locate(word))
                         .expected_found(what, quote(word.bytes)),
                 ));
@@ -41,13 +41,13 @@ impl Reader<'_, '_> {
             self.warn(
                 Code::RepeatedOffset,
                 keyword,
-                "a second OFFSET in one joint; the last one counts",
+                "the joint has a second OFFSET; the last one was used",
             );
         }
         Ok(())
     }
 
-    /// `"CHANNELS" n name{n}`; a second line goes on where the first ended.
+    /// `"CHANNELS" n name{n}`; a second line continues the first.
     pub(super) fn read_channels(&mut self, keyword: Word<'_>) -> Result<(), Failure> {
         let Some(word) = self.cursor.next_word() else {
             return Err(self.cut_off("CHANNELS", "a number of channels"));
@@ -60,7 +60,7 @@ impl Reader<'_, '_> {
         };
         let joint = self.open.last().expect("CHANNELS stands in a block").joint;
         let mut channels = Vec::new();
-        // A list may be long, and must not be searched for every name in it.
+        // A set, because a long list must not be searched for every name.
         let mut seen = [false; ChannelKind::COUNT];
         while let Some(name) = self.cursor.peek_word() {
             let Some(kind) = ChannelKind::from_name(name.bytes) else {
@@ -73,7 +73,7 @@ impl Reader<'_, '_> {
                 self.warn(
                     Code::RepeatedChannel,
                     name,
-                    &format!("{} is named twice in one joint", kind.name()),
+                    &format!("{} is named twice in the joint", kind.name()),
                 );
             }
             channels.push(kind);
@@ -85,24 +85,27 @@ impl Reader<'_, '_> {
         }
         if listed as u64 != count {
             return Err(self.in_open_joint(
-                Diagnostic::new(Code::ChannelCount, "CHANNELS counts other than it lists")
-                    .at(self.cursor.locate(word))
-                    .expected_found(format!("{count} channel names"), format!("{listed}"))
-                    .help(format!("write CHANNELS {listed}, or complete the list")),
+                Diagnostic::new(
+                    Code::ChannelCount,
+                    "the number after CHANNELS differs from the number of names",
+                )
+                .at(self.cursor.locate(word))
+                .expected_found(format!("{count} channel names"), format!("{listed}"))
+                .help(format!("write CHANNELS {listed}, or complete the list")),
             ));
         }
         self.add_channels(keyword, joint, channels)
     }
 
-    /// A second CHANNELS line that says the same again means nothing; another one goes on where the first ended.
+    /// A second CHANNELS line equal to the first is ignored; a different one continues the first.
     fn add_channels(&mut self, keyword: Word<'_>, joint: usize, mut channels: Vec<ChannelKind>) -> Result<(), Failure> {
         if !self.joints[joint].channels.is_empty() {
-            self.warn(Code::RepeatedChannels, keyword, "a second CHANNELS line in one joint");
+            self.warn(Code::RepeatedChannels, keyword, "the joint has a second CHANNELS line");
             if self.joints[joint].channels == channels {
                 return Ok(());
             }
             if self.joints.len() - 1 != joint {
-                // The columns of the joint would not stand together in a row, and no two readers agree where they are.
+                // The columns of the joint would not be adjacent, and readers disagree about their order.
                 return Err(self.unexpected(keyword, "all CHANNELS of a joint before its children"));
             }
         } else {

@@ -1,4 +1,4 @@
-//! Frames in columns, and the reader of lines that are nothing but numbers.
+//! A block of frames in columns, and the fast reader of lines of numbers.
 
 use crate::format::text::is_line_end;
 
@@ -13,12 +13,12 @@ pub(in crate::format::bvh) struct Block {
 }
 
 impl Block {
-    /// Frames that keep a block of a usual skeleton in the processor's second cache.
+    /// Frames of a block: with a usual skeleton it fits in the second-level cache.
     const FRAMES: usize = 128;
     /// Values beyond which a block of an unusual skeleton gets fewer frames.
     const VALUES: usize = 1 << 16;
-    /// Values between columns. Columns a power of two apart would all be kept in the same few places of the first
-    /// cache, and drive each other out.
+    /// Padding between columns. Columns a power of two apart would share a few sets of the first-level cache and evict
+    /// each other.
     const GAP: usize = 8;
 
     pub(super) fn new(channel_count: usize) -> Self {
@@ -37,7 +37,7 @@ impl Block {
         self.frames
     }
 
-    /// The values of one column, one a frame.
+    /// The values of one column, one per frame.
     pub(in crate::format::bvh) fn column(&self, column: usize) -> &[f64] {
         &self.values[column * self.stride..][..self.frames]
     }
@@ -57,8 +57,8 @@ impl Block {
         )
     }
 
-    /// Reads a line of exactly as many finite numbers as there are columns into the next frame, and gives its length;
-    /// of any other line nothing is kept.
+    /// Reads a line with exactly one finite number for each column into the next frame, and returns its length; any
+    /// other line is not read.
     pub(super) fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
@@ -78,21 +78,20 @@ impl Block {
         self.read_numbers(text, |text| super::short::parse(text))
     }
 
-    /// `read_short` may read a number and its length where it can do so faster.
+    /// `read_short` reads short numbers faster, and returns `None` for others.
     #[inline(always)]
     fn read_numbers(&mut self, text: &[u8], read_short: impl Fn(&[u8]) -> Option<(f64, usize)>) -> Option<usize> {
         let frame = self.frames;
         let mut rest = skip_blanks(text);
         let mut is_plain = true;
-        // Long numbers stand together.
+        // Long numbers tend to follow long numbers.
         let mut was_long = false;
         for column in self.values.chunks_exact_mut(self.stride) {
             let short = if was_long { None } else { read_short(rest) };
             let (value, length) = match short {
                 Some(short) => short,
                 None => {
-                    // By a reference, so that the compiler makes a parser for this place alone and needs no call to
-                    // it: see `tools/bench/README.md`.
+                    // By a reference, so that the compiler inlines the parser here: see `tools/bench/README.md`.
                     #[allow(clippy::needless_borrows_for_generic_args, reason = "a seventh of the time")]
                     let (value, length) = fast_float2::parse_partial::<f64, _>(&rest).ok()?;
                     // NaN is not below anything.

@@ -1,4 +1,4 @@
-//! By which rule a file writes its rows.
+//! Finds the layout of a file's rows.
 
 use super::super::Failure;
 use crate::error::{Code, Diagnostic};
@@ -9,11 +9,11 @@ use crate::format::text::{Cursor, Word, is_line_end, is_space, number};
 pub(super) enum Layout {
     /// A row is a line. Lines with another number of values are rare, and broken.
     Lines,
-    /// Line ends mean nothing: rows are wrapped, or several stand on one line.
+    /// Line ends have no meaning: rows are wrapped, or a line holds several rows.
     Stream,
 }
 
-/// Finds the rule that the text from here on follows, given that `rows_before` lines were whole rows.
+/// Finds the layout of the text from here on, given that `rows_before` lines were whole rows.
 pub(super) fn find(
     cursor: &Cursor<'_>,
     channel_count: usize,
@@ -38,7 +38,7 @@ pub(super) fn find(
     Err(Box::new(no_rule(cursor, channel_count, whole, broken, lines())))
 }
 
-/// Whether wrapped or joined rows fit the lines: every row ends where a line ends, but for a last one that is cut off.
+/// Whether wrapped or joined rows fit the lines: every row ends at a line end, except a last one that is cut off.
 fn rows_end_at_line_ends(lines: impl Iterator<Item = usize>, channel_count: usize) -> bool {
     let mut rows = 0;
     let mut pending = 0;
@@ -69,19 +69,22 @@ fn no_rule(
     };
     let message = match whole {
         0 => "no row has as many values as the hierarchy has channels".to_owned(),
-        _ => format!("{broken} of {} rows have a wrong number of values", whole + broken),
+        _ => format!("{broken} of {} rows have the wrong number of values", whole + broken),
     };
     let first = Lines { cursor: cursor.clone() }.find(|line| line.numbers != channel_count);
     let diagnostic = Diagnostic::new(Code::RowLength, message)
-        .expected_found(format!("{channel_count} values a row, as CHANNELS says"), found)
-        .help("the motion belongs to another hierarchy, or its writer is broken: export the file again");
+        .expected_found(
+            format!("{channel_count} values in each row, one for each channel"),
+            found,
+        )
+        .help("the motion belongs to another hierarchy, or the writer has a defect: export the file again");
     match first {
         Some(line) => diagnostic.at(cursor.locate(line.word)),
         None => diagnostic,
     }
 }
 
-/// How many more rows follow, and the first word that belongs to none.
+/// The number of rows that follow, and the first word that belongs to no row.
 pub(super) fn count_rows<'a>(cursor: &Cursor<'a>, channel_count: usize) -> (u64, Option<Word<'a>>) {
     let mut values = 0;
     for line in (Lines { cursor: cursor.clone() }) {
@@ -93,7 +96,7 @@ pub(super) fn count_rows<'a>(cursor: &Cursor<'a>, channel_count: usize) -> (u64,
     (values / channel_count as u64, None)
 }
 
-/// A line that holds something.
+/// A line that is not blank.
 struct Line<'a> {
     word: Word<'a>,
     numbers: usize,
@@ -162,7 +165,7 @@ mod tests {
     fn wrapped_and_joined_rows_are_a_stream() {
         assert_eq!(find_in("1 2\n3 4\n1 2\n3 4\n", 4, 2), Some(Layout::Stream));
         assert_eq!(find_in("1 2 3 4 1 2 3 4", 4, 2), Some(Layout::Stream));
-        // A ragged wrap is believed where the number of values is as declared.
+        // Uneven wrapping is accepted if the total number of values is as declared.
         assert_eq!(find_in("1 2 3\n4 1 2 3 4\n", 4, 2), Some(Layout::Stream));
     }
 

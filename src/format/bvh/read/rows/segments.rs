@@ -1,9 +1,9 @@
-//! Plain rows by several threads.
+//! Reads plain rows with several threads.
 //!
-//! The text is cut at line ends into segments whose places depend on the text alone. How many lines stand before a
-//! segment says which frames are in it, so that every thread turns its rows into keys right where they belong, and
-//! nothing is put together afterwards. What follows the first line that is no plain row is thrown away and left to the
-//! careful path: the result is that of one thread.
+//! The text is cut at line ends into segments whose bounds depend only on the text. The number of lines before a
+//! segment gives the index of its first frame, so each thread writes its keys directly to their final place. Everything
+//! after the first line that is not a plain row is discarded and read again by the careful path, so the result does not
+//! depend on the number of threads.
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -14,20 +14,20 @@ use std::thread;
 use super::{Block, Frames, Release};
 use crate::format::text::is_space;
 
-/// Bytes of a segment: enough to make the start of one cheap, few enough that it is still in the processor's second
-/// cache when its numbers are read after its lines were counted.
+/// Bytes of a segment: enough to make its overhead small, and few enough that it is still in the second-level cache
+/// when its numbers are read after its lines were counted.
 const LENGTH: usize = 1 << 18;
 
-/// Segments whose text is released together, for every release interrupts the other processors.
+/// Segments whose text is released together, because every release interrupts the other processors.
 const RELEASED: usize = 16;
 
-/// Bytes from which on a second thread is worth its start.
+/// The least bytes for which a second thread saves time.
 pub(super) const WORTHWHILE: usize = 2 << 20;
 
-/// What was read together.
+/// The result of all segments.
 pub(super) struct Read {
     pub(super) rows: usize,
-    /// Where the text goes on.
+    /// The offset behind the last row that was read.
     pub(super) end: usize,
     pub(super) last_row: Vec<f64>,
 }
@@ -39,25 +39,25 @@ struct Segment {
     last_row: Option<Vec<f64>>,
     /// Behind its last plain row.
     end: usize,
-    /// Whether every line is a plain row, with its keys in the place that was kept for it.
+    /// Whether every line is a plain row, and its keys are written.
     is_whole: bool,
 }
 
-/// The room that is not given away yet, and to which segment its first frames belong.
+/// The frames that no segment has taken yet, and the segment that takes the next ones.
 struct Turn<F> {
     index: usize,
     frames: F,
     left: usize,
 }
 
-/// The threads asked for, else one a core.
+/// The number of threads asked for, or else of cores.
 pub(super) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
     asked
         .or_else(|| thread::available_parallelism().ok())
         .map_or(1, NonZeroUsize::get)
 }
 
-/// Reads plain rows from `start` on into `frames`, which has room for `most`.
+/// Reads plain rows from `start` on into `frames`, which holds `most` frames.
 ///
 /// `last_row` is the row before.
 pub(super) fn read<F: Frames>(
@@ -97,13 +97,13 @@ pub(super) fn read<F: Frames>(
             turn.index += 1;
             drop(turn);
             is_next.notify_all();
-            // What follows a segment that is not whole is of no use.
+            // The segments after one that is not whole are discarded.
             if !is_wanted || stop.load(Ordering::Relaxed) < index {
                 break;
             }
             let segment = read_segment(text, range, index, rows, &mut block, frames);
             if (index + 1).is_multiple_of(RELEASED) {
-                // Those before the last so many; somebody may still be reading these.
+                // Only segments further back: other threads may still be reading the last ones.
                 let offset = |segments: usize| first_line + (index + 1).saturating_sub(segments) * LENGTH;
                 release(offset(2 * RELEASED)..offset(RELEASED));
             }
@@ -122,10 +122,10 @@ pub(super) fn read<F: Frames>(
     put_together(segments.into_inner().expect(NO_PANIC), start, last_row)
 }
 
-/// A thread that panics while others wait for it would be a defect of this file.
+/// The locks are poisoned only if a thread panics, which would be a defect of this module.
 const NO_PANIC: &str = "nothing panics while it holds this lock";
 
-/// What is known of all segments up to the first that is not whole.
+/// The result of the segments up to and including the first that is not whole.
 fn put_together(mut segments: Vec<Segment>, start: usize, last_row: &[f64]) -> Read {
     let mut read = Read {
         rows: 0,
@@ -149,7 +149,7 @@ fn put_together(mut segments: Vec<Segment>, start: usize, last_row: &[f64]) -> R
     read
 }
 
-/// What ends the lines of a text: the last byte of its first line end.
+/// The byte that ends a line: the last byte of the first line end.
 fn line_end(text: &[u8]) -> u8 {
     match memchr::memchr2(b'\n', b'\r', text).map(|end| &text[end..]) {
         Some([b'\r', after @ ..]) if after.first() != Some(&b'\n') => b'\r',
@@ -157,13 +157,13 @@ fn line_end(text: &[u8]) -> u8 {
     }
 }
 
-/// Lines, the last one even without an end.
+/// The number of lines; a last line without an end counts.
 fn count_lines(text: &[u8], line_end: u8) -> usize {
     let unfinished = text.last().is_some_and(|&last| last != line_end);
     memchr::memchr_iter(line_end, text).count() + usize::from(unfinished)
 }
 
-/// Where a segment begins and ends; nothing behind the last.
+/// The range of a segment; `None` after the last.
 fn range(text: &[u8], start: usize, index: usize, line_end: u8) -> Option<Range<usize>> {
     // The first line that begins at `offset` or later.
     let line_start = |offset: usize| match text.get(offset.saturating_sub(1)..) {

@@ -1,8 +1,8 @@
 //! Short decimal numbers, without a branch that depends on their lengths.
 //!
-//! Where a number's digits, point and end stand changes from number to number, and a parser that goes from byte to byte
-//! guesses wrong at about every second number. Here 16 bytes are looked at together. All vector instructions are of
-//! SSE4.1 at most; a processor is asked for AVX2 because [`lanes`](crate::math::rotation::lanes) asks it that already.
+//! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
+//! about every second number. This one examines 16 bytes at once. It needs SSE4.1; the check is for AVX2, because
+//! [`lanes`](crate::math::rotation::lanes) makes the same check.
 
 use std::arch::x86_64::{
     __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,
@@ -10,16 +10,16 @@ use std::arch::x86_64::{
     _mm_shuffle_epi8, _mm_subs_epu8,
 };
 
-/// Bytes that are looked at: a number of at most 15, sign and point among them, and the one behind it.
+/// Bytes examined: a number of at most 15, including sign and point, and the byte after it.
 const WINDOW: usize = 16;
 
-/// Powers of ten up to the most decimals. They are exact, and so is every whole number of as many digits: a quotient
-/// of the two is correctly rounded.
+/// Powers of ten. They are exact, as are whole numbers of up to 15 digits, so a quotient of the two is correctly
+/// rounded.
 const POWERS: [f64; WINDOW] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
 ];
 
-/// Where the digits of a number stand, by its end and its point: the last digit comes last, zeros come first.
+/// Shuffle indices by the positions of end and point: digits are right-aligned, with zeros before them.
 static DIGITS: [[[u8; WINDOW]; WINDOW]; WINDOW] = digits();
 
 const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
@@ -57,7 +57,7 @@ pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
     let minus = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'-' as i8))) & 1;
     let points = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'.' as i8)));
     let below_digits = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b'0' as i8)));
-    // Of sign and point a zero is left.
+    // Sign and point become zeros.
     let values = _mm_subs_epu8(bytes, _mm_set1_epi8(b'0' as i8));
     let above_digits = bits(_mm_cmpgt_epi8(values, _mm_set1_epi8(9)));
 
@@ -87,7 +87,7 @@ pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
     Some((value, end as usize))
 }
 
-/// A bit a byte, from the first byte on.
+/// One bit for each byte, starting with the first.
 #[inline]
 #[target_feature(enable = "avx2")]
 fn bits(bytes: __m128i) -> u32 {
