@@ -1,4 +1,4 @@
-//! A clock for animations: seconds in, tick out.
+//! A clock for animations: it turns elapsed seconds into ticks.
 
 use crate::pose::OutOfRange;
 use crate::scene::Animation;
@@ -8,18 +8,18 @@ use crate::scene::Animation;
 pub enum LoopMode {
     /// It stops there.
     Once,
-    /// It starts again. The last frame and the first are the same moment, so that a round takes
-    /// [`Animation::duration`] ticks.
+    /// It starts again. The last frame and the first are the same moment, so one loop takes [`Animation::duration`]
+    /// ticks.
     #[default]
     Loop,
-    /// It turns round, and again at the start.
+    /// It plays backwards, and forwards again from the start.
     PingPong,
 }
 
-/// Where a playing animation is.
+/// The playback position of an animation.
 ///
-/// A player is a clock and nothing else. It keeps the length of its animation and no reference to it, so that one player
-/// can drive many skeletons, and one animation can have many players, on any threads:
+/// A player is only a clock. It stores the length of its animation and no reference to it, so one player can drive many
+/// skeletons, and one animation can have many players, on any threads:
 ///
 /// ```
 /// use mocap::{Binding, Player, Pose, Scene};
@@ -64,20 +64,20 @@ pub enum LoopMode {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Player {
-    /// Where it is, in ticks. Set it to jump there.
+    /// The current tick. Set it to jump.
     pub tick: f64,
-    /// Seconds of the animation in a second; 1 at first, negative to play backwards.
+    /// The playback speed. Default: 1; negative plays backwards.
     pub speed: f64,
     /// What it does at the end.
     pub loop_mode: LoopMode,
     ticks_per_second: f64,
     duration: f64,
-    /// Whether [`LoopMode::PingPong`] is on its way back.
+    /// Whether [`LoopMode::PingPong`] is playing backwards.
     returns: bool,
 }
 
 impl Player {
-    /// A player at the start of `animation` that plays it over and over at its own speed.
+    /// A player at the start of `animation` that loops at its normal speed.
     pub fn new(animation: &Animation) -> Self {
         Self {
             tick: 0.0,
@@ -90,17 +90,17 @@ impl Player {
         }
     }
 
-    /// Lets `seconds` pass, times [`speed`](Self::speed), and returns the new tick.
+    /// Advances by `seconds` times [`speed`](Self::speed), and returns the new tick.
     pub fn advance(&mut self, seconds: f64) -> f64 {
         self.advance_ticks(seconds * self.ticks_per_second)
     }
 
-    /// Lets `ticks` pass, times [`speed`](Self::speed), and returns the new tick, which is in 0 to the duration. A step
-    /// that is not a finite number is no step.
+    /// Advances by `ticks` times [`speed`](Self::speed), and returns the new tick, which is from 0 to the duration. A
+    /// step that is not finite is ignored.
     pub fn advance_ticks(&mut self, ticks: f64) -> f64 {
         let step = ticks * self.speed;
         let step = if step.is_finite() { step } else { 0.0 };
-        // There and back as one long way, of which the second half is the first one mirrored.
+        // Forwards and backwards as one cycle of twice the duration.
         let way = 2.0 * self.duration;
         self.returns &= self.loop_mode == LoopMode::PingPong;
         let so_far = if self.returns { way - self.tick } else { self.tick } + step;
@@ -116,7 +116,7 @@ impl Player {
         self.tick
     }
 
-    /// Whether it plays once and has arrived: at the end, or at the start if it plays backwards.
+    /// Whether it plays once and has reached the end, or the start if it plays backwards.
     pub fn is_finished(&self) -> bool {
         self.loop_mode == LoopMode::Once
             && if self.speed < 0.0 {

@@ -28,11 +28,11 @@ pub struct Scene {
     pub animations: Vec<Animation>,
     /// Where the scene comes from and what was assumed when it was read.
     pub metadata: Metadata,
-    /// What the reader read around, in the order of the file.
+    /// The warnings of the reader, in the order of the file.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The place of a node in [`Scene::nodes`].
+/// The index of a node in [`Scene::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct NodeId(pub u32);
 
@@ -40,7 +40,7 @@ impl NodeId {
     /// The id of the node at `index` of [`Scene::nodes`].
     ///
     /// # Panics
-    /// If `index` does not fit 32 bits; no scene within [`Limits`](crate::Limits) comes near.
+    /// If `index` does not fit in 32 bits, which cannot happen within the default [`Limits`](crate::Limits).
     pub fn new(index: usize) -> Self {
         Self(u32::try_from(index).expect("a scene has fewer than 2^32 nodes"))
     }
@@ -51,10 +51,10 @@ impl NodeId {
     }
 }
 
-/// The name of the group that a reader puts over several roots. Writers know it by this name, and take it off again.
+/// The name of the group that a reader puts over several roots. Writers remove the group of this name.
 pub(crate) const GROUP_OF_ROOTS: &str = "Roots";
 
-/// What a node is in the file it comes from.
+/// The kind of a node in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -64,7 +64,7 @@ pub enum NodeKind {
     Joint,
     /// BVH's unanimated tip of a chain.
     EndSite,
-    /// A node that only holds others together.
+    /// A node that only groups others.
     Group,
 }
 
@@ -73,36 +73,37 @@ pub enum NodeKind {
 pub struct Node {
     /// The name as in the file; an unnamed end site is called `EndSite_<parent>`. Names may repeat.
     pub name: String,
-    /// What the node is in the file.
+    /// The kind of the node in the file.
     pub kind: NodeKind,
-    /// The node above; absent on the root alone.
+    /// The parent; absent only on the root.
     pub parent: Option<NodeId>,
-    /// Node to parent. At rest the translation by the OFFSET; [`Scene::update_node_matrices`] overwrites it.
+    /// Node to parent, in the rest pose; for BVH, the translation by the OFFSET. [`Scene::update_node_matrices`]
+    /// overwrites it.
     pub transform: Mat4,
     /// Indices into [`Scene::meshes`].
     pub meshes: Vec<usize>,
-    /// The order in which the file turns the node about its axes. Keys are quaternions and do not need it; who writes
-    /// Euler angles again does. Absent where the file has none, or not each axis once.
+    /// The order of the node's Euler angles in the file. Keys are quaternions and do not need it, but writers of Euler
+    /// angles do. Absent where the file has none, or does not have each axis once.
     pub rotation_order: Option<RotationOrder>,
-    /// Where the file describes the node. Absent where no text does.
+    /// The lines of the file that describe the node. Absent for binary files.
     pub source: Option<SourceLines>,
 }
 
 /// The lines of a file that describe a node, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SourceLines {
-    /// Of the name: BVH's ROOT, JOINT or End Site.
+    /// The line of the name: BVH's ROOT, JOINT or End Site.
     pub name: usize,
-    /// Of the way from the parent: BVH's OFFSET.
+    /// The line of the offset from the parent: BVH's OFFSET.
     pub offset: Option<usize>,
-    /// Of what the file animates: BVH's CHANNELS.
+    /// The line of the channels: BVH's CHANNELS.
     pub channels: Option<usize>,
 }
 
 /// The order of a node's three rotations about its axes.
 ///
-/// Read it as the product of matrices on column vectors: `Zxy` is `Rz Rx Ry`, each axis turned by those before it, in
-/// the order in which BVH's CHANNELS names them.
+/// It is the order of a product of matrices on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in BVH's
+/// CHANNELS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
 #[allow(missing_docs, reason = "each says itself")]
@@ -131,25 +132,25 @@ impl RotationOrder {
         }
     }
 
-    /// The order of these axes, if each is there once.
+    /// The order of these axes, if each occurs once.
     pub fn from_axes(axes: [usize; 3]) -> Option<Self> {
         Self::ALL.into_iter().find(|order| order.axes() == axes)
     }
 }
 
-/// What the faces of a mesh are.
+/// The type of a mesh's faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Primitive {
-    /// Three indices a face.
+    /// Three indices per face.
     #[default]
     Triangles,
-    /// One index a face.
+    /// One index per face.
     Points,
 }
 
 impl Primitive {
-    /// Indices of one face.
+    /// The number of indices of one face.
     pub fn indices_per_face(self) -> usize {
         match self {
             Self::Triangles => 3,
@@ -163,15 +164,15 @@ impl Primitive {
 pub struct Mesh {
     /// The name; empty on a skeleton mesh.
     pub name: String,
-    /// What the faces are.
+    /// The type of the faces.
     pub primitive: Primitive,
-    /// Positions, one a vertex.
+    /// Positions, one per vertex.
     pub vertices: Vec<Vec3>,
-    /// Unit normals, one a vertex.
+    /// Unit normals, one per vertex.
     pub normals: Vec<Vec3>,
-    /// Vertex indices, [`Primitive::indices_per_face`] a face.
+    /// Vertex indices, [`Primitive::indices_per_face`] for each face.
     pub indices: Vec<u32>,
-    /// What ties vertices to nodes; empty on a rigid mesh.
+    /// The ties of vertices to nodes; empty for a rigid mesh.
     pub bones: Vec<Bone>,
     /// Index into [`Scene::materials`].
     pub material_index: usize,
@@ -189,7 +190,7 @@ impl Mesh {
 pub struct Bone {
     /// The name of the node.
     pub name: String,
-    /// The node; names may repeat, this does not.
+    /// The node; unique, while names may repeat.
     pub node: NodeId,
     /// Mesh space to the node's space, in the bind pose.
     pub offset_matrix: Mat4,
@@ -197,12 +198,12 @@ pub struct Bone {
     pub weights: Vec<VertexWeight>,
 }
 
-/// How much a bone moves a vertex.
+/// The influence of a bone on a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct VertexWeight {
     /// Index into [`Mesh::vertices`].
     pub vertex_id: u32,
-    /// Share of the vertex's motion, in 0 to 1.
+    /// The share of the vertex's motion, from 0 to 1.
     pub weight: f32,
 }
 
@@ -220,16 +221,16 @@ pub struct Material {
 pub struct Animation {
     /// The name.
     pub name: String,
-    /// Ticks in a second. In BVH a tick is a frame, so this is 1 / frame time.
+    /// Ticks per second. In BVH a tick is a frame, so this is 1 / frame time.
     pub ticks_per_second: f64,
     /// Length in ticks, from the first frame to the last: frames - 1.
     pub duration: f64,
-    /// One channel a joint, in the order of [`Scene::nodes`].
+    /// One channel per joint, in the order of [`Scene::nodes`].
     pub channels: Vec<Channel>,
 }
 
 impl Animation {
-    /// How many frames there are: the whole ticks from 0 to [`duration`](Self::duration), both counted.
+    /// The number of frames: the whole ticks from 0 to [`duration`](Self::duration), both included.
     pub fn frame_count(&self) -> usize {
         (self.duration as usize).saturating_add(1)
     }
@@ -254,27 +255,27 @@ pub struct Channel {
 
 /// Values at ticks.
 ///
-/// Ticks are stored only where they are not simply 0, 1, 2, ...; a track that never changes has one key, at tick 0.
+/// Ticks are stored only if they are not 0, 1, 2, ...; a constant track has one key, at tick 0.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Keys<T> {
     /// The values, in the order of time.
     pub values: Vec<T>,
-    /// Strictly increasing ticks, one a value; `None` stands for 0, 1, 2, ...
+    /// Strictly increasing ticks, one per value; `None` means 0, 1, 2, ...
     pub ticks: Option<Vec<f64>>,
 }
 
 impl<T> Keys<T> {
-    /// One value a tick, from tick 0.
+    /// One value per tick, from tick 0.
     pub fn every_tick(values: Vec<T>) -> Self {
         Self { values, ticks: None }
     }
 
-    /// One value that holds for all time.
+    /// One constant value.
     pub fn constant(value: T) -> Self {
         Self::every_tick(vec![value])
     }
 
-    /// Values at strictly increasing ticks, one a value.
+    /// Values at strictly increasing ticks, one tick per value.
     pub fn at_ticks(values: Vec<T>, ticks: Vec<f64>) -> Self {
         let is_every_tick = ticks.iter().enumerate().all(|(index, &tick)| tick == index as f64);
         Self {
@@ -283,7 +284,7 @@ impl<T> Keys<T> {
         }
     }
 
-    /// How many keys there are.
+    /// The number of keys.
     pub fn len(&self) -> usize {
         self.values.len()
     }

@@ -12,16 +12,17 @@
 //! frame     := number (name value*)*
 //! ```
 //!
-//! Each construction stands on a line of its own, and `#` begins a comment. A bone has a name, a direction and a length;
-//! without an axis it turns about the world's, without dof it does not turn.
+//! Each construction has its own line, and `#` begins a comment. A bone has a name, a direction and a length. Without
+//! `axis` it rotates about the axes of the world, without `dof` it does not rotate.
 //!
-//! A bone is a link with a direction in the world, and turns about axes of its own, which `axis` places in the world:
-//! with `C` the rotation of those axes and `M` the rotation that the motion states, the bone's node turns by
-//! `C M C^-1`, as matrices on column vectors, and at rest by nothing. Both `C` and `M` turn about the axis named first
-//! first: `XYZ` is `Rz Ry Rx`. A bone's node stands at its near end, which is the far end of its parent; a bone that
-//! nothing hangs on has an end site at its far end.
+//! A bone is a link with a direction in the world. It rotates about its own axes, whose rotation in the world is `C`,
+//! from `axis`. With the rotation `M` of the motion, the rotation of the bone's node is `C M C^-1`, as matrices on
+//! column vectors, and in the rest pose it is the identity. `C` and `M` rotate about the axis that is named first
+//! first: `XYZ` is `Rz Ry Rx`. A bone's node is at its near end, which is the far end of its parent; a bone without
+//! children has an end site at its far end.
 //!
-//! Lengths are in the file's unit. `skeleton` reads the one file, `motion` the other, `scene` joins them.
+//! Lengths are in the file's unit. `skeleton` reads the `.asf` file, `motion` the `.amc` file, and `scene` combines
+//! them.
 
 mod line;
 mod motion;
@@ -106,8 +107,8 @@ fn read_skeleton(source: &Source<'_>, path: &Path, options: &ReadOptions) -> Res
     Ok(skeleton::read(&text, &options.limits)?)
 }
 
-/// The skeleton of a motion: of the candidates the one whose name the motion's begins with (`01.asf` for `01_02.amc`),
-/// else the only one.
+/// The skeleton file of a motion: the candidate whose name is the beginning of the motion's name (`01.asf` for
+/// `01_02.amc`), or else the only candidate.
 fn find_skeleton(source: &Source<'_>) -> Result<PathBuf> {
     let mut candidates = (source.list)("asf");
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();

@@ -1,4 +1,4 @@
-//! BIP, the motion of a Biped in 3ds Max. No specification of it is public, so it is told apart and refused.
+//! BIP, the motion of a Biped in 3ds Max. It has no public specification, so it is recognised and refused.
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{FormatInfo, ReadOptions, Source};
@@ -8,7 +8,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
     description: "3ds Max Biped, which is refused with advice",
     extensions: &["bip"],
-    // What its contents look like is not public either: the extension has to tell.
+    // Without a specification, only the extension identifies the format.
     sniff: |_| false,
     read,
 };

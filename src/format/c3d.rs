@@ -1,21 +1,21 @@
-//! C3D: where markers were, frame by frame. Binary, in blocks of 512 bytes.
+//! C3D: the positions of markers in each frame. Binary, in blocks of 512 bytes.
 //!
 //! | part | begins at | holds |
 //! |---|---|---|
-//! | header | block 1 | how many points and frames, where the rest is |
-//! | parameters | the block that the header names | the processor whose numbers the file holds, then named values in groups |
-//! | data | the block that `POINT:DATA_START` or the header names | a record a frame: x, y, z and residual of each point, then analog samples |
+//! | header | block 1 | the numbers of points and frames, and where the other parts begin |
+//! | parameters | the block that the header names | the processor type, which gives the number format, then named values in groups |
+//! | data | the block that `POINT:DATA_START` or the header names | one record per frame: x, y, z and residual of each point, then analog samples |
 //!
-//! Numbers are those of an Intel, DEC or SGI processor; coordinates are 32-bit numbers where the scale factor is
-//! negative, else 16-bit integers to be multiplied by it. A negative residual says that the point was not seen.
+//! Numbers are those of an Intel, DEC or SGI processor; coordinates are 32-bit numbers if the scale factor is negative,
+//! or else 16-bit integers to be multiplied by it. A negative residual means that the point was not seen.
 //!
-//! A marker becomes a node with position keys below one group. There is no skeleton in the file, and none is made up:
-//! markers sit on the skin, and finding the joints between them takes a model of the person. Analog samples and events
-//! are left out. Positions are in the file's unit, turned so that +Y is up; `POINT:Y_SCREEN` says what was, else +Z is
-//! taken to be.
+//! A marker becomes a node with position keys below one group. The file has no skeleton, and the reader does not
+//! compute one: markers are on the skin, and finding the joints needs a model of the person. Analog samples and events
+//! are left out. Positions are in the file's unit, rotated so that +Y is up; `POINT:Y_SCREEN` states the file's up
+//! axis, and without it +Z is assumed.
 //!
-//! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. The crates that read it panic on
-//! some damaged files, which is why this reader is our own: every count is held against the bytes that are there.
+//! The format is described by Motion Lab Systems, *The C3D File Format: User Guide*. Existing crates panic on some
+//! damaged files, so this crate has its own reader, which checks every count against the bytes that follow.
 
 mod bytes;
 mod parameters;
@@ -40,13 +40,13 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     read,
 };
 
-/// Bytes that every place in the file is counted in.
+/// The block size: places in the file are block numbers.
 const BLOCK: usize = 512;
 
 /// The second byte of every C3D file.
 const KEY: u8 = 0x50;
 
-/// What to do about a file that is too short.
+/// The help for a file that is too short.
 const CUT_OFF: &str = "the file is cut off: export or download it again";
 
 fn sniff(bytes: &[u8]) -> bool {
@@ -67,7 +67,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     Ok(scene::build(&parameters, &header, points, warnings))
 }
 
-/// The processor whose numbers the file holds, and where its parameters stand.
+/// The processor type of the file's numbers, and the bytes of its parameters.
 fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     if bytes.is_empty() {
         return Err(Box::new(Diagnostic::new(Code::EmptyFile, "the file is empty")));
@@ -88,7 +88,7 @@ fn processor(bytes: &[u8]) -> Result<(Processor, Range<usize>), Failure> {
     };
     let processor =
         Processor::from_code(code).ok_or_else(|| not_a_c3d(format!("the processor {code}, at byte {}", start + 3)))?;
-    // Some writers leave the number of blocks 0; a parameter says itself where it ends.
+    // Some writers leave the number of blocks 0; each parameter states its own length.
     let end = match blocks {
         0 => bytes.len(),
         blocks => bytes.len().min(start + usize::from(blocks) * BLOCK),
@@ -107,17 +107,18 @@ fn not_a_c3d(found: String) -> Failure {
     )
 }
 
-/// What the header says, or a parameter in its place: writers keep the two alike, and parameters hold larger numbers.
+/// Values of the header, or of parameters where present: both are the same in valid files, and parameters can hold
+/// larger numbers.
 #[derive(Debug)]
 struct Header {
     points: usize,
     /// Analog samples in a record.
     samples: usize,
-    /// Records that the file claims.
+    /// The number of records that the file states.
     frames: u64,
     /// Byte at which the first record begins.
     data: usize,
-    /// What integers are multiplied by; `None` where coordinates are 32-bit numbers.
+    /// The scale factor of integers; `None` where coordinates are 32-bit numbers.
     scale: Option<f64>,
     frame_rate: f64,
 }
@@ -139,13 +140,13 @@ impl Header {
         header.skip(2);
         let rate = header.real()?;
 
-        // Some writers leave parameters zero and fill in the header alone.
+        // Some writers leave parameters zero and fill in only the header.
         let number = |name: &str| {
             parameters
                 .number("POINT", name)
                 .filter(|value| value.is_finite() && *value != 0.0)
         };
-        // Words are unsigned here.
+        // These words are unsigned.
         let used = |used: f64| if used < 0.0 { used + 65_536.0 } else { used };
         let points = number("USED").map_or(usize::from(points), |points| used(points) as usize);
         let scale = number("SCALE").unwrap_or(scale);

@@ -1,18 +1,17 @@
-//! FBX, through the C library ufbx: the skeleton, its animation, and the meshes that its bones move.
+//! Reads FBX with the C library ufbx: the skeleton, its animation, and the skinned meshes.
 //!
-//! Every node that is a bone, moves a mesh, or holds such a node, becomes a node; a file without any gives all its
-//! nodes. Pivots, pre-rotations and rotation orders are resolved into one transform a node. Lengths are in metres and
-//! +Y is up, whatever the file has. An animation stack becomes an animation, sampled at the file's frame rate, so that
-//! curves of every kind end as keys.
+//! Bones, nodes that deform a mesh, and their ancestors become nodes; without any of them, all nodes do. Pivots,
+//! pre-rotations and rotation orders become one transform per node. Lengths are converted to metres and the axes to +Y
+//! up. An animation stack becomes an animation: its curves, of any kind, are sampled at the file's frame rate.
 //!
-//! | of a mesh | here |
+//! | in the file | in the scene |
 //! |---|---|
-//! | positions and normals | where the mesh was bound to its bones, in the world |
+//! | positions and normals of a mesh | in the world, in the bind pose |
 //! | polygons | triangles |
-//! | clusters of a skin | bones with offset matrices, and weights that sum to 1 a vertex |
+//! | clusters of a skin | bones with offset matrices, and weights that sum to 1 for each vertex |
 //! | a vertex without a weight | follows the first bone |
 //! | materials, textures, colours, blend shapes, a second skin | left out: one plain material |
-//! | a mesh without a skin | left out, which an assumption of the scene says: it is a prop or the scenery |
+//! | a mesh without a skin, such as a prop | left out, with an assumption in the scene |
 //!
 //! Lights and cameras are left out.
 
@@ -39,8 +38,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     read,
 };
 
-/// Bytes that ufbx may take, for any file and for each byte of it: packed numbers expand a thousandfold at most, and
-/// only those of broken files all do.
+/// Memory that ufbx may take, for any file and for each byte of it: compressed numbers expand at most a thousandfold,
+/// and only in broken files do all of them.
 const MEMORY: usize = 64 << 20;
 const MEMORY_PER_BYTE: usize = 256;
 
@@ -110,7 +109,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         generate_missing_normals: true,
         skip_mesh_parts: true,
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
-        // Nodes that inherit scale in ways of their own are brought to the usual way.
+        // Converts nodes that inherit scale in another way to the usual one.
         inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
         space_conversion: ufbx::SpaceConversion::ModifyGeometry,
         target_axes: ufbx::axes_right_handed_y_up(),
@@ -120,7 +119,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
     ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
 }
 
-/// A node of the file that the scene has too.
+/// A node of the file that the scene keeps.
 struct Kept<'a> {
     source: &'a ufbx::Node,
     parent: Option<NodeId>,
@@ -172,7 +171,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     let mut holds_bone = vec![false; file.nodes.len()];
     for (node, _) in std::iter::zip(&file.nodes, &is_bone).filter(|(_, is_bone)| **is_bone) {
         let mut above: Option<&ufbx::Node> = Some(node);
-        // Stops where the way up is marked already, so that all ways together are no longer than the list.
+        // Stops at an ancestor that is already marked, so that the total time is linear.
         while let Some(node) = above.filter(|node| !holds_bone[node.element.typed_id as usize]) {
             holds_bone[node.element.typed_id as usize] = true;
             above = node.parent.as_deref();
@@ -199,7 +198,7 @@ fn kept_nodes<'a>(file: &'a ufbx::Scene, options: &ReadOptions) -> Result<Vec<Ke
     Ok(kept)
 }
 
-/// Samples a stack at the frame rate. `None` where it does not last.
+/// Samples a stack at the frame rate. `None` if its duration is 0.
 fn read_stack(
     stack: &ufbx::AnimStack,
     file: &ufbx::Scene,
@@ -239,9 +238,9 @@ fn read_stack(
     }))
 }
 
-/// One frame at the start, and one after each whole frame time.
+/// One frame at the start and one after each frame time.
 fn frames_in(seconds: f64, rate: f64) -> u64 {
-    /// Of a frame: times are counted in units of FBX's own, and do not meet the last frame exactly.
+    /// A share of a frame: FBX rounds times to its own unit, so they do not meet the last frame exactly.
     const TOLERANCE: f64 = 1e-3;
     (seconds * rate + TOLERANCE).floor() as u64 + 1
 }
@@ -265,7 +264,7 @@ fn read_channel(
             scales.push(before.2);
             continue;
         }
-        // Of a rotation's two quaternions the nearer one.
+        // Of the two quaternions of a rotation, the nearer one.
         if rotation.dot(before.1) < 0.0 {
             rotation = -rotation;
         }
@@ -283,7 +282,7 @@ fn read_channel(
     }
 }
 
-/// Translation, unit rotation and scale in single precision. A rotation of no length is none.
+/// Translation, unit rotation and scale in single precision. A quaternion of length 0 becomes the identity.
 fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
     let vector = |v: ufbx::Vec3| glam::DVec3::new(v.x, v.y, v.z).as_vec3();
     let ufbx::Quat { x, y, z, w } = transform.rotation;
@@ -295,7 +294,7 @@ fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
     (vector(transform.translation), rotation, vector(transform.scale))
 }
 
-/// FBX names first the axis that turns first, which is the last factor of the product.
+/// FBX names the axis that is applied first first, which is the last factor of the product.
 fn rotation_order(order: ufbx::RotationOrder) -> Option<RotationOrder> {
     match order {
         ufbx::RotationOrder::Xyz => Some(RotationOrder::Zyx),

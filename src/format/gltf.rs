@@ -1,7 +1,7 @@
 //! glTF 2.0: `.glb` and `.gltf`, read and written.
 //!
-//! [`read`] turns a file into a scene, [`write`] a scene into a file; [`File`] gives both the reader and the proof of an
-//! export access to a file's nodes and tracks.
+//! [`read`] turns a file into a scene, [`write`] a scene into a file. The reader and `verify` use [`File`] to access a
+//! file's nodes and tracks.
 
 mod compression;
 mod file;

@@ -1,4 +1,4 @@
-//! The bytes of a file: read where it is small, mapped into memory where it is large.
+//! The bytes of a file: read if it is small, mapped into memory if it is large.
 
 use std::fs::{self, File};
 use std::io;
@@ -25,17 +25,17 @@ impl Contents {
         if !file.metadata()?.is_file() {
             return fs::read(path).map(Self::Read);
         }
-        // SAFETY: the mapping is private and read-only, so nothing in this process writes to it, and it keeps the
-        // pages alive until it is dropped. What no program can rule out is that another one changes the file
-        // meanwhile. Readers here take bytes for no more than bytes: text that changes under them may give an error or
-        // other numbers, as it may with reads. A file that is cut short meanwhile ends the process with SIGBUS; that is
-        // the price of not holding a second copy of large files, and `Importer::read` does not pay it.
+        // SAFETY: the mapping is private and read-only, so nothing in this process writes to it, and it keeps the pages
+        // alive until it is dropped. Another program may change the file meanwhile. The readers make no assumption
+        // about bytes that they read twice, so changed text gives an error or other numbers, as it may with reads. A
+        // file that is truncated meanwhile ends the process with SIGBUS; that is the cost of not holding a second copy
+        // of large files, and `Importer::read` avoids it.
         #[allow(unsafe_code, reason = "a mapping cannot be had without")]
         let map = unsafe { Mmap::map(&file)? };
         Ok(Self::Mapped(map))
     }
 
-    /// Lets the pages that lie within a range of bytes go. They are read from the file again if they are looked at.
+    /// Releases the pages within a range of bytes. They are read from the file again on the next access.
     pub(super) fn release(&self, range: Range<usize>) {
         #[cfg(unix)]
         if let Self::Mapped(map) = self {
@@ -43,7 +43,7 @@ impl Contents {
             #[allow(unsafe_code, reason = "the only way to give pages back")]
             let released =
                 unsafe { map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len()) };
-            // It is advice: memory stays in use where it is not taken.
+            // It is only advice; the system may ignore it.
             drop(released);
         }
         #[cfg(not(unix))]

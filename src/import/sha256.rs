@@ -1,4 +1,4 @@
-//! The SHA-256 of a file, piece by piece while it is read.
+//! The SHA-256 of a file, computed piece by piece while it is read.
 
 use std::ops::Range;
 
@@ -7,11 +7,11 @@ use sha2::{Digest, Sha256};
 /// Bytes that are hashed before they are released.
 const PIECE: usize = 1 << 20;
 
-/// The sum of the first bytes of a text.
+/// The hash of the first bytes of a file.
 pub(super) struct Sha256Sum<'a> {
     bytes: &'a [u8],
     hasher: Sha256,
-    /// How many bytes are in it.
+    /// The number of bytes in it.
     added: usize,
 }
 
@@ -24,7 +24,7 @@ impl<'a> Sha256Sum<'a> {
         }
     }
 
-    /// Adds the bytes before `end` that are not in the sum yet.
+    /// Adds the bytes before `end` that were not added yet.
     pub(super) fn add_up_to(&mut self, end: usize) {
         if let Some(bytes) = self.bytes.get(self.added..end) {
             self.hasher.update(bytes);
@@ -32,7 +32,7 @@ impl<'a> Sha256Sum<'a> {
         }
     }
 
-    /// Adds all bytes that are not in the sum yet, and releases them.
+    /// Adds all bytes that were not added yet, and releases them.
     pub(super) fn add_all(&mut self, release: &dyn Fn(Range<usize>)) {
         while self.added < self.bytes.len() {
             let start = self.added;

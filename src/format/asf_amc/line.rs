@@ -44,23 +44,23 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// The words of the next line, which stays the next one.
+    /// The words of the next line, without advancing.
     pub(super) fn peek_line(&self) -> Option<Vec<Word<'a>>> {
         let cursor = self.cursor.clone();
         Self { cursor }.next_line()
     }
 
-    /// The first word of the next line, which stays the next one.
+    /// The first word of the next line, without advancing.
     pub(super) fn peek_word(&self) -> Option<Word<'a>> {
         Some(self.peek_line()?[0])
     }
 
-    /// Says `message` of `word`.
+    /// A diagnostic at `word`.
     pub(super) fn at(&self, word: Word<'_>, code: Code, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(code, message).at(self.cursor.locate(word))
     }
 
-    /// Says that `word` should be something else.
+    /// The error for a `word` where `expected` should be.
     pub(super) fn unexpected(&self, word: Word<'_>, expected: impl Into<String>) -> Failure {
         let message = format!("{} is not allowed here", quote(word.bytes));
         Box::new(
@@ -69,12 +69,12 @@ impl<'a> Lines<'a> {
         )
     }
 
-    /// Says `message` of the end of the text.
+    /// A diagnostic at the end of the text.
     pub(super) fn at_end(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(code, message).at(self.cursor.locate_end())
     }
 
-    /// Says that the text ends too early.
+    /// The error for a text that ends where `expected` should be.
     pub(super) fn ended(&self, message: impl Into<String>, expected: impl Into<String>) -> Failure {
         Box::new(
             self.at_end(Code::UnexpectedEnd, message)
@@ -87,7 +87,7 @@ impl<'a> Lines<'a> {
         self.cursor.locate(word).line
     }
 
-    /// The word at `index` of a line as a number that a bone can have: finite, and not too far for kinematics.
+    /// The word at `index` of a line as a number of a bone: finite, and small enough for kinematics.
     pub(super) fn number(&self, line: &[Word<'_>], index: usize, what: &str) -> Result<f64, Failure> {
         let Some(&word) = line.get(index) else {
             let last = line[line.len() - 1];
@@ -107,7 +107,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Says that `word` is no number.
+    /// The error for a `word` that is not a number.
     pub(super) fn invalid_number(&self, word: Word<'_>, expected: &str) -> Failure {
         let message = format!("{} is not a number", quote(word.bytes));
         Box::new(
@@ -116,7 +116,7 @@ impl<'a> Lines<'a> {
         )
     }
 
-    /// The three numbers behind the keyword of a line.
+    /// The three numbers after the keyword of a line.
     pub(super) fn vector(&self, line: &[Word<'_>]) -> Result<DVec3, Failure> {
         let keyword = quote(line[0].bytes);
         let component =

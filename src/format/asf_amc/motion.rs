@@ -1,4 +1,4 @@
-//! The `.amc` file: numbered frames, in each a line of values a bone.
+//! Reads the `.amc` file: numbered frames with a line of values for each bone.
 
 use std::collections::HashMap;
 
@@ -18,22 +18,22 @@ pub(super) const HEADER: [&str; 3] = [":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"
 #[derive(Debug)]
 pub(super) struct Motion {
     pub(super) frames: usize,
-    /// One a bone, in the order of the skeleton.
+    /// One for each bone, in the order of the skeleton.
     pub(super) tracks: Vec<Track>,
     /// Whether angles are in degrees.
     pub(super) degrees: bool,
 }
 
-/// What the file says about one bone.
+/// The motion of one bone.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
-    /// The frames that name the bone, from 0.
+    /// The indices of the frames that have values for the bone.
     pub(super) ticks: Vec<f64>,
-    /// As many for each tick as the bone has channels.
+    /// The values of each of those frames, one for each channel of the bone.
     pub(super) values: Vec<f64>,
 }
 
-/// Reads an `.amc` text. Messages call the file of the skeleton `skeleton_file`.
+/// Reads an `.amc` text. `skeleton_file` is the name of the skeleton's file in messages.
 pub(super) fn read(
     text: &[u8],
     skeleton: &Skeleton,
@@ -67,7 +67,7 @@ pub(super) fn read(
 struct Reader<'a, 'c> {
     lines: Lines<'a>,
     skeleton: &'c Skeleton,
-    /// What messages call the file of the skeleton.
+    /// The name of the skeleton's file in messages.
     skeleton_file: &'c str,
     max_values: u64,
     warnings: &'c mut Warnings,
@@ -194,12 +194,12 @@ impl<'a> Reader<'a, '_> {
         Box::new(diagnostic.help(question + &self.check_skeleton()))
     }
 
-    /// What to do where skeleton and motion do not go together.
+    /// The help for a motion that does not fit the skeleton.
     fn check_skeleton(&self) -> String {
         format!("check that {} is the skeleton of the same person", self.skeleton_file)
     }
 
-    /// A line that the end of the file cuts off ends its frame too early; any other is broken.
+    /// A line cut off by the end of the file drops its frame; any other short line is an error.
     fn wrong_length(&mut self, line: &[Word<'a>], index: usize) -> Result<(), Failure> {
         let bone = &self.skeleton.bones[index];
         let is_cut_off = self.lines.peek_word().is_none() && line.len() <= bone.channels.len();
@@ -267,7 +267,7 @@ impl<'a> Reader<'a, '_> {
         });
     }
 
-    /// Says what the motion leaves out, and what it says in vain.
+    /// Warns of missing values and of values that are not used.
     fn report_the_rest(&mut self) {
         if self.motion.frames == 0 {
             self.warnings.push(Code::NoMotion, || {

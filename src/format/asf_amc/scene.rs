@@ -1,4 +1,4 @@
-//! Bones and values into a node graph and channels.
+//! Makes nodes and channels of bones and values.
 
 use glam::{DVec3, Mat4, Quat, Vec3};
 
@@ -7,14 +7,14 @@ use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::format::ReadOptions;
 use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
 
-/// Frames in a second of CMU's captures, which nearly all Acclaim files are. The files do not say.
+/// The frame rate of CMU's captures, from which nearly all Acclaim files come. The files do not state it.
 const CMU_FRAME_RATE: f64 = 120.0;
 
-/// `:units length` of CMU's skeletons. Dividing by it gives inches, say the notes of that data base.
+/// `:units length` of CMU's skeletons. Lengths divided by it are in inches, according to the notes of that database.
 const CMU_LENGTH_UNIT: f64 = 0.45;
 const METRES_PER_INCH: f64 = 0.0254;
 
-/// The scene of a skeleton, with its motion where there is one, without meshes.
+/// The scene of a skeleton and its motion, if there is one, without meshes.
 pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadOptions) -> Scene {
     let mut scene = Scene {
         nodes: build_nodes(skeleton),
@@ -43,7 +43,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
     scene
 }
 
-/// One node a bone, at its near end, and an end site at the far end of each that nothing hangs on.
+/// One node for each bone, at its near end, and an end site at the far end of each bone without children.
 fn build_nodes(skeleton: &Skeleton) -> Vec<Node> {
     let mut nodes: Vec<Node> = Vec::with_capacity(skeleton.bones.len());
     let mut node_of_bone = Vec::with_capacity(skeleton.bones.len());
@@ -91,7 +91,7 @@ fn build_animation(skeleton: &Skeleton, motion: &Motion, options: &ReadOptions) 
     }
 }
 
-/// The values of one frame, each with what it drives.
+/// The values of one frame, each with its channel.
 fn rows<'a>(
     bone: &'a Bone,
     track: &'a Track,
@@ -100,7 +100,7 @@ fn rows<'a>(
     rows.map(|row| std::iter::zip(bone.channels.iter().copied(), row.iter().copied()))
 }
 
-/// The root moves from where it stands at rest; no other bone does.
+/// The position of the root is relative to its rest position; other bones do not move.
 fn position_keys(skeleton: &Skeleton, bone: &Bone, track: &Track) -> Keys<Vec3> {
     let rest = rest_position(skeleton, bone);
     let moves = |kind: &ChannelKind| matches!(kind, ChannelKind::Translation(_));
@@ -119,7 +119,7 @@ fn position_keys(skeleton: &Skeleton, bone: &Bone, track: &Track) -> Keys<Vec3> 
     Keys::at_ticks(positions.collect(), track.ticks.clone())
 }
 
-/// `C M C^-1`: the motion turns the bone about its own axes.
+/// `C M C^-1`: the motion rotates the bone about its own axes.
 fn rotation_keys(bone: &Bone, track: &Track, degrees: bool) -> Keys<Quat> {
     if bone.channels.is_empty() || track.ticks.is_empty() {
         return Keys::constant(Quat::IDENTITY);

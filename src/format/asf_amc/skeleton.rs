@@ -1,4 +1,4 @@
-//! The `.asf` file: sections, and the bones as the file has them. `hierarchy` puts them in order.
+//! Reads the `.asf` file: its sections, and the bones in the order of the file. `hierarchy` sorts them.
 
 mod hierarchy;
 
@@ -12,12 +12,12 @@ use crate::error::{Code, Diagnostic};
 use crate::format::text::{Word, decode_name, quote};
 use crate::limits::{FARTHEST, Limits, limit_exceeded};
 
-/// What one value of a motion drives.
+/// The channel that one value of a motion drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChannelKind {
     Translation(usize),
     Rotation(usize),
-    /// The length of the bone. No two programs agree on what it does, so it does nothing here.
+    /// The length of the bone. Programs disagree about its meaning, so it is not used.
     Length,
 }
 
@@ -25,15 +25,15 @@ pub(super) enum ChannelKind {
 #[derive(Clone, Debug)]
 pub(super) struct Bone {
     pub(super) name: String,
-    /// Index of the bone that it hangs on; absent on the root alone.
+    /// Index of the parent; absent only on the root.
     pub(super) parent: Option<usize>,
-    /// From the near end to the far end, in the world.
+    /// The vector from the near end to the far end, in the world.
     pub(super) link: DVec3,
     /// The rotation of its axes in the world.
     pub(super) axes: DQuat,
-    /// What the values of the motion drive, in the order written.
+    /// The channels of the motion's values, in the order written.
     pub(super) channels: Vec<ChannelKind>,
-    /// Whether nothing hangs on it.
+    /// Whether it has no children.
     pub(super) is_leaf: bool,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Bone {
 pub(super) struct Skeleton {
     /// Depth-first, the root first.
     pub(super) bones: Vec<Bone>,
-    /// Where the root stands at rest.
+    /// The rest position of the root.
     pub(super) position: DVec3,
     /// Whether angles are in degrees.
     pub(super) degrees: bool,
@@ -73,7 +73,7 @@ pub(super) fn read(text: &[u8], limits: &Limits) -> Result<Skeleton, Failure> {
     })
 }
 
-/// The rotation by `angles` about the axes in `order`, the first first: `R = R3 R2 R1`.
+/// The rotation by `angles` about the axes in `order`, applied in that order: `R = R3 R2 R1`.
 pub(super) fn turn(rotations: impl Iterator<Item = (usize, f64)>) -> DQuat {
     rotations.fold(DQuat::IDENTITY, |rotation, (axis, radians)| {
         DQuat::from_axis_angle(DVec3::AXES[axis], radians) * rotation
@@ -98,7 +98,7 @@ struct Reader<'a, 'c> {
     limits: &'c Limits,
     /// In the order of the file, the root first.
     bones: Vec<Bone>,
-    /// Where each bone has its name.
+    /// The place of each bone's name.
     named_at: Vec<Word<'a>>,
     /// Of each bone, in the order of the hierarchy.
     children: Vec<Vec<usize>>,
@@ -142,7 +142,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// The next line, unless a section begins there.
+    /// The next line, or `None` if it begins a section.
     fn next_in_section(&mut self) -> Option<Vec<Word<'a>>> {
         match self.lines.peek_word() {
             Some(word) if !word.bytes.starts_with(b":") => self.lines.next_line(),
@@ -210,7 +210,7 @@ impl<'a> Reader<'a, '_> {
         Box::new(Diagnostic { location, ..diagnostic })
     }
 
-    /// From behind `begin` to `end`. Gives where the name stands, too.
+    /// Reads from behind `begin` to `end`. Returns the place of the name, too.
     fn read_bone(&mut self, begin: Word<'_>) -> Result<(Bone, Word<'a>), Failure> {
         let mut bone = Bone::new(String::new());
         let mut named_at = None;
@@ -261,7 +261,7 @@ impl<'a> Reader<'a, '_> {
         Ok((bone, named_at))
     }
 
-    /// Says that a bone ends without a line that it must have.
+    /// The error for a bone without a required line.
     fn lacks(&self, begin: Word<'_>, bone: &Bone, keyword: &str, what: &str) -> Failure {
         let message = format!("this bone has no {keyword}");
         let diagnostic = self.lines.at(begin, Code::MissingKeyword, message);
@@ -271,7 +271,7 @@ impl<'a> Reader<'a, '_> {
         })
     }
 
-    /// Says that `end` is missing: a section begins, or the file ends, before it.
+    /// The error for a missing `end`: a section begins, or the file ends, before it.
     fn unclosed(&self, what: &str, begin: Word<'_>) -> Failure {
         let line = self.lines.line_number(begin);
         let (failure, cause) = match self.lines.peek_word() {
@@ -358,14 +358,14 @@ impl<'a> Reader<'a, '_> {
         } else {
             angles
         };
-        // The numbers stand in the order of the axes' names, not of x, y, z.
+        // The numbers are in the order of the axes' names, not of x, y, z.
         turn(std::iter::zip(order, radians.to_array()))
     }
 }
 
-/// Lines of a bone that say nothing about where it is.
+/// Lines of a bone that do not affect its position.
 fn is_passed_over(keyword: Word<'_>) -> bool {
     let keywords = ["id", "limits", "bodymass", "cofmass"];
-    // Further limits stand on lines of their own.
+    // Further limits have their own lines.
     keywords.iter().any(|known| keyword.is(known)) || keyword.bytes.starts_with(b"(")
 }

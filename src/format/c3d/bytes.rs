@@ -1,16 +1,16 @@
-//! Numbers as three kinds of processor store them.
+//! Reads numbers in the formats of three processors.
 
 use super::{CUT_OFF, Failure};
 use crate::error::{Code, Diagnostic};
 
-/// Whose numbers a file holds.
+/// The number format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Processor {
-    /// The low byte first; reals as IEEE 754 has them.
+    /// Intel: little-endian, IEEE 754.
     Intel,
-    /// Integers as Intel; reals of the VAX.
+    /// DEC: little-endian integers, VAX F_floating reals.
     Dec,
-    /// The high byte first; reals as IEEE 754 has them.
+    /// SGI and MIPS: big-endian, IEEE 754.
     Sgi,
 }
 
@@ -32,7 +32,7 @@ impl Processor {
         }
     }
 
-    /// A VAX keeps the two words of a real the other way round, and its exponent is 2 larger than that of IEEE 754.
+    /// VAX F_floating: the two words are swapped, and the exponent is 2 larger than in IEEE 754.
     pub(super) fn real(self, bytes: [u8; 4]) -> f64 {
         let [a, b, c, d] = bytes;
         match self {

@@ -1,4 +1,4 @@
-//! The parameter section: values by group and name.
+//! Reads the parameter section: values by group and name.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -18,21 +18,21 @@ enum Values {
 /// All parameters.
 #[derive(Debug, Default)]
 pub(super) struct Parameters {
-    /// By number of the group, then name, in capitals.
+    /// By group number and name, in capitals.
     values: HashMap<(i8, String), Values>,
-    /// Numbers of the groups by name, in capitals.
+    /// Group numbers by name, in capitals.
     groups: HashMap<String, i8>,
 }
 
-/// Reads the section, which is those bytes of the file that stand in `section`.
+/// Reads the section, which is the range `section` of the file.
 pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> Result<Parameters, Failure> {
     let mut parameters = Parameters::default();
     let is_whole = section.end < file.len();
     let mut bytes = Bytes::new(&file[..section.end], processor);
     bytes.set_offset(section.start);
-    // A name of no letters, or the end of the section, ends the list.
+    // An empty name, or the end of the section, ends the list.
     while let Ok(length @ 1..) = bytes.byte() {
-        // A negative length says that the parameter is not to be changed, which is nothing to a reader.
+        // A negative length locks the parameter for editors; a reader ignores the sign.
         let length = length.cast_signed().unsigned_abs();
         let in_list = |failure: Failure| in_parameter(*failure, None, is_whole);
         let id = bytes.byte().map_err(in_list)?.cast_signed();
@@ -55,8 +55,7 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
     Ok(parameters)
 }
 
-/// Says which parameter, if one is known by name, has more bytes than there are: in a whole file it claims them, else
-/// they are lost.
+/// The error for a parameter that is longer than the bytes that follow: a wrong length, or a file that is cut off.
 fn in_parameter(diagnostic: Diagnostic, name: Option<&str>, is_whole: bool) -> Failure {
     let what = name.map_or("the list of parameters".to_owned(), |name| {
         format!("the parameter {name:?}")
@@ -102,12 +101,12 @@ fn read_values(bytes: &mut Bytes<'_>, processor: Processor) -> Result<Values, Fa
             let (words, _) = bytes.take(count.saturating_mul(4))?.as_chunks::<4>();
             Values::Numbers(words.iter().map(|&word| processor.real(word)).collect())
         }
-        // Type 1 are bytes; no other is known, and none that is used here.
+        // Type 1 is bytes; the reader needs no values of other types.
         _ => Values::Numbers(bytes.take(count)?.iter().map(|&byte| f64::from(byte)).collect()),
     })
 }
 
-/// Text without the blanks and zeros that fill it up.
+/// Text without trailing blanks and NUL bytes.
 fn text(bytes: &[u8]) -> String {
     let end = bytes
         .iter()
@@ -141,16 +140,16 @@ impl Parameters {
         self.numbers(group, name)?.first().copied()
     }
 
-    /// The first text of a parameter, if it says anything.
+    /// The first text of a parameter, if it is not empty.
     pub(super) fn text(&self, group: &str, name: &str) -> Option<&str> {
         let text = self.texts(group, name)?.first()?;
         (!text.is_empty()).then_some(text)
     }
 
-    /// The frames of long recordings, which the header cannot count: first and last as two words each.
+    /// The number of frames of long recordings, which the header cannot hold: first and last frame as two words each.
     pub(super) fn frames(&self) -> Option<u64> {
         let field = |name: &str| match self.numbers("TRIAL", name)? {
-            // Words are unsigned here.
+            // These words are unsigned.
             &[low, high, ..] => Some(u64::from(low as i16 as u16) + (u64::from(high as i16 as u16) << 16)),
             _ => None,
         };
@@ -171,7 +170,7 @@ impl Parameters {
         labels
     }
 
-    /// Whether any event is written down.
+    /// Whether the file has events.
     pub(super) fn has_events(&self) -> bool {
         self.number("EVENT", "USED").is_some_and(|used| used > 0.0)
     }

@@ -1,4 +1,4 @@
-//! The data: a record a frame.
+//! Reads the data: one record per frame.
 
 use glam::DVec3;
 
@@ -7,24 +7,23 @@ use super::{Failure, Header};
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
 
-/// Where the points were.
+/// The positions of the points.
 #[derive(Debug)]
 pub(super) struct Points {
-    /// Frames that are there.
+    /// Complete frames in the file.
     pub(super) frames: usize,
     /// One a point.
     pub(super) tracks: Vec<Track>,
 }
 
-/// Where one point was, in the frames in which it was seen.
+/// The positions of one point, in the frames in which it was seen.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
     pub(super) ticks: Vec<f64>,
     pub(super) positions: Vec<DVec3>,
 }
 
-/// Where not one record is whole, a number of points is a claim that nothing holds but their labels: so many there are
-/// at most.
+/// If not even one record is complete, the number of points is limited by the number of labels.
 pub(super) fn read(
     bytes: &[u8],
     processor: Processor,
@@ -48,7 +47,7 @@ pub(super) fn read(
     if record_size == 0 {
         return Ok(points);
     }
-    // As many as the file claims, or as many as are there.
+    // The frames that the file states, or as many as it holds.
     let wanted = usize::try_from(header.frames).unwrap_or(usize::MAX);
     for record in data.chunks_exact(record_size).take(wanted) {
         let tick = points.frames as f64;

@@ -1,4 +1,4 @@
-//! Points into nodes and channels.
+//! Makes nodes and channels of points.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
 use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis};
 
-/// One group, and a node a point in it.
+/// One group with one node for each point.
 pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, warnings: &mut Warnings) -> Scene {
     let mut scene = Scene::default();
     scene.metadata.format = Some(Format::C3d);
@@ -91,7 +91,7 @@ fn metres(unit: &str) -> Option<f64> {
     }
 }
 
-/// The screen's y axis is the one that points up, where the file says so.
+/// The up axis is the screen's y axis, if the file states it.
 fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
     match parameters.text("POINT", "Y_SCREEN") {
         Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN says so"),
@@ -109,7 +109,7 @@ fn turned(position: DVec3, up: UpAxis) -> Vec3 {
     }
 }
 
-/// The labels, and a number for each point that has none.
+/// The labels, or a number for each point without one.
 fn names(parameters: &Parameters, count: usize, warnings: &mut Warnings) -> Vec<String> {
     let labels = parameters.labels();
     let name = |index: usize| match labels.get(index) {
@@ -122,7 +122,7 @@ fn names(parameters: &Parameters, count: usize, warnings: &mut Warnings) -> Vec<
         *points_of_name.entry(name).or_default() += 1;
     }
     for name in &names {
-        // Each name once, where it is met first.
+        // Each name once, at its first point.
         let count = points_of_name.remove(name.as_str()).unwrap_or_default();
         if count > 1 {
             warnings.push(Code::DuplicateName, || {

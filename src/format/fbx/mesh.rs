@@ -1,8 +1,8 @@
 //! Skinned meshes: vertices, faces, and the bones that move them.
 //!
-//! A cluster of FBX ties vertices to a bone, and says where the geometry was seen from the bone when it was bound. All
-//! clusters of a mesh mean one place of the geometry in the world then; the mesh is stored there, so that it needs no
-//! transform of a node, and a bone's offset matrix leads from there to the bone.
+//! An FBX cluster binds vertices to a bone, and has the matrix from geometry to bone in the bind pose. All clusters of
+//! a mesh should give the same geometry-to-world matrix. The mesh is stored in the world, so that it needs no node
+//! transform, and a bone's offset matrix maps from the world to the bone.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use crate::format::{Failure, ReadOptions};
 use crate::limits::limit_exceeded;
 use crate::scene::{Bone, Material, Mesh, NodeId, Scene, VertexWeight};
 
-/// Adds the meshes of `file` that bones move to `scene`, on its first node. Gives how many others there are.
+/// Adds the skinned meshes of `file` to the first node of `scene`. Returns the number of other meshes.
 pub(super) fn read(
     file: &ufbx::Scene,
     nodes: &[Kept<'_>],
@@ -37,7 +37,7 @@ pub(super) fn read(
     }
     let mut rigid = 0;
     for source in &file.meshes {
-        // A file may tie a mesh twice; where it does, programs show the first tie.
+        // A mesh may have several skins; programs show the first.
         let Some(skin) = source.skin_deformers.iter().find(|skin| !skin.clusters.is_empty()) else {
             rigid += 1;
             continue;
@@ -66,14 +66,14 @@ pub(super) fn read(
     Ok(rigid)
 }
 
-/// That of the first node that shows the mesh, which is what users see; else its own.
+/// The name of the first node that shows the mesh, or else of the mesh.
 fn name(source: &ufbx::Mesh) -> String {
     let shown = source.element.instances.iter().map(|node| &*node.element.name);
     let mut names = shown.chain([&*source.element.name]);
     names.find(|name| !name.is_empty()).unwrap_or("Mesh").to_owned()
 }
 
-/// `None` where the bones cannot be told, or a matrix has no inverse.
+/// `None` where the bones are unknown, or a matrix has no inverse.
 fn read_mesh(
     source: &ufbx::Mesh,
     skin: &ufbx::SkinDeformer,
@@ -124,7 +124,7 @@ fn read_mesh(
     Some(mesh)
 }
 
-/// The corners that differ in place or normal, each once, and three of them for each triangle.
+/// The corners with different positions or normals, each once, and three indices for each triangle.
 fn corners(source: &ufbx::Mesh) -> (Vec<usize>, Vec<u32>) {
     let mut corners = Vec::new();
     let mut indices = Vec::with_capacity(3 * source.num_triangles);
@@ -144,8 +144,7 @@ fn corners(source: &ufbx::Mesh) -> (Vec<usize>, Vec<u32>) {
     (corners, indices)
 }
 
-/// The bones that move a vertex, each once, with shares that sum to 1. A vertex that nothing moves follows the first
-/// bone.
+/// The bones of a vertex, each once, with weights that sum to 1. A vertex without weights follows the first bone.
 fn weights(skin: &ufbx::SkinDeformer, vertex: usize, bone_of_cluster: &[usize]) -> Vec<(usize, f32)> {
     let mut shares: Vec<(usize, f64)> = Vec::new();
     let ties = skin.vertices.get(vertex).map_or(0..0, |ties| {
@@ -188,7 +187,8 @@ fn inverse(matrix: DMat4) -> Option<DMat4> {
     (matrix.is_finite() && inverse.is_finite()).then_some(inverse)
 }
 
-/// In single precision, if it still has an inverse there. The last row is exact, which a product's need not be.
+/// The matrix in single precision, if it can be inverted there. The last row is set exactly, because a product's may
+/// not be.
 fn to_single(mut matrix: DMat4) -> Option<Mat4> {
     for (column, last) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
         matrix.col_mut(column).w = last;
@@ -197,7 +197,7 @@ fn to_single(mut matrix: DMat4) -> Option<Mat4> {
     (single.is_finite() && single.determinant() != 0.0).then_some(single)
 }
 
-/// A normal of no length points up.
+/// A normal of length 0 is replaced by +Y.
 fn unit(normal: DVec3) -> Vec3 {
     normal.try_normalize().map_or(Vec3::Y, DVec3::as_vec3)
 }

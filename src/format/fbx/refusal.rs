@@ -1,4 +1,4 @@
-//! Why ufbx refused a file, and where the file ends too early.
+//! Turns an error of ufbx into a diagnostic, and finds where a file is cut off.
 
 use ufbx::ErrorType;
 
@@ -6,7 +6,7 @@ use super::{BINARY_HEAD, sniff};
 use crate::error::{Code, Diagnostic};
 use crate::format::text::{Cursor, Word, is_line_end, quote};
 
-/// Says what is wrong with `bytes`, which ufbx refused with `error`.
+/// The diagnostic for `bytes`, which ufbx refused with `error`.
 pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     let reason = match error.info() {
         "" => error.description.to_string(),
@@ -40,9 +40,9 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
     }
 }
 
-/// The section that goes on past the end of a binary file. Each begins with the byte at which it ends.
+/// The section that reaches beyond the end of a binary file. Each section begins with the offset of its end.
 fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
-    /// Behind the head, two bytes that tell damage, one that tells the order of bytes, and the version.
+    /// After the magic: two bytes that detect damage, one for the byte order, and the version.
     const SECTIONS: usize = 27;
     /// Since this version a section's numbers take 8 bytes instead of 4.
     const WIDE: u32 = 7500;
@@ -56,7 +56,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     let mut start = SECTIONS;
     loop {
         let end = number(start)?;
-        // Where it ends, how many values it has, how many bytes they take; then the name behind its length.
+        // Its end, the number of its values, their bytes; then the length of the name and the name.
         let name_at = start + 3 * number_size + 1;
         let length = usize::from(*bytes.get(name_at - 1)?);
         let name = quote(bytes.get(name_at..name_at + length)?);
@@ -71,7 +71,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
                     .help("export or download the file again"),
             );
         }
-        // The last one ends at byte 0. What else does not lead on is damage of another kind.
+        // The last one has the end 0. Other ends that do not increase are damage of another kind.
         if end < name_at {
             return None;
         }
@@ -79,7 +79,7 @@ fn cut_off_binary(bytes: &[u8]) -> Option<Diagnostic> {
     }
 }
 
-/// The section of a text file whose brace is not closed.
+/// The section of a text file that is not closed.
 fn cut_off_text(bytes: &[u8]) -> Option<Diagnostic> {
     let mut cursor = Cursor::new(bytes);
     let mut open: Vec<Word<'_>> = Vec::new();

@@ -1,4 +1,4 @@
-//! Smaller files with a promise: how keys are stored, and how far that may move a joint.
+//! How keys are stored, within a largest error.
 //!
 //! | | rotations | translations | times | who reads it |
 //! |---|---|---|---|---|
@@ -7,26 +7,25 @@
 //! | [`Compression::Meshopt`] | QUATERNION filter, 5 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
 //! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
 //!
-//! Times are never rounded beyond the 32-bit floats that glTF has. The bits of a joint follow from how far it can move
-//! what hangs on it; the idea to measure by that, and to compress each track by a hierarchical error, is that of the
-//! Animation Compression Library (Nicholas Frechette). The formulas of the filters are those of
-//! EXT_meshopt_compression, appendix B.
+//! Times are 32-bit floats, as glTF requires, and not rounded further. The bit rate of a joint depends on the distance
+//! of its descendants; this hierarchical error metric is that of the Animation Compression Library (Nicholas
+//! Frechette). The formulas of the filters are those of EXT_meshopt_compression, appendix B.
 
 use serde::Serialize;
 
 use crate::compress::Storage;
 
-/// How far a joint may be from its place where a [`Compression`] is chosen and no largest error: 1 mm, in metres.
+/// The largest error where a [`Compression`] is chosen without one: 1 mm, in metres.
 pub const DEFAULT_MAX_ERROR: f64 = 0.001;
 
 /// How the keys of animations are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Compression {
-    /// As 32-bit floats, which every client reads.
+    /// 32-bit floats, which every client reads.
     #[default]
     None,
-    /// Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads garbage.
+    /// Rotations as 16-bit normalised integers, half the size. Core glTF, no extension; but Assimp reads wrong values.
     Int16,
     /// As streams of `EXT_meshopt_compression`, which the file then requires. Needs the feature `meshopt`.
     Meshopt,
@@ -57,20 +56,19 @@ impl Compression {
 pub(super) const EXT: &str = "EXT_meshopt_compression";
 pub(super) const KHR: &str = "KHR_meshopt_compression";
 
-/// How far a file is from the scene that it was written from, measured in double precision on what a reader decodes,
-/// at the 32-bit times of the file, and with both ways that readers go from key to key: along the arc, and component
-/// by component.
+/// The error of a file against the scene that it was written from, measured in double precision on the decoded values,
+/// at the 32-bit times of the file, and with both interpolations of readers: slerp, and nlerp (component by component).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Achieved {
-    /// The largest distance of a joint or end site from its place, in metres.
+    /// The largest distance of a joint or end site from its position in the scene, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
-    /// Where the largest is: the node's name in the scene.
+    /// The name of the node with the largest distance.
     pub joint: String,
-    /// When it is: the tick of the scene.
+    /// The tick of the largest distance.
     pub tick: f64,
-    /// The keys in the file, of all tracks.
+    /// The number of keys in the file, of all tracks.
     pub keys: usize,
 }

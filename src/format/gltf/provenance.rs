@@ -1,10 +1,10 @@
-//! Where a file comes from and what was done on the way, so that a reader of the file alone can tell.
+//! The origin of a file and all decisions and changes, so that they can be read from the file alone.
 
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, format_name};
 
-/// What `asset.extras.mocap` holds.
+/// The contents of `asset.extras.mocap`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -21,19 +21,19 @@ pub struct Provenance {
     pub frames: u64,
     /// Seconds between two of them.
     pub frame_time: f64,
-    /// What was done with the root's OFFSET.
+    /// How the root's OFFSET was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root_offset: Option<RootOffsetUsed>,
-    /// Everything else that was decided on the way.
+    /// All other decisions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// What changed the place or the time of things, in order: unit, axis, trim, frame rate.
+    /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
 }
 
 impl Provenance {
-    /// What is known about `scene`.
+    /// The provenance of `scene`.
     pub fn of(scene: &Scene) -> Self {
         let animation = scene.animations.first();
         let metadata = &scene.metadata;

@@ -1,4 +1,4 @@
-//! The section that says which bone hangs on which, and the bones in the order that it makes.
+//! Reads the section with the parent of each bone, and sorts the bones depth-first.
 
 use super::{Bone, Reader};
 use crate::error::{Code, Diagnostic};
@@ -22,7 +22,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// A bone, and those that hang on its far end.
+    /// A bone and its children.
     fn read_family(&mut self, line: &[Word<'_>]) -> Result<(), Failure> {
         let parent = self.find(line[0])?;
         for &word in &line[1..] {
@@ -65,7 +65,8 @@ impl Reader<'_, '_> {
         let mut ordered: Vec<Bone> = Vec::with_capacity(self.bones.len());
         let mut is_reached = vec![false; self.bones.len()];
         let mut nodes = 0;
-        // Bone, its parent's place in the new order, its depth. A list, so that no file can overflow the call stack.
+        // Bone, the index of its parent in the new order, its depth. A list, so that no file can overflow the call
+        // stack.
         let mut open = vec![(0, None, 1)];
         while let Some((index, parent, depth)) = open.pop() {
             let bone = &self.bones[index];
@@ -89,7 +90,7 @@ impl Reader<'_, '_> {
         }
         let is_loose = |&index: &usize| !is_reached[index];
         let loose: Vec<usize> = (0..self.bones.len()).filter(is_loose).collect();
-        // A bone that hangs nowhere says more than those that hang on it.
+        // Report a bone without a parent rather than its descendants.
         let hangs_nowhere = loose.iter().find(|&&index| self.bones[index].parent.is_none());
         match hangs_nowhere.or(loose.first()) {
             Some(&index) => Err(Box::new(self.unreached(index))),
@@ -97,7 +98,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Says that no way leads from the root to a bone.
+    /// The error for a bone that cannot be reached from the root.
     fn unreached(&self, index: usize) -> Diagnostic {
         let bone = &self.bones[index];
         let (code, message, help) = match bone.parent {

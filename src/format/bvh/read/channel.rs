@@ -1,4 +1,4 @@
-//! What a column of the motion means.
+//! The channels that columns of the motion drive.
 
 use crate::math::rotation::Axis;
 

@@ -17,7 +17,7 @@ pub(super) struct Decimals {
 }
 
 impl Decimals {
-    /// Takes note of one number of `joint`.
+    /// Records the decimal separator of one number of `joint`.
     pub(super) fn note(&mut self, word: Word<'_>, number: Number, joint: usize) {
         if number.comma {
             let end = word.offset + word.bytes.len();
@@ -43,7 +43,7 @@ pub(super) fn accept_commas_of_hierarchy<'a>(
         .map_err(|failure| Box::new(failure.in_joint(name(joint))))
 }
 
-/// A comma is read as a decimal point where no number of the file has a point; nothing else could be meant then.
+/// A comma is read as a decimal point if no number of the file has a point; then no other meaning is possible.
 pub(super) fn accept_comma(
     cursor: &Cursor<'_>,
     decimals: &Decimals,

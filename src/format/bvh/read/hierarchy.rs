@@ -1,4 +1,4 @@
-//! The HIERARCHY section: joints as the file has them.
+//! Reads the HIERARCHY section: the joints in the order of the file.
 
 mod items;
 
@@ -20,9 +20,9 @@ pub(super) struct Joint {
     pub(super) parent: Option<usize>,
     pub(super) is_end_site: bool,
     pub(super) offset: Vec3,
-    /// What its columns drive, in the order written.
+    /// The channels of its columns, in the order written.
     pub(super) channels: Vec<ChannelKind>,
-    /// Where its columns begin in a row.
+    /// The index of its first column in a row.
     pub(super) first_column: usize,
     pub(super) source: SourceLines,
 }
@@ -99,7 +99,7 @@ pub(super) fn read(cursor: &mut Cursor<'_>, limits: &Limits, warnings: &mut Warn
     })
 }
 
-/// A block that is not closed yet. Blocks are kept on a list, not on the call stack, so that no file can overflow it.
+/// A block that is not closed yet. Open blocks are in a list, so that no file can overflow the call stack.
 struct Open<'a> {
     joint: usize,
     keyword: Word<'a>,
@@ -117,7 +117,7 @@ struct Reader<'a, 'c> {
 }
 
 impl<'a> Reader<'a, '_> {
-    /// `root+`, and what stands between roots where it should not.
+    /// `root+`, and text between roots that is tolerated with a warning.
     fn read_roots(&mut self) -> Result<(), Failure> {
         let mut last_root = None;
         while let Some(word) = self.cursor.peek_word() {
@@ -172,7 +172,7 @@ impl<'a> Reader<'a, '_> {
         )
     }
 
-    /// One ROOT or JOINT with everything below it.
+    /// One ROOT or JOINT and everything below it.
     fn read_tree(&mut self, parent: Option<usize>) -> Result<(), Failure> {
         let keyword = self.cursor.next_word().expect("the caller has seen the keyword");
         let name = self.cursor.next_name();
@@ -306,7 +306,7 @@ impl<'a> Reader<'a, '_> {
         )
     }
 
-    /// The text ends where `expected` belongs to what `keyword` begins.
+    /// The error for a text that ends inside the construction of `keyword`, before `expected`.
     fn cut_off(&self, keyword: &str, expected: &str) -> Failure {
         self.in_open_joint(
             Diagnostic::new(Code::UnexpectedEnd, format!("the file ends inside {keyword}"))

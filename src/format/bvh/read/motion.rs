@@ -1,4 +1,4 @@
-//! The head of the MOTION section: how many frames, and how long each takes.
+//! Reads the head of the MOTION section: the number of frames and the frame time.
 
 use super::Failure;
 use super::decimals::accept_comma;
@@ -9,16 +9,16 @@ use crate::format::text::{Cursor, Word, number, quote};
 use crate::format::warnings::Warnings;
 use crate::limits::limit_exceeded;
 
-/// What stands between MOTION and the first row.
+/// The lines between MOTION and the first row.
 #[derive(Debug)]
 pub(super) struct Header {
-    /// `Frames:`, as the file says.
+    /// The number after `Frames:`.
     pub(super) frames: u64,
-    /// Where that stands.
+    /// The place of that number.
     pub(super) frames_word: (usize, usize),
-    /// Frames in a second: 1 / frame time, or what the caller asked for.
+    /// Frames per second: 1 / frame time, or the caller's frame rate.
     pub(super) frame_rate: f64,
-    /// Where MOTION stands.
+    /// The offset of MOTION.
     pub(super) start: usize,
 }
 
@@ -149,7 +149,7 @@ fn missing_line_diagnostic(cursor: &Cursor<'_>, code: Code, expected: &str) -> D
 
 /// The word after these keywords and a colon: `Frame Time: 0.1`, `FRAMES :10`, `FrameTime:0.1`.
 ///
-/// The cursor stays where it is unless the keywords are there.
+/// The cursor does not move unless the keywords are there.
 fn read_value<'a>(cursor: &mut Cursor<'a>, keywords: &[&str]) -> Option<Word<'a>> {
     let mut ahead = cursor.clone();
     for keyword in keywords {
