@@ -430,7 +430,7 @@ impl Importer {
         };
         FORMATS.iter().find(has_extension).ok_or_else(|| {
             let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
-            let message = "neither the contents nor the name say a known format";
+            let message = "neither the contents nor the extension belong to a known format";
             Diagnostic::new(Code::UnknownFormat, message)
                 .expected_found(known.join(", "), format!("the extension \"{extension}\""))
                 .into()

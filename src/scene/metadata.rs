@@ -121,7 +121,7 @@ pub struct Origin {
     pub sha256: String,
     /// Frames of motion read from it.
     pub frames: u64,
-    /// Seconds between two of them, as they were read.
+    /// Seconds between two frames, as read.
     pub frame_time: f64,
 }
 
@@ -143,7 +143,7 @@ pub enum UpAxis {
     Z,
 }
 
-/// A step that changed the place or the time of things, with all that it takes to find the way back to the file.
+/// A step that changed positions or times, with the values that are needed to undo it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "step", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -157,14 +157,14 @@ pub enum AppliedStep {
     },
     /// [`process::trim`](crate::process::trim).
     Trim {
-        /// The tick before, that is tick 0 now.
+        /// The earlier tick that is now tick 0.
         first: f64,
-        /// The tick before, that is the last now.
+        /// The earlier tick that is now the last.
         last: f64,
     },
     /// [`process::resample`](crate::process::resample).
     Resample {
-        /// Ticks per second now.
+        /// The new ticks per second.
         frames_per_second: f64,
     },
     /// [`process::in_place`](crate::process::in_place).
@@ -173,14 +173,14 @@ pub enum AppliedStep {
     RootMotion,
 }
 
-/// What to do with a root's OFFSET when the root has position channels too.
+/// How a root's OFFSET and its position channels combine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RootOffset {
-    /// Add where the first frame's root position is near zero on all axes while the OFFSET is not, else replace.
+    /// Add if the first frame's root position is near zero on all axes while the OFFSET is not, or else replace.
     #[default]
     Auto,
-    /// The position channels stand in place of the OFFSET, as in Assimp and Blender.
+    /// The position channels replace the OFFSET, as in Assimp and Blender.
     Replace,
     /// The position channels are added to the OFFSET.
     Add,

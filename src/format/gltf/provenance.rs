@@ -17,7 +17,7 @@ pub struct Provenance {
     /// Its format. Absent where the scene comes from no file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Frames of the scene as it was written.
+    /// Frames of the written scene.
     pub frames: u64,
     /// Seconds between two of them.
     pub frame_time: f64,

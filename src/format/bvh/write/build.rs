@@ -112,8 +112,8 @@ impl Joint<'_> {
 /// The nodes in their order, with what each has in the hierarchy.
 fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> {
     let first = first_written(motion);
-    // Some programs add position channels to the OFFSET. What comes from other formats is written so that they read the
-    // same as those in which positions replace it; a BVH file is to be read back as it was.
+    // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
+    // that both read the same; a BVH file keeps its OFFSETs.
     let keeps_offsets = motion.scene.metadata.format == Some(Format::Bvh);
     let rest = motion.rest();
     let mut start = rest.clone();
