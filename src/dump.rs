@@ -1,8 +1,8 @@
-//! A scene printed for people and programs: the print-out of a graphics course, and JSON.
+//! A scene as text: the print-out of a graphics course, or JSON.
 //!
-//! The text is that of the functions `printSceneInfo`, `printMeshInfo`, `printTreeInfo`, `printBoneInfo` and
-//! `printAnimInfo`, which students of the course call on a scene of Assimp. It changed over the years; a [`Layout`]
-//! is named after the first year it was handed out. The JSON is a [`SceneView`], described by a [JSON Schema](SCHEMA).
+//! The text is the output of the functions `printSceneInfo`, `printMeshInfo`, `printTreeInfo`, `printBoneInfo` and
+//! `printAnimInfo`, which students of the course call on a scene of Assimp. It changed over the years; a [`Layout`] is
+//! named after the first year it was handed out. The JSON is a [`SceneView`], described by a [JSON Schema](SCHEMA).
 //!
 //! ```
 //! use mocap::dump::{Layout, Section, text};

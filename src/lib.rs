@@ -1,8 +1,8 @@
-//! Motion capture files into an Assimp-style scene, driven by a tick, written as animated glTF.
+//! Reads motion capture files into an Assimp-style scene, samples it at a tick, and writes animated glTF.
 //!
-//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's words. [`Pose`] and [`Updater`] give its node
-//! matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it, [`verify`] proves what was written, [`dump`]
-//! prints it, and [`process`] has the steps between. [`Code`] lists every diagnostic.
+//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Pose`] and [`Updater`] compute its node
+//! matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it, [`verify`] compares the written file with its
+//! source, [`dump`] prints it, and [`process`] has the steps that change it. [`Code`] lists every diagnostic.
 //!
 //! ```
 //! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;

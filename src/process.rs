@@ -1,25 +1,25 @@
-//! Steps that change a scene after it is read.
+//! Steps that change an imported scene.
 //!
-//! A step is a function on `&mut Scene` that does one thing; a pipeline is a list of calls. No step calls another,
-//! none but [`reduce_keys()`] fails, and each leaves a valid scene valid: [`validate()`] lists what valid means and says what is broken.
+//! A step is a function on `&mut Scene` that does one thing; a pipeline is a list of calls. No step calls another, only
+//! [`reduce_keys()`] can fail, and each keeps a valid scene valid: [`validate()`] has the rules and reports violations.
 //!
-//! The recommended order gives what Assimp gives for its preset "maximum quality" with "debone":
+//! This order gives the result of Assimp's preset "maximum quality" with "debone":
 //!
-//! 1. [`skeleton_mesh()`] gives the bare skeleton something to draw. Start with [`SkeletonMesh::Skinned`] where the
-//!    result shall be Assimp's mesh for mesh, with [`SkeletonMesh::Segmented`] otherwise, which needs no step 6.
-//! 2. [`find_degenerates()`] turns triangles without a size into points, in a mesh of their own.
-//! 3. [`remove_sizeless_meshes()`] removes meshes whose vertices all stand in one place: knobs of zero length.
-//! 4. [`collapse_keys()`] leaves one key in a track that never changes.
+//! 1. [`skeleton_mesh()`] adds a mesh that shows the skeleton. Use [`SkeletonMesh::Skinned`] for exactly Assimp's
+//!    meshes; otherwise [`SkeletonMesh::Segmented`], which needs no step 6.
+//! 2. [`find_degenerates()`] turns triangles without extent into points, in a separate mesh.
+//! 3. [`remove_sizeless_meshes()`] removes meshes whose vertices are all in one place: knobs of zero length.
+//! 4. [`collapse_keys()`] reduces constant tracks to one key.
 //! 5. [`join_identical_vertices()`] stores equal vertices once.
-//! 6. [`debone()`] takes the parts that follow one bone out of a skinned mesh and hangs them on the bone's node.
+//! 6. [`debone()`] moves the parts of a skinned mesh that follow only one bone to the bone's node.
 //!
-//! What else can be done to a motion, in the order in which it is best done: [`trim()`], [`resample()`],
-//! [`convert_units()`] (after which lengths are metres and +Y is up), [`in_place()`] or [`root_motion()`],
-//! [`rest_pose()`], [`reduce_keys()`]. [`survey`](crate::skeleton) guesses what a file does not say: its unit, its up axis, its cuts.
+//! Other steps, in the recommended order: [`trim()`], [`resample()`], [`convert_units()`] (after which lengths are
+//! metres and +Y is up), [`in_place()`] or [`root_motion()`], [`rest_pose()`], [`reduce_keys()`].
+//! [`survey`](crate::skeleton) guesses what a file does not state: its unit, its up axis, its cuts.
 //!
 //! The mesh steps read the rest pose from the node transforms, so they come before any
 //! [`Scene::update_node_matrices`](crate::scene::Scene::update_node_matrices). Assimp also reorders faces for the
-//! vertex cache of the graphics card. That is left out: it changes no number, and such small meshes gain nothing.
+//! vertex cache of the graphics card. This crate does not, because such small meshes gain nothing from it.
 
 mod collapse_keys;
 mod convert_units;

@@ -1,6 +1,7 @@
-//! What a motion file does not say: its unit, its up axis, its true frame rate, whether its first frame belongs to it.
+//! Guesses what a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame
+//! is part of the motion.
 //!
-//! Every answer is a guess with its reason. [`survey`] changes nothing; a caller decides what to do about it.
+//! Every answer is a guess with a reason. [`survey`] changes nothing; the caller decides what to do.
 
 mod cuts;
 mod figure;
@@ -12,27 +13,27 @@ use crate::scene::{Assumption, Scene, Topic, UpAxis};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 
-/// How far a guess can be trusted.
+/// The confidence in a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Confidence {
-    /// Nothing speaks against it.
+    /// All evidence agrees.
     Sure,
-    /// The best of what is possible.
+    /// The most likely answer; others are possible.
     Likely,
-    /// There is little to go by.
+    /// There is little evidence.
     Unsure,
 }
 
-/// A unit of length that motion files come in.
+/// A unit of length of motion files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Unit {
     /// Metres.
     Metre,
-    /// That of the CMU motion capture database and of what was converted from it: 5.6444 cm, an inch divided by the
-    /// `length 0.45` of its ASF files.
+    /// The unit of the CMU motion capture database and of its conversions: 5.6444 cm, an inch divided by the `length
+    /// 0.45` of its ASF files.
     Cmu,
     /// Decimetres, which MakeHuman writes.
     Decimetre,
@@ -55,7 +56,7 @@ impl Unit {
         Self::Millimetre,
     ];
 
-    /// Metres in one.
+    /// Metres per unit.
     pub const fn metres(self) -> f64 {
         match self {
             Self::Metre => 1.0,
@@ -67,7 +68,7 @@ impl Unit {
         }
     }
 
-    /// Its name, as users type it.
+    /// The name that users type.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Metre => "m",
@@ -80,40 +81,40 @@ impl Unit {
     }
 }
 
-/// A guess and what it rests on.
+/// A guess and its reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Guess<T> {
-    /// What it is.
+    /// The guessed value.
     pub value: T,
-    /// How far to trust it.
+    /// The confidence.
     pub confidence: Confidence,
     /// Why, as one phrase.
     pub reason: String,
 }
 
-/// Everything that can be guessed about a scene that comes right from its file.
+/// All guesses about an imported scene before any step.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
     /// The unit of length.
     pub unit: Guess<Unit>,
-    /// Whether the file says its unit, in [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit), so
-    /// that there is nothing to guess.
+    /// Whether the file states its unit, in [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit), so
+    /// that nothing is guessed.
     pub unit_is_stated: bool,
     /// The axis that points up.
     pub up: Guess<UpAxis>,
-    /// Whether the scene says its up axis, in [`Metadata::up`](crate::scene::Metadata::up), so that there is nothing to
-    /// guess.
+    /// Whether the scene states its up axis, in [`Metadata::up`](crate::scene::Metadata::up), so that nothing is
+    /// guessed.
     pub up_is_stated: bool,
-    /// The frames per second that the file means, where its frame time is a rounded one. Absent where the frame time
-    /// is exact, or near no rate in use.
+    /// The intended frames per second, where the frame time is rounded. Absent where the frame time is exact, or not
+    /// near a usual rate.
     pub frame_rate: Option<Guess<f64>>,
-    /// Whether the first frame is a rest pose that the motion then jumps away from.
+    /// Whether the first frame is a rest pose, and the motion jumps after it.
     pub first_frame_is_rest_pose: bool,
 }
 
-/// Guesses what the file of `scene` does not say. Looks at a few frames only, so that a long take costs no more than
-/// a short one.
+/// Guesses what the file of `scene` does not state. It examines only a few frames, so a long take costs no more than a
+/// short one.
 ///
 /// ```
 /// use mocap::scene::UpAxis;
@@ -141,7 +142,7 @@ pub fn survey(scene: &Scene) -> Survey {
     }
 }
 
-/// What the scene says itself.
+/// A value that the scene states.
 fn stated(up: UpAxis) -> Guess<UpAxis> {
     Guess {
         value: up,
@@ -187,8 +188,8 @@ impl Survey {
     }
 }
 
-/// Frames per second of cameras, displays and capture systems, the likelier first where one rounded frame time could
-/// stand for two.
+/// Frame rates of cameras, displays and capture systems; where a rounded frame time could mean two of them, the
+/// likelier comes first.
 const RATES: [f64; 19] = [
     30.0,
     60.0,
@@ -211,8 +212,9 @@ const RATES: [f64; 19] = [
     60_000.0 / 1001.0,
 ];
 
-/// The rate of a motion of `ticks_per_second` that is to have `frames_per_second`: the one that its rounded frame time
-/// means, where only with that one the frames of both fall together. 1 / 0.0083333 counts as 120 where 30 are wanted.
+/// The rate of a motion of `ticks_per_second` that is resampled to `frames_per_second`: the intended rate of its
+/// rounded frame time, if only with that rate the frames of both coincide. 1 / 0.0083333 counts as 120 for resampling
+/// to 30.
 pub(crate) fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
     let fall_together = |rate: f64| {
         let ratio = f64::max(rate / frames_per_second, frames_per_second / rate);
@@ -224,7 +226,7 @@ pub(crate) fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 
     }
 }
 
-/// The rate whose frame time, rounded to some number of decimals, is the one that gives `ticks_per_second`.
+/// The rate whose frame time, rounded to some number of decimals, is 1 / `ticks_per_second`.
 fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
     let frame_time = ticks_per_second.recip();
     let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;

@@ -1,11 +1,10 @@
-//! Proof that a motion survived: where a written glTF file puts every joint at every frame, against its source.
+//! Verifies a written glTF file: the position of every joint in every frame, against its source.
 //!
-//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it. The
-//! moment of a frame is the 32-bit number of seconds next to it, for glTF has no other.
-//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place) stands in the file's
-//! [`Provenance`] and is done to the source as well. A file of another program has none; there the unit is taken from
-//! the lengths of the links, the up axis from what fits the first frame better, and the motion is said to start with
-//! the source's first frame.
+//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it.
+//! The time of a frame is rounded to 32 bits, as in glTF. The intended changes of the conversion (unit, up axis, trim,
+//! frame rate, in place) are in the file's [`Provenance`], and are applied to the source as well. A file of another
+//! program has none: then the unit follows from the lengths of the links, the up axis is the one that fits the first
+//! frame better, and the motion is assumed to start with the source's first frame.
 
 mod chain;
 
@@ -24,31 +23,31 @@ use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
 use crate::skeleton;
 
-/// How far a written file is from its source.
+/// The differences between a written file and its source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Verification {
-    /// Frames of the source that were compared: those that the file's time covers.
+    /// The number of frames compared: those within the file's duration.
     pub frames: usize,
-    /// Joints and end sites that were compared.
+    /// The number of joints and end sites compared.
     pub joints: usize,
-    /// The largest distance of a joint from its place in the source, in metres.
+    /// The largest distance of a joint from its position in the source, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
-    /// Where and when the largest distance is. Absent where nothing was compared.
+    /// The joint and the time of the largest distance. Absent if nothing was compared.
     pub worst: Option<Worst>,
     /// Joints of the source that the file does not have.
     pub missing: Vec<String>,
     /// End sites of the source that the file does not have; many programs leave them out.
     pub missing_end_sites: Vec<String>,
-    /// Metres in a unit of the source.
+    /// Metres per unit of the source.
     pub metres_per_unit: f64,
-    /// Whether the file itself says how it was converted.
+    /// Whether the file states how it was converted.
     pub has_provenance: bool,
 }
 
-/// The place and the time of the largest distance.
+/// The joint and the time of the largest distance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
     /// The joint, by its name in the source.
@@ -59,8 +58,8 @@ pub struct Worst {
     pub seconds: f64,
 }
 
-/// Compares a written file with its source file. The source is read as the conversion read it, where the written file
-/// says how that was.
+/// Compares a written file with its source file. The source is read with the options of the conversion, if the written
+/// file states them.
 ///
 /// # Errors
 /// Where one of the two cannot be read, or they have no joint in common.
@@ -78,8 +77,8 @@ pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Resul
     verify_file(&scene, &file).map_err(|error| error.with_path(output))
 }
 
-/// Compares `output`, the bytes of a `.glb` or of a `.gltf` with its buffer inside, with `source`, the scene that its
-/// source file reads as, before any step that moves things.
+/// Compares `output`, the bytes of a `.glb` or of a `.gltf` with an embedded buffer, with `source`, the imported scene
+/// before any step that changes positions or times.
 ///
 /// ```
 /// use mocap::gltf::{Options, write_glb};
@@ -93,7 +92,7 @@ pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Resul
 /// ```
 ///
 /// # Errors
-/// Where the bytes are no valid glTF, have their buffer in another file, or have no joint in common with `source`.
+/// Where the bytes are not valid glTF, have their buffer in another file, or have no joint in common with `source`.
 pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
     let refuse = |other: &Path| {
         let message = format!("the buffer is in another file, \"{}\"", other.display());
@@ -104,7 +103,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
     verify_file(source, &read(output, &refuse)?)
 }
 
-/// Reads the file to compare, and says what may be compared where it is something else.
+/// Reads the file to compare, with a helpful error for a file of another format.
 fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File> {
     if !File::sniff(bytes) {
         return Err(
@@ -158,7 +157,7 @@ fn verify_file(source: &Scene, file: &File) -> Result<Verification> {
 }
 
 impl Provenance {
-    /// An importer that reads the source as it was read for the conversion.
+    /// An importer with the options of the conversion.
     fn importer(&self) -> Importer {
         let mut importer = Importer::new();
         if let Some(used) = &self.root_offset {
@@ -171,8 +170,8 @@ impl Provenance {
     }
 }
 
-/// Which joint of one skeleton is which of the other: the same name, of several of one name the first is the first.
-/// Names that no two joints share may also differ in case and in all that is neither letter nor digit.
+/// Pairs the joints of two skeletons by name; the n-th joint of a name belongs to the n-th of that name. Unique names
+/// may also differ in case and in characters that are neither letters nor digits.
 fn pairs(ours: &Skeleton, theirs: &Skeleton) -> Vec<(usize, usize)> {
     let simplified = |name: &str| {
         name.chars()
@@ -187,7 +186,7 @@ fn pairs(ours: &Skeleton, theirs: &Skeleton) -> Vec<(usize, usize)> {
 
 fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
     let mut places: HashMap<(String, bool), VecDeque<usize>> = HashMap::new();
-    // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
+    // Other programs do not mark end sites, so the kind of a node is compared only if the file has marks.
     let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
     let key = |joint: &chain::Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
     for (place, joint) in theirs.joints.iter().enumerate() {
@@ -203,14 +202,14 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         .collect()
 }
 
-/// What lies on purpose between a source and a file.
+/// The intended changes between a source and a file.
 struct Change {
     metres_per_unit: f64,
     up: UpAxis,
-    /// The tick of the source at the file's time 0, and the last that is in the file.
+    /// The ticks of the source at the file's start and end.
     first: f64,
     last: f64,
-    /// The frame rate that the file was given in place of the source's.
+    /// The frame rate of the file, where it is not the source's.
     frames_per_second: Option<f64>,
     in_place: bool,
 }
@@ -227,7 +226,7 @@ impl Change {
         }
     }
 
-    /// What was done, step by step. Resampling moves no joint at the time of a frame; what it loses is error.
+    /// The recorded steps. Resampling should not move a joint at the time of a frame; differences count as error.
     fn recorded(steps: &[AppliedStep]) -> Self {
         let mut change = Self::none();
         for step in steps {
@@ -250,7 +249,8 @@ impl Change {
         change
     }
 
-    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer.
+    /// Guesses the unit from the lengths of the links in the first frame, and the up axis with which the roots are
+    /// closer.
     fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &[(usize, usize)]) -> Self {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
@@ -282,7 +282,7 @@ impl Change {
         }
     }
 
-    /// Where a point of the source is in the file.
+    /// Maps a point of the source to the file.
     fn place(&self, point: DVec3) -> DVec3 {
         let point = point * self.metres_per_unit;
         match self.up {
@@ -304,7 +304,7 @@ fn compare(
     let animation = source.animations.first();
     let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
     let last = animation.map_or(0.0, |animation| animation.duration).min(change.last);
-    // A file of another program may end earlier. Half a frame is room for its rounding.
+    // A file of another program may end earlier. Half a frame allows for rounding.
     let their_rate = change
         .frames_per_second
         .map_or(rate, |wanted| skeleton::rate_before(rate, wanted));
@@ -316,7 +316,7 @@ fn compare(
     for frame in change.first.ceil() as usize..=last.floor() as usize {
         let seconds = (frame as f64 - change.first) / their_rate;
         ours.world(frame as f64 / rate, &mut here);
-        // The moment that glTF has for this frame. Just before it a cut is another pose.
+        // The frame's time as rounded in glTF. Just before it, at a cut, the pose is another one.
         theirs.world(f64::from(seconds as f32), &mut there);
         let places: Vec<_> = here
             .iter()
@@ -331,7 +331,7 @@ fn compare(
             }
             let error = expected.distance(there[b].w_axis.truncate());
             sum_of_squares += error * error;
-            // A NaN is the worst of all, and stays it.
+            // NaN counts as the largest error.
             let is_worse = error > verification.max_error || (error.is_nan() && !verification.max_error.is_nan());
             if is_worse || verification.worst.is_none() {
                 verification.max_error = error;
@@ -348,7 +348,7 @@ fn compare(
     verification.rms_error = (sum_of_squares / compared as f64).sqrt();
 }
 
-/// Of every joint the root above it: the highest node that is not a mere group.
+/// The root of every joint: the highest ancestor that is not a group.
 fn roots(skeleton: &Skeleton) -> Vec<usize> {
     let mut roots: Vec<usize> = Vec::with_capacity(skeleton.joints.len());
     for (index, joint) in skeleton.joints.iter().enumerate() {

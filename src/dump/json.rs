@@ -25,7 +25,7 @@ use crate::scene::{
 pub struct SceneView<'a> {
     /// Where the scene comes from and what was assumed.
     metadata: &'a Metadata,
-    /// What the reader read around.
+    /// The warnings of the reader.
     warnings: &'a [Diagnostic],
     /// The nodes, depth-first.
     nodes: Vec<NodeView<'a>>,
@@ -44,13 +44,13 @@ struct NodeView<'a> {
     name: &'a str,
     /// `joint`, `end_site` or `group`.
     kind: NodeKind,
-    /// Index of the node above; null on the root.
+    /// Index of the parent; null on the root.
     parent: Option<usize>,
     /// Node to parent, row by row.
     matrix: [f32; 16],
     /// Indices of meshes.
     meshes: &'a [usize],
-    /// The order in which the file turns the node about its axes, as `ZXY`; null where it has none.
+    /// The order of the node's Euler angles in the file, such as `ZXY`; null where it has none.
     rotation_order: Option<RotationOrder>,
 }
 
@@ -65,11 +65,11 @@ struct MeshView<'a> {
     primitive: Primitive,
     /// Positions: x, y, z.
     vertices: Vec<[f32; 3]>,
-    /// Unit normals, one a vertex: x, y, z.
+    /// Unit normals, one per vertex: x, y, z.
     normals: Vec<[f32; 3]>,
-    /// Vertex indices, three a triangle, one a point.
+    /// Vertex indices, three per triangle, one per point.
     faces: Vec<&'a [u32]>,
-    /// What ties vertices to nodes.
+    /// The ties of vertices to nodes.
     bones: Vec<BoneView<'a>>,
 }
 
@@ -95,7 +95,7 @@ struct AnimationView<'a> {
     ticks_per_second: f64,
     /// Length in ticks.
     duration: f64,
-    /// One a joint.
+    /// One per joint.
     channels: Vec<ChannelView<'a>>,
 }
 
@@ -187,7 +187,7 @@ impl<'a> ChannelView<'a> {
     }
 }
 
-/// Each value, turned into an array, behind its tick.
+/// Pairs of a tick and the value as an array.
 fn timed<T, const N: usize>(keys: &Keys<T>, array: impl Fn(&T) -> [f32; N]) -> Vec<(f64, [f32; N])> {
     let pairs = keys.values.iter().enumerate();
     pairs.map(|(index, value)| (keys.tick(index), array(value))).collect()

@@ -110,7 +110,7 @@ mod tests {
     }
 
     proptest! {
-        /// What the standard asks of `%g`, held against the text itself.
+        /// Checks the text against the C standard's definition of `%g`.
         #[test]
         fn six_digits_say_what_the_number_is(digits in 1.0..10.0f64, exponent in -40..40, negative: bool) {
             // Digits near zero would make numbers so small that the powers of ten below are not exact enough for them.

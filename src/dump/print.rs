@@ -8,7 +8,7 @@ use super::Layout;
 use super::number::Streamed;
 use crate::scene::{Animation, Bone, Channel, Mesh, Scene};
 
-/// Prints how many things of each kind there are, as `printSceneInfo`.
+/// Prints the number of things of each kind, as `printSceneInfo`.
 pub(super) fn print_scene_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     let is_old = matches!(layout, Layout::Y2017 | Layout::Y2018);
     if is_old {
@@ -163,7 +163,7 @@ fn print_bone(out: &mut impl fmt::Write, mesh: usize, bone: &Bone, layout: Layou
 
 /// Prints the animations with every position and rotation key, the quaternions w first, as `printAnimInfo`.
 ///
-/// The course's function of 2021 prints the one animation that it is asked for; here all layouts print all.
+/// The course's function of 2021 prints one chosen animation; here all layouts print all animations.
 pub(super) fn print_anim_info(out: &mut impl fmt::Write, scene: &Scene, layout: Layout) -> fmt::Result {
     if matches!(layout, Layout::Y2017 | Layout::Y2018) {
         writeln!(out, "---------------- Animation Data -------------------")?;

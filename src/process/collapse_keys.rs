@@ -1,12 +1,12 @@
-//! One key for a track that never changes.
+//! Reduces constant tracks to one key.
 
 use glam::{Quat, Vec3};
 
 use crate::scene::{Keys, Scene};
 
-/// How far a value may be from the first value of its track and still count as equal to it.
+/// The largest difference between a value and the first value of its track at which the two count as equal.
 ///
-/// Zero, the default, asks for equal numbers; -0 and 0 are equal, NaN is equal to nothing.
+/// With zero, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct KeyTolerance {
     /// Distance between positions, in the file's unit. Default: 0.
@@ -17,7 +17,7 @@ pub struct KeyTolerance {
     pub scaling: f32,
 }
 
-/// Leaves one key, the first, in every track whose values are all equal within `tolerance`.
+/// Keeps only the first key of every track whose values are all equal within `tolerance`.
 ///
 /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
 /// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
@@ -65,7 +65,7 @@ fn collapse<T: Copy>(keys: &mut Keys<T>, equal: impl Fn(T, T) -> bool) {
     }
 }
 
-/// In double precision, where the square of no difference of two singles becomes zero.
+/// In double precision, in which squares of single precision differences do not underflow.
 fn distance(a: Vec3, b: Vec3) -> f64 {
     a.as_dvec3().distance(b.as_dvec3())
 }

@@ -1,4 +1,4 @@
-//! From a file's own unit and axes to metres with +Y up.
+//! Converts a scene to metres with +Y up.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -7,10 +7,10 @@ use glam::{DQuat, Mat4, Quat, Vec3};
 use crate::pose::Binding;
 use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 
-/// Scales all lengths by `metres_per_unit`, and turns the scene so that what was up is +Y.
+/// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
 ///
-/// The turn goes to the root alone, its rest transform and its keys: every joint keeps its own axes, so that rotations
-/// below the root stay what the file says. +Z up becomes +Y up by a quarter turn about X: (x, y, z) becomes (x, z, -y).
+/// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below the
+/// root do not change. +Z up becomes +Y up by a quarter turn about X: (x, y, z) becomes (x, z, -y).
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
@@ -64,7 +64,7 @@ fn root_channel(scene: &Scene, animation: usize) -> Option<usize> {
     driven.map(|(_, channel)| channel)
 }
 
-/// A mesh with bones stands in the space around the root, so it turns; any other stands in its node, which turns it.
+/// A mesh with bones is in the space of the root's parent, so it is rotated; any other is in the space of its node.
 fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, up: UpAxis) {
     let up = if mesh.bones.is_empty() { UpAxis::Y } else { up };
     for vertex in &mut mesh.vertices {
@@ -83,7 +83,7 @@ fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, up: UpAxis) {
 fn turned(v: Vec3, up: UpAxis) -> Vec3 {
     match up {
         UpAxis::Y => v,
-        // Adding zero keeps a -0 from coming up.
+        // Adding zero turns -0 into 0.
         UpAxis::Z => Vec3::new(v.x, v.z, 0.0 - v.y),
     }
 }

@@ -1,19 +1,19 @@
-//! Rigid meshes on nodes in place of bones that move whole faces.
+//! Replaces bones that move whole faces by rigid meshes on nodes.
 
 use glam::{Mat3, Mat4};
 
 use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Scene};
 
-/// Splits off the parts of skinned meshes that follow one bone alone, and hangs each on the bone's node.
+/// Splits off the parts of skinned meshes that follow only one bone, and moves each to the bone's node.
 ///
-/// Before: mesh 0 on the root, tied by the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh
-/// 1 on `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look
-/// the same in every pose.
+/// Before: mesh 0 on the root, with the bones `Shoulder`, `Elbow` and `Wrist`. After: mesh 0 on `Shoulder`, mesh 1 on
+/// `Elbow`, mesh 2 on `Wrist`, each in its node's space, without bones. Drawn with the nodes' matrices they look the
+/// same in every pose.
 ///
-/// A bone is *needed* if it shares a vertex with another bone, or if a face hangs on it and on something else. The
-/// faces of needed bones stay together in one mesh on its old nodes, in front of the others, and keep those
-/// bones. Faces without any bone stay with them.
+/// A bone is *needed* if it shares a vertex with another bone, or if a face has vertices of it and of something else.
+/// The faces of needed bones stay in one mesh on its old nodes, before the other meshes, and keep those bones. Faces
+/// without any bone stay with them.
 ///
 /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
 /// near the origin of a skeleton in metres are drawn in the wrong place. Here every part is transformed.
@@ -57,7 +57,7 @@ struct FacesByBone {
     split_off: Vec<Vec<usize>>,
 }
 
-/// What moves a vertex.
+/// The bones of a vertex.
 #[derive(Clone, Copy, PartialEq)]
 enum Tie {
     Loose,

@@ -1,13 +1,13 @@
-//! Points in place of triangles without a size.
+//! Replaces triangles without extent by points.
 
 use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Primitive, Scene};
 
-/// Turns triangles whose three corners stand in one place into points, in a mesh of their own.
+/// Turns triangles whose three corners are in one place into points, in a separate mesh.
 ///
-/// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex
-/// each, mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold both.
-/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all stand in one place.
+/// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex each,
+/// mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold both.
+/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they are all in one place.
 ///
 /// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle with
 /// two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.

@@ -1,4 +1,4 @@
-//! Equal vertices stored once.
+//! Stores equal vertices once.
 
 use std::collections::HashMap;
 
@@ -10,14 +10,14 @@ use crate::scene::{Mesh, Scene};
 /// Normals closer than this count as equal; Assimp's limit.
 const NORMAL_TOLERANCE: f32 = 1e-5;
 
-/// Stores vertices that are equal once, and lets the faces share them.
+/// Stores equal vertices once, and lets the faces share them.
 ///
 /// Before: a joint with three children in one place has three equal pointers of 12 vertices each. After: 12 vertices
-/// that 12 faces share. The first of equal vertices stays, in the old order.
+/// that 12 faces share. The first of equal vertices stays, in the same order.
 ///
 /// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, and the same
-/// bones move them by the same weights. Assimp leaves the last condition out, and so hands vertices of one
-/// bone to another where two links coincide.
+/// bones move them by the same weights. Assimp does not have the last condition, and so gives vertices of one bone to
+/// another where two links coincide.
 pub fn join_identical_vertices(scene: &mut Scene) {
     for mesh in &mut scene.meshes {
         join(mesh);

@@ -1,19 +1,18 @@
-//! As few keys as a largest error allows.
+//! Removes keys within a largest error.
 
 use crate::compress::{Storage, Track, compress};
 use crate::error::Result;
 use crate::pose::Binding;
 use crate::scene::{Keys, Scene};
 
-/// Leaves out keys of every animation as long as no joint or end site is more than `max_error` metres from its place,
-/// at any whole tick and at any tick that had a key. Gives the largest distance that came of it, in metres.
+/// Removes keys of every animation such that no joint or end site is more than `max_error` metres from its position
+/// before, at any whole tick and at any tick that had a key. Returns the largest distance, in metres.
 ///
-/// The scene has to be in metres: see [`convert_units`](crate::process::convert_units). Each joint keeps keys of its
-/// own, and their values change: a joint turns so that its children stand where they belong although what carries it is
-/// a little off, so that errors do not add up along a chain (measured in the world, by forward kinematics; the idea to
-/// measure that way is the Animation Compression Library's). Between keys positions go straight and rotations along the
-/// arc. A cut stays a cut: no key pair can bridge it within the bound. A track that `max_error` lets stand still has one
-/// key.
+/// The scene must be in metres: see [`convert_units`](crate::process::convert_units). Every joint has its own keys, and
+/// their values change: a joint's rotation compensates for the errors of its ancestors, so that errors do not add up
+/// along a chain (the error metric is measured in object space, as in the Animation Compression Library). Between keys
+/// positions are interpolated linearly and rotations by slerp. A cut is kept, because no pair of keys can bridge it
+/// within the bound. A track that can be constant within the bound has one key.
 ///
 /// ```
 /// use mocap::process::{convert_units, reduce_keys};
@@ -31,9 +30,9 @@ use crate::scene::{Keys, Scene};
 /// ```
 ///
 /// # Errors
-/// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a node that carries others scales over time or
-/// unevenly, or a value is not finite; [`Code::ErrorBound`](crate::Code::ErrorBound) where 32-bit floats cannot keep the
-/// bound. The scene is then as it was.
+/// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a node with children has an animated or non-uniform
+/// scale, or a value is not finite; [`Code::ErrorBound`](crate::Code::ErrorBound) where 32-bit floats cannot keep the
+/// bound. The scene is then unchanged.
 pub fn reduce_keys(scene: &mut Scene, max_error: f64) -> Result<f64> {
     let mut all = Vec::with_capacity(scene.animations.len());
     for animation in &scene.animations {

@@ -1,12 +1,12 @@
-//! No meshes without a size.
+//! Removes meshes without extent.
 
 use super::split::replace_mesh_indices;
 use crate::scene::Scene;
 
-/// Removes meshes whose vertices all stand in one place, or that have none.
+/// Removes meshes whose vertices are all in one place, or that have none.
 ///
-/// Before: an end site with a zero OFFSET holds a knob of radius 0. After: it holds nothing, and the meshes behind
-/// are numbered anew. Assimp does this as a part of its step "find invalid data".
+/// Before: an end site with a zero OFFSET holds a knob of radius 0. After: it holds nothing, and the following meshes
+/// have new indices. Assimp does this as a part of its step "find invalid data".
 pub fn remove_sizeless_meshes(scene: &mut Scene) {
     let mut replacements = Vec::with_capacity(scene.meshes.len());
     let mut kept = 0;

@@ -1,4 +1,4 @@
-//! Another frame rate.
+//! Changes the frame rate.
 
 use glam::{Quat, Vec3};
 
@@ -8,14 +8,14 @@ use crate::skeleton;
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
 const SAME_TICK: f64 = 1e-6;
 
-/// Gives every animation `frames_per_second` frames a second.
+/// Gives every animation `frames_per_second` frames per second.
 ///
-/// Positions are interpolated on a line, rotations by slerp. What is left after the last whole new frame, less than
-/// one frame, is gone. A [cut](skeleton::cuts) is not smeared: no value is taken from inside of it, and the frames on
+/// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
+/// frame, is lost. A [cut](skeleton::cuts) is not interpolated: no value is taken from inside it, and the frames on
 /// both sides become keys at their own, uneven ticks.
 ///
-/// Where the new frames would be old ones, had the frame time not been rounded when the file was written, they are:
-/// of a file with 0.0083333, which means 1/120, every fourth frame becomes one of 30 a second.
+/// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333, which
+/// means 1/120, every fourth frame becomes a frame at 30 per second.
 ///
 /// A rate that is not above 0 changes nothing.
 pub fn resample(scene: &mut Scene, frames_per_second: f64) {
@@ -47,7 +47,7 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
             old,
             new: old / old_per_new,
         }));
-        // Whole new ticks before edges at the same tick, so that they are the ones that stay.
+        // Whole new ticks before edges at the same tick, so that the whole ticks are kept.
         moments.sort_by(|a, b| a.old.total_cmp(&b.old));
         moments.dedup_by(|later, earlier| later.old - earlier.old < SAME_TICK);
     }
@@ -60,7 +60,7 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
     animation.duration = moments.last().map_or(last, |moment| moment.new);
 }
 
-/// A tick of the motion before, and the same moment as a tick after.
+/// A tick before resampling, and the same moment as a tick after it.
 struct Moment {
     old: f64,
     new: f64,

@@ -1,14 +1,14 @@
-//! Another rest pose.
+//! Changes the rest pose.
 
 use glam::{Affine3A, Mat4, Vec3};
 
 use crate::pose::Pose;
 use crate::scene::{Mesh, Scene};
 
-/// Makes the pose at `tick` of the first animation the rest pose, and the bind pose too. Does nothing without animation.
+/// Makes the pose at `tick` of the first animation the rest pose and the bind pose. Does nothing without an animation.
 ///
-/// A BVH file rests with all rotations zero, which need not be a pose that a body can take. Where a target wants a
-/// T-pose, and the motion has one, take it from there. The motion stays the same.
+/// The rest pose of a BVH file has zero rotations, which may not be a natural pose. Use this step where a target needs
+/// a T-pose, and the motion has one. The motion does not change.
 pub fn rest_pose(scene: &mut Scene, tick: f64) {
     let Some(pose) = Pose::at_tick(scene, 0, tick) else {
         return;
@@ -21,7 +21,7 @@ pub fn rest_pose(scene: &mut Scene, tick: f64) {
     }
 }
 
-/// Moves the vertices to where the bones carry them in `pose`, and binds them there.
+/// Moves the vertices to their positions in `pose`, and binds them there.
 fn rebind(mesh: &mut Mesh, pose: &Pose) {
     if mesh.bones.is_empty() {
         return;

@@ -1,6 +1,6 @@
-//! Where the figure goes, apart from what it does.
+//! Removes or separates the motion of the root over the ground.
 //!
-//! Both steps take the ground for the plane of x and z, as it is after
+//! For both steps the ground is the plane of x and z, which is true after
 //! [`convert_units`](crate::process::convert_units()).
 
 use glam::{DQuat, Quat, Vec3};
@@ -8,13 +8,13 @@ use glam::{DQuat, Quat, Vec3};
 use crate::pose::Binding;
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, NodeKind, Scene};
 
-/// What the new node is called, unless there is one of that name.
+/// The name of the new node, unless another has it.
 const ROOT_NAME: &str = "Root";
 
-/// Below this sum of squares the part of a rotation that turns about the up axis has no angle: the figure is upside down.
+/// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f64 = 1e-9;
 
-/// Keeps every root above the place on the ground where its motion starts. Height and turns stay.
+/// Keeps every root above the place on the ground where its motion starts. Height and rotations do not change.
 pub fn in_place(scene: &mut Scene) {
     let roots: Vec<_> = roots(scene).collect();
     for index in 0..scene.animations.len() {
@@ -31,9 +31,8 @@ pub fn in_place(scene: &mut Scene) {
     scene.metadata.steps.push(AppliedStep::InPlace);
 }
 
-/// Puts a joint named `Root` above the first root and moves the way over the ground and the heading there, where game
-/// engines look for them. What is left on the old root is its height, its lean and its sway. No node's place in the
-/// world changes.
+/// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there, as
+/// game engines expect. The old root keeps its height and its other rotations. No node's position in the world changes.
 pub fn root_motion(scene: &mut Scene) {
     let Some(old_root) = roots(scene).next() else { return };
     let is_taken = |name: &str| scene.nodes.iter().any(|node| node.name == name);
@@ -51,7 +50,7 @@ pub fn root_motion(scene: &mut Scene) {
         }
     }
 
-    // The new node stands where the old root stood, and everything from there on moves up by one.
+    // The new node takes the index of the old root; the following indices increase by one.
     let shifted = |id: NodeId| if id < old_root { id } else { NodeId(id.0 + 1) };
     for node in &mut scene.nodes {
         node.parent = node.parent.map(shifted);
@@ -81,7 +80,7 @@ pub fn root_motion(scene: &mut Scene) {
     scene.metadata.steps.push(AppliedStep::RootMotion);
 }
 
-/// The joints at the top: the first node, or what hangs on it if it only holds several skeletons together.
+/// The root joints: the first node, or its children if it is only a group.
 fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
     let is_top =
         |parent: Option<NodeId>| parent.is_none_or(|parent| scene.nodes[parent.index()].kind == NodeKind::Group);
@@ -93,7 +92,7 @@ fn roots(scene: &Scene) -> impl Iterator<Item = NodeId> {
     tops.map(|(index, _)| NodeId::new(index))
 }
 
-/// Splits a root's channel into one for the node `name` above it, put before it, and what is left.
+/// Splits a root's channel in two: one for the new node `name`, inserted before it, and the rest.
 fn split_channel(animation: &mut Animation, index: usize, name: &str, rest: Vec3) {
     let channel = &mut animation.channels[index];
     let ticks: Vec<f64> = {

@@ -1,18 +1,18 @@
-//! A mesh for a skeleton that has none: a pointer from each joint to each of its children, a knob at each free end.
+//! Makes a mesh for a skeleton: a pointer from each joint to each of its children, a knob at each end.
 
 use glam::{DVec3, Mat4, Vec3};
 use serde::Serialize;
 
 use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
-/// How the skeleton's mesh hangs in the scene.
+/// How the mesh of the skeleton is attached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SkeletonMesh {
-    /// One mesh a node, in the node's own space: mesh `i` belongs to the `i`-th node that has anything to draw.
+    /// One mesh per node, in the node's own space: mesh `i` belongs to the `i`-th node that has a piece.
     #[default]
     Segmented,
-    /// One mesh on the root, with a bone for every node that has anything to draw.
+    /// One mesh on the root, with a bone for every node that has a piece.
     Skinned,
     /// No mesh.
     None,
@@ -25,21 +25,20 @@ const POINTER_WIDTH: f64 = 0.1;
 /// Radius of a knob, as a share of the distance to the node's parent; Assimp's proportion.
 const KNOB_RADIUS: f64 = 0.18;
 
-/// Radius of the knob of a node that hangs on a group, as a share of the diagonal of the box around all such nodes: a
-/// group is no joint, and the distance to it says nothing.
+/// Radius of the knob of a node in a group, as a share of the diagonal of the box around all such nodes, because the
+/// distance to a group has no meaning.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
 /// Adds a mesh that shows the skeleton, and its one material.
 ///
-/// Before: nodes that hold nothing. After: at every node with children a *pointer* to each child, a pyramid of four
-/// faces whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A
-/// child in the same place as its parent gets no pointer, so a node whose children all stand in its own place has
-/// no piece, and no bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes are
-/// those of Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
+/// Before: nodes without meshes. After: at every node with children a *pointer* to each child, a pyramid of four faces
+/// whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A child in
+/// the same place as its parent gets no pointer, so a node whose children are all in its own place has no piece and no
+/// bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes are those of
+/// Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
 ///
-/// `Skinned` puts the pieces into one mesh, placed as the rest pose places them in the root's parent, with the root's
-/// own transform in it, and hangs it on the root. Each bone moves its node's piece with weight 1. A scene without
-/// anything to draw stays as it is.
+/// `Skinned` puts the pieces into one mesh on the root, placed by the rest pose in the space of the root's parent. Each
+/// bone moves its node's piece with weight 1. A scene without pieces does not change.
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
@@ -85,7 +84,7 @@ pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
     }
 }
 
-/// The corners of every node that has any, three a face, in the node's space.
+/// The corners of every node that has a piece, three per face, in the node's space.
 fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
     let mut corners: Vec<Vec<Vec3>> = vec![Vec::new(); nodes.len()];
     let mut is_leaf = vec![true; nodes.len()];
@@ -117,7 +116,7 @@ fn pieces(nodes: &[Node]) -> Vec<(usize, Vec<Vec3>)> {
     pieces
 }
 
-/// The diagonal of the box around points; 0 where there is none.
+/// The diagonal of the box around points; 0 without points.
 fn diagonal(points: impl Iterator<Item = DVec3>) -> f64 {
     let corners = points
         .map(|point| (point, point))
@@ -130,7 +129,7 @@ fn offset(node: &Node) -> DVec3 {
     node.transform.w_axis.truncate().as_dvec3()
 }
 
-/// Four faces around the way from the origin to `tip`, standing on a square base.
+/// A pyramid with four faces from a square base to `tip`, and the axis from the origin to `tip`.
 fn pointer(tip: DVec3) -> Vec<Vec3> {
     let length = tip.length();
     if length < SHORTEST_LINK {
@@ -185,9 +184,9 @@ fn mesh_of(corners: &[Vec3]) -> Mesh {
     }
 }
 
-/// The unit normal of a face; X where the face has no size, as in Assimp.
+/// The unit normal of a face; X where the face has no extent, as in Assimp.
 ///
-/// In double precision, because the area of a small face is too small a number for single.
+/// In double precision, because the area of a small face underflows in single.
 fn normal(face: &[Vec3]) -> Vec3 {
     let [a, b, c] = [face[0], face[1], face[2]].map(Vec3::as_dvec3);
     (c - a).cross(b - a).normalize_or(DVec3::X).as_vec3()

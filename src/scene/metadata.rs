@@ -60,7 +60,7 @@ impl Format {
     /// Every format.
     pub const ALL: [Self; 6] = [Self::Bvh, Self::Gltf, Self::AsfAmc, Self::C3d, Self::Fbx, Self::Bip];
 
-    /// Its name, as users type it.
+    /// The name that users type.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",

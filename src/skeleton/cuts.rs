@@ -1,20 +1,20 @@
-//! Where a motion jumps: a rest pose that was put in front, or two takes in one file.
+//! Finds jumps of a motion: a rest pose as the first frame, or two takes in one file.
 
 use super::figure::extent;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 
-/// A jump moves some node by this share of the skeleton's size, at least, from one frame to the next.
+/// A jump moves some node by at least this share of the skeleton's size from one frame to the next.
 const SHARE_OF_SIZE: f32 = 0.05;
 
-/// And by this many times what the motion around it does in one frame.
+/// And by at least this many times its usual motion per frame around that time.
 const TIMES_THE_USUAL: f32 = 5.0;
 
-/// How many frames on each side tell what is usual. A single frame would not do: a marker that slips for one frame
-/// jumps there and back, and both would then count as usual.
+/// Frames on each side that define the usual motion. One frame is not enough: a marker that slips for one frame jumps
+/// there and back, and both jumps would count as usual.
 const NEIGHBOURS: usize = 4;
 
-/// A joint turned by less than this rests: half a degree, as the cosine of half of it.
+/// A joint rotated by less than half a degree is at rest; this is the cosine of half that angle.
 const RESTING: f32 = 0.999_990_5;
 
 /// Share of the joints that rest in a rest pose. CMU's has the legs a little apart.
@@ -22,8 +22,8 @@ const RESTING_SHARE: f32 = 0.75;
 
 /// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.
 ///
-/// A jump is a way of one frame that is long for the skeleton and long for the motion around it. Fast moves do not
-/// count, for they come with fast frames before and after.
+/// In a jump a node moves far within one frame, compared with the skeleton's size and with the frames around it. Fast
+/// motion does not count, because the frames before and after it are fast too.
 pub fn cuts(scene: &Scene, animation: usize) -> Vec<usize> {
     let frames = scene.animations.get(animation).map_or(0, Animation::frame_count);
     let (steps, size) = steps(scene, animation, frames);
@@ -48,7 +48,8 @@ pub(super) fn first_frame_is_rest_pose(scene: &Scene) -> bool {
     !steps.is_empty() && is_cut(&steps, 0, size) && resting as f32 >= RESTING_SHARE * joints as f32
 }
 
-/// The longest way of any node from each of the first `frames` frames to the next, and the skeleton's largest extent.
+/// The largest distance that any node moves from each of the first `frames` frames to the next, and the skeleton's
+/// largest extent.
 fn steps(scene: &Scene, animation: usize, frames: usize) -> (Vec<f32>, f32) {
     let Some(animation) = scene.animations.get(animation) else {
         return (Vec::new(), 0.0);
@@ -78,7 +79,7 @@ fn is_cut(steps: &[f32], frame: usize, size: f32) -> bool {
         .filter(|&other| other != frame)
         .map(|other| steps[other])
         .reduce(f32::max);
-    // A motion of two frames has nothing to compare with.
+    // A motion of two frames has no usual motion.
     let Some(usual) = usual else { return false };
     steps[frame] > SHARE_OF_SIZE * size && steps[frame] > TIMES_THE_USUAL * usual
 }

@@ -1,4 +1,4 @@
-//! The size of the figure and which way it stands.
+//! The size of the figure and its up axis.
 
 use glam::Vec3;
 
@@ -6,7 +6,7 @@ use super::{Confidence, Guess, Unit};
 use crate::pose::{Binding, Pose};
 use crate::scene::{NodeId, Scene, UpAxis};
 
-/// Frames to look at, spread evenly over the motion.
+/// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
@@ -17,18 +17,18 @@ const TYPICAL_HEIGHT: f64 = 1.7;
 const SURE_WITHIN: f64 = 1.25;
 const LIKELY_WITHIN: f64 = 1.4;
 
-/// How far the floor may spread, as a share of the figure's size: a jump, or stairs.
+/// The largest variation of the floor's height, as a share of the figure's size: a jump, or stairs.
 const FLOOR_SPREAD: f64 = 0.4;
 
-/// Parts of joint names that say that there is a whole body.
+/// Parts of joint names that indicate a whole body.
 const LOWER: [&str; 5] = ["foot", "toe", "ankle", "shin", "heel"];
 const UPPER: [&str; 3] = ["head", "neck", "skull"];
 
-/// What a few poses of a scene have in common.
+/// Measurements of a few poses of a scene.
 pub(super) struct Figure {
-    /// The largest extent along an axis, in the middle of all poses; 0 where there is none.
+    /// The median over all poses of the largest extent along an axis; 0 without poses.
     size: f64,
-    /// The same of the rest pose alone.
+    /// The same of the rest pose.
     size_at_rest: f64,
     /// From the feet to the head, on average. Absent where no names say which nodes these are.
     feet_to_head: Option<Vec3>,
@@ -59,8 +59,8 @@ impl Figure {
 
     /// The unit in which the figure is nearest to a person's height.
     ///
-    /// Decimetres are rare, and not twice the unit of CMU: they are taken only where the rest pose agrees, which does
-    /// not crouch and has its arms spread in CMU's files.
+    /// Decimetres are rare, and less than twice CMU's unit: they are chosen only if the rest pose agrees, because it
+    /// does not crouch, and has its arms spread in CMU's files.
     pub(super) fn unit(&self) -> Guess<Unit> {
         let off = |size: f64, unit: &Unit| {
             let ratio = size * unit.metres() / TYPICAL_HEIGHT;
@@ -104,8 +104,8 @@ impl Figure {
 
     /// The axis from the feet to the head.
     ///
-    /// A swimmer's head is not above the feet, nor need it be in a rest pose. Where the motion and the rest pose differ,
-    /// the motion is believed if the feet come back to a floor, as those of a figure that stands upright do.
+    /// The head is not always above the feet, as in swimming or in some rest poses. If the motion and the rest pose
+    /// differ, the motion decides if the feet return to a floor, as those of an upright figure do.
     pub(super) fn up(&self) -> Guess<UpAxis> {
         let Some(way) = self.feet_to_head.filter(|way| way.is_finite() && *way != Vec3::ZERO) else {
             let reason = "no joint is called head or foot, and most files have it so".to_owned();
@@ -156,7 +156,7 @@ fn longer_axis(way: Vec3) -> UpAxis {
     }
 }
 
-/// Poses spread over the first animation, or the rest pose where there is none.
+/// Poses spread over the first animation, or the rest pose without one.
 fn poses(scene: &Scene) -> Vec<Pose> {
     let mut pose = Pose::rest(scene);
     let Some(animation) = scene.animations.first() else {

@@ -9,10 +9,10 @@ use crate::format::gltf::{File, Values};
 use crate::pose::Binding;
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 
-/// Nodes, parents before children, each with what moves it.
+/// Nodes, parents before children, with their tracks.
 pub(super) struct Skeleton<'a> {
     pub(super) joints: Vec<Joint<'a>>,
-    /// When the last key is, in seconds.
+    /// The time of the last key, in seconds.
     pub(super) end: f64,
 }
 
@@ -26,14 +26,14 @@ pub(super) struct Joint<'a> {
     scale: Option<Track<'a, Vec3>>,
 }
 
-/// The keys of one property, and when they are.
+/// The keys of one property, and their times.
 struct Track<'a, T: Clone> {
     times: Times<'a>,
     values: Cow<'a, [T]>,
 }
 
 enum Times<'a> {
-    /// A key a tick, and ticks per second.
+    /// One key per tick; ticks per second.
     EveryTick(f64),
     /// Ticks, and ticks per second.
     Ticks(&'a [f64], f64),
@@ -186,12 +186,12 @@ impl<'a, T: Clone> Track<'a, T> {
         })
     }
 
-    /// The value at `seconds`: mixed from the keys before and after, and beyond the ends that of the nearest key.
+    /// The value at `seconds`, interpolated between keys; beyond the ends that of the nearest key.
     fn at<V>(&self, seconds: f64, convert: impl Fn(&T) -> V, mix: impl Fn(V, V, f64) -> V) -> V {
         let last = self.values.len() - 1;
         // The first key after `seconds`.
         let next = match &self.times {
-            // Whole ticks come out of a division, and may miss themselves by a rounding; their neighbour is as good then.
+            // Whole ticks come from a division and may be off by a rounding, so a neighbouring key counts as exact.
             Times::EveryTick(rate) => (seconds * rate).floor().max(-1.0) as i64 as usize + 1,
             Times::Ticks(ticks, rate) => ticks.partition_point(|tick| tick / rate <= seconds),
             Times::Seconds(times) => times.partition_point(|time| f64::from(*time) <= seconds),
