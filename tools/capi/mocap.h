@@ -65,13 +65,26 @@ uint32_t mocap_interface_version(void);
 const char *mocap_version(void);
 
 /*
- Why the last call of this thread failed, in UTF-8; empty if it did not. The text lives until the thread's next call
- of a function of this library.
+ Why the last call of this thread failed, in UTF-8; empty if it did not.
+
+ The text belongs to the thread, and lives until the thread's next call of any function of this library but
+ `mocap_error_text`, or until the thread ends. Copy it to keep it. Each thread sees its own failures alone.
  */
 const char *mocap_error_text(void);
 
 /*
  Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+
+ The formats, told apart by their contents, else by the extension:
+
+ - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
+ - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
+ - glTF 2.0 (`.glb`, `.gltf`) and FBX (`.fbx`): the skeleton and its animations; lengths in metres, +Y up.
+
+ 3ds Max `.bip` is refused, with advice on what to export instead.
+
+ The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
+ root position is near zero on all axes while the OFFSET is not.
 
  Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
 
@@ -143,15 +156,16 @@ const char *mocap_node_name(const struct mocap_scene *scene, uint32_t node);
 uint32_t mocap_node_parent(const struct mocap_scene *scene, uint32_t node);
 
 /*
- The first node of this name; MOCAP_NO_NODE if there is none.
+ The first node of this name, depth-first; MOCAP_NO_NODE if there is none, and then `mocap_error_text` says so.
 
  # Safety
  `scene` is an open scene, and `name` is a text that ends with a zero byte.
  */
-uint32_t mocap_find_node(const struct mocap_scene *scene, const char *name);
+uint32_t mocap_find_node(const struct mocap_scene *scene,
+                         const char *name);
 
 /*
- How many animations the file has: 1, or 0 if it is a skeleton alone.
+ How many animations the file has; 0 if it is a skeleton alone. BVH has at most one.
 
  # Safety
  `scene` is an open scene.
@@ -159,12 +173,24 @@ uint32_t mocap_find_node(const struct mocap_scene *scene, const char *name);
 uint32_t mocap_animation_count(const struct mocap_scene *scene);
 
 /*
- How many nodes an animation moves; 0 if there is no such animation.
+ How many channels an animation has, one for each node that it moves; 0 if there is no such animation.
 
  # Safety
  `scene` is an open scene.
  */
-size_t mocap_channel_count(const struct mocap_scene *scene, uint32_t animation);
+size_t mocap_channel_count(const struct mocap_scene *scene,
+                           uint32_t animation);
+
+/*
+ The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, and if the channel moves no
+ node; then `mocap_error_text` says which.
+
+ # Safety
+ `scene` is an open scene.
+ */
+uint32_t mocap_channel_node(const struct mocap_scene *scene,
+                            uint32_t animation,
+                            size_t channel);
 
 /*
  The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
@@ -187,11 +213,12 @@ double mocap_ticks_per_second(const struct mocap_scene *scene, uint32_t animatio
 /*
  Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
  Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
- `mocap_node_count`. Lengths are in the file's unit.
+ `mocap_node_count`. `mocap_open_file` says what unit lengths are in.
 
- Between two ticks the pose is interpolated. Before the first tick the first pose holds, after the last the last.
- With an animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`.
- Nothing is allocated.
+ Between two keys the pose is interpolated: positions and scales on a line, rotations on the shorter arc of the
+ sphere. Before tick 0 the first pose holds, after the last tick the last; a tick that is NaN stands for 0. With an
+ animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`. Nothing is
+ allocated.
 
  # Safety
  `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.

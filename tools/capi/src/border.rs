@@ -33,6 +33,13 @@ impl Failure {
         }
     }
 
+    /// Number `index` of things of which there are `count`.
+    pub(crate) fn absent(what: &str, index: u64, count: u64) -> Self {
+        Self::argument(&format!(
+            "there is no {what} {index}: there are {count}, counted from 0"
+        ))
+    }
+
     fn defect(panic: &(dyn Any + Send)) -> Self {
         let message = panic.downcast_ref::<&str>().copied();
         let message = message.or_else(|| panic.downcast_ref::<String>().map(String::as_str));

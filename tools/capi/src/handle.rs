@@ -4,16 +4,18 @@ use std::ffi::{CStr, CString};
 
 use mocap::Binding;
 use mocap::glam::Mat4;
-use mocap::scene::{self, Node};
+use mocap::scene::{self, Node, NodeId};
 
+use crate::Matrix;
 use crate::border::{Failure, c_text};
-use crate::{MOCAP_NO_NODE, Matrix};
 
 /// An open motion file. Only pointers to it leave the library.
 pub struct Scene {
     scene: scene::Scene,
     names: Vec<CString>,
     bindings: Vec<Binding>,
+    /// Of each animation, the node that each channel moves.
+    nodes_of_channels: Vec<Vec<Option<NodeId>>>,
     pub(crate) warnings: Vec<CString>,
 }
 
@@ -21,14 +23,24 @@ pub struct Scene {
 pub(crate) struct Animation<'a> {
     pub(crate) data: &'a scene::Animation,
     binding: &'a Binding,
+    nodes: &'a [Option<NodeId>],
 }
 
 impl Scene {
     pub(crate) fn new(scene: scene::Scene) -> Self {
         let animations = scene.animations.iter();
+        let bindings: Vec<_> = animations.map(|animation| Binding::new(&scene, animation)).collect();
+        let nodes_of_channels = std::iter::zip(&scene.animations, &bindings).map(|(animation, binding)| {
+            let mut nodes = vec![None; animation.channels.len()];
+            for (node, channel) in binding.driven() {
+                nodes[channel] = Some(node);
+            }
+            nodes
+        });
         Self {
             names: scene.nodes.iter().map(|node| c_text(&node.name)).collect(),
-            bindings: animations.map(|animation| Binding::new(&scene, animation)).collect(),
+            nodes_of_channels: nodes_of_channels.collect(),
+            bindings,
             warnings: scene
                 .warnings
                 .iter()
@@ -56,25 +68,30 @@ impl Scene {
 
     pub(crate) fn node(&self, index: u32) -> Result<&Node, Failure> {
         let node = self.scene.nodes.get(index as usize);
-        node.ok_or_else(|| Failure::argument("there is no such node"))
+        node.ok_or_else(|| Failure::absent("node", index.into(), self.node_count().into()))
     }
 
     pub(crate) fn node_name(&self, index: u32) -> Result<&CStr, Failure> {
         let name = self.names.get(index as usize);
         name.map(CString::as_c_str)
-            .ok_or_else(|| Failure::argument("there is no such node"))
+            .ok_or_else(|| Failure::absent("node", index.into(), self.node_count().into()))
     }
 
     pub(crate) fn find_node(&self, name: &CStr) -> Result<u32, Failure> {
         let index = self.names.iter().position(|other| other.as_c_str() == name);
-        Ok(index.map_or(MOCAP_NO_NODE, |index| index as u32))
+        let missing = || Failure::argument(&format!("there is no node named \"{}\"", name.to_string_lossy()));
+        index.map(|index| index as u32).ok_or_else(missing)
     }
 
     pub(crate) fn animation(&self, index: u32) -> Result<Animation<'_>, Failure> {
-        let data = self.scene.animations.get(index as usize);
-        let binding = self.bindings.get(index as usize);
-        let both = data.zip(binding).map(|(data, binding)| Animation { data, binding });
-        both.ok_or_else(|| Failure::argument("there is no such animation"))
+        let place = index as usize;
+        let data = self.scene.animations.get(place);
+        let data = data.ok_or_else(|| Failure::absent("animation", index.into(), self.animation_count().into()))?;
+        Ok(Animation {
+            data,
+            binding: &self.bindings[place],
+            nodes: &self.nodes_of_channels[place],
+        })
     }
 
     /// The rest pose, each node to its parent.
@@ -98,6 +115,13 @@ impl Scene {
 }
 
 impl Animation<'_> {
+    pub(crate) fn channel_node(&self, index: usize) -> Result<u32, Failure> {
+        let node = self.nodes.get(index);
+        let node = node.ok_or_else(|| Failure::absent("channel", index as u64, self.nodes.len() as u64))?;
+        let node = node.ok_or_else(|| Failure::argument(&format!("channel {index} moves no node")))?;
+        Ok(node.0)
+    }
+
     /// The pose at `tick`, each node to its parent.
     pub(crate) fn local_matrices(&self, scene: &Scene, tick: f64, matrices: &mut [Matrix]) {
         scene.rest(matrices);

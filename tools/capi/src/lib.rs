@@ -47,14 +47,27 @@ pub extern "C" fn mocap_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// Why the last call of this thread failed, in UTF-8; empty if it did not. The text lives until the thread's next call
-/// of a function of this library.
+/// Why the last call of this thread failed, in UTF-8; empty if it did not.
+///
+/// The text belongs to the thread, and lives until the thread's next call of any function of this library but
+/// `mocap_error_text`, or until the thread ends. Copy it to keep it. Each thread sees its own failures alone.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_error_text() -> *const c_char {
     border::last_failure()
 }
 
 /// Reads a motion file. Returns NULL where that fails; `mocap_error_text` says why, with line and column.
+///
+/// The formats, told apart by their contents, else by the extension:
+///
+/// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
+/// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
+/// - glTF 2.0 (`.glb`, `.gltf`) and FBX (`.fbx`): the skeleton and its animations; lengths in metres, +Y up.
+///
+/// 3ds Max `.bip` is refused, with advice on what to export instead.
+///
+/// The root's OFFSET of BVH: the root's position channels replace it. They are added to it where the first frame's
+/// root position is near zero on all axes while the OFFSET is not.
 ///
 /// Any number of threads may use a scene at once; it never changes. `mocap_close` frees it.
 ///
@@ -125,10 +138,8 @@ pub unsafe extern "C" fn mocap_warning_text(scene: *const Scene, warning: usize)
     guard(ptr::null(), || {
         // SAFETY: the caller hands over an open scene.
         let scene = unsafe { opened(scene) }?;
-        let text = scene
-            .warnings
-            .get(warning)
-            .ok_or_else(|| Failure::argument("no such warning"))?;
+        let text = scene.warnings.get(warning);
+        let text = text.ok_or_else(|| Failure::absent("warning", warning as u64, scene.warnings.len() as u64))?;
         Ok(text.as_ptr())
     })
 }
@@ -169,7 +180,7 @@ pub unsafe extern "C" fn mocap_node_parent(scene: *const Scene, node: u32) -> u3
     })
 }
 
-/// The first node of this name; MOCAP_NO_NODE if there is none.
+/// The first node of this name, depth-first; MOCAP_NO_NODE if there is none, and then `mocap_error_text` says so.
 ///
 /// # Safety
 /// `scene` is an open scene, and `name` is a text that ends with a zero byte.
@@ -184,7 +195,7 @@ pub unsafe extern "C" fn mocap_find_node(scene: *const Scene, name: *const c_cha
     })
 }
 
-/// How many animations the file has: 1, or 0 if it is a skeleton alone.
+/// How many animations the file has; 0 if it is a skeleton alone. BVH has at most one.
 ///
 /// # Safety
 /// `scene` is an open scene.
@@ -194,14 +205,29 @@ pub unsafe extern "C" fn mocap_animation_count(scene: *const Scene) -> u32 {
     guard(0, || Ok(unsafe { opened(scene) }?.animation_count()))
 }
 
-/// How many nodes an animation moves; 0 if there is no such animation.
+/// How many channels an animation has, one for each node that it moves; 0 if there is no such animation.
 ///
 /// # Safety
 /// `scene` is an open scene.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32) -> usize {
     // SAFETY: the caller hands over an open scene.
-    unsafe { ask(scene, animation, 0, |animation| animation.data.channels.len()) }
+    unsafe { ask(scene, animation, 0, |animation| Ok(animation.data.channels.len())) }
+}
+
+/// The node that a channel moves. MOCAP_NO_NODE if there is no such channel or animation, and if the channel moves no
+/// node; then `mocap_error_text` says which.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_channel_node(scene: *const Scene, animation: u32, channel: usize) -> u32 {
+    // SAFETY: the caller hands over an open scene.
+    unsafe {
+        ask(scene, animation, MOCAP_NO_NODE, |animation| {
+            animation.channel_node(channel)
+        })
+    }
 }
 
 /// The length of an animation in ticks, from the first frame to the last; in BVH a tick is a frame, so this is one less
@@ -212,7 +238,7 @@ pub unsafe extern "C" fn mocap_channel_count(scene: *const Scene, animation: u32
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> f64 {
     // SAFETY: the caller hands over an open scene.
-    unsafe { ask(scene, animation, 0.0, |animation| animation.data.duration) }
+    unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.duration)) }
 }
 
 /// Ticks in a second; 0 if there is no such animation.
@@ -222,16 +248,17 @@ pub unsafe extern "C" fn mocap_duration(scene: *const Scene, animation: u32) -> 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_ticks_per_second(scene: *const Scene, animation: u32) -> f64 {
     // SAFETY: the caller hands over an open scene.
-    unsafe { ask(scene, animation, 0.0, |animation| animation.data.ticks_per_second) }
+    unsafe { ask(scene, animation, 0.0, |animation| Ok(animation.data.ticks_per_second)) }
 }
 
 /// Writes the matrix of every node to its parent into `matrices`: 16 floats a node, column after column, as OpenGL and
 /// Vulkan read them; they map column vectors. `count` is how many matrices there is room for, at least
-/// `mocap_node_count`. Lengths are in the file's unit.
+/// `mocap_node_count`. `mocap_open_file` says what unit lengths are in.
 ///
-/// Between two ticks the pose is interpolated. Before the first tick the first pose holds, after the last the last.
-/// With an animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`.
-/// Nothing is allocated.
+/// Between two keys the pose is interpolated: positions and scales on a line, rotations on the shorter arc of the
+/// sphere. Before tick 0 the first pose holds, after the last tick the last; a tick that is NaN stands for 0. With an
+/// animation that is not there the call fails; a scene without any is asked by `mocap_rest_local_matrices`. Nothing is
+/// allocated.
 ///
 /// # Safety
 /// `scene` is an open scene, and `matrices` points to room for 16 x `count` floats.
@@ -351,11 +378,16 @@ fn path_from(text: &CStr) -> Result<&Path, Failure> {
 ///
 /// # Safety
 /// `scene` is NULL or an open scene.
-unsafe fn ask<T>(scene: *const Scene, animation: u32, otherwise: T, question: impl FnOnce(&Animation) -> T) -> T {
+unsafe fn ask<T>(
+    scene: *const Scene,
+    animation: u32,
+    otherwise: T,
+    question: impl FnOnce(&Animation) -> Result<T, Failure>,
+) -> T {
     guard(otherwise, || {
         // SAFETY: the caller hands over NULL or an open scene.
         let scene = unsafe { opened(scene) }?;
-        Ok(question(&scene.animation(animation)?))
+        question(&scene.animation(animation)?)
     })
 }
 

@@ -67,13 +67,23 @@ static void check_skeleton(const mocap_scene *scene)
         CHECK(mocap_node_parent(scene, node) == (node == 0 ? MOCAP_NO_NODE : node - 1));
         CHECK(mocap_find_node(scene, names[node]) == node);
     }
-    CHECK(mocap_find_node(scene, "Ankle") == MOCAP_NO_NODE && mocap_error_text()[0] == '\0');
-    CHECK(mocap_animation_count(scene) == 1);
+    CHECK(mocap_node_parent(scene, 0) == MOCAP_NO_NODE && mocap_error_text()[0] == '\0');
+    CHECK(mocap_find_node(scene, "Ankle") == MOCAP_NO_NODE);
+    CHECK(strcmp(mocap_error_text(), "there is no node named \"Ankle\"") == 0);
+    CHECK(mocap_animation_count(scene) == 1 && mocap_error_text()[0] == '\0');
     CHECK(mocap_channel_count(scene, 0) == 3);
+    for (size_t channel = 0; channel < 3; channel++) {
+        CHECK(mocap_channel_node(scene, 0, channel) == channel);
+    }
+    CHECK(mocap_channel_node(scene, 0, 3) == MOCAP_NO_NODE);
+    CHECK(strstr(mocap_error_text(), "no channel 3: there are 3") != NULL);
+    CHECK(mocap_channel_node(scene, 1, 0) == MOCAP_NO_NODE);
+    CHECK(strstr(mocap_error_text(), "no animation 1: there are 1") != NULL);
     CHECK(mocap_duration(scene, 0) == 9.0);
     CHECK(fabs(mocap_ticks_per_second(scene, 0) - 10.0) < 1e-6);
     CHECK(mocap_warning_count(scene) == 0);
     CHECK(mocap_warning_text(scene, 0) == NULL);
+    CHECK(strstr(mocap_error_text(), "no warning 0: there are 0") != NULL);
 }
 
 static void check_poses(const mocap_scene *scene)
@@ -87,6 +97,15 @@ static void check_poses(const mocap_scene *scene)
     /* Column after column: the second number is the sine of the shoulder's 50 degrees. */
     CHECK(fabs(matrices[0][1] - sin(50.0 * acos(-1.0) / 180.0)) < 1e-6);
     CHECK(matrices[1][12] == 2.0f);
+
+    /* NaN stands for tick 0, and a tick beyond an end for that end. */
+    float same[NODES][16];
+    static const double others[][2] = {{NAN, 0.0}, {-1.0, 0.0}, {INFINITY, 9.0}};
+    for (size_t pair = 0; pair < sizeof others / sizeof others[0]; pair++) {
+        CHECK(mocap_world_matrices(scene, 0, others[pair][0], matrices[0], NODES) == MOCAP_STATUS_OK);
+        CHECK(mocap_world_matrices(scene, 0, others[pair][1], same[0], NODES) == MOCAP_STATUS_OK);
+        CHECK(memcmp(matrices, same, sizeof same) == 0);
+    }
 }
 
 static void check_refusals(const mocap_scene *scene)
@@ -100,6 +119,7 @@ static void check_refusals(const mocap_scene *scene)
     CHECK(mocap_world_matrices(scene, 0, 0.0, NULL, NODES) == MOCAP_STATUS_BAD_ARGUMENT);
     CHECK(mocap_world_matrices(NULL, 0, 0.0, matrices[0], NODES) == MOCAP_STATUS_BAD_ARGUMENT);
     CHECK(mocap_node_name(scene, NODES) == NULL);
+    CHECK(strstr(mocap_error_text(), "no node 4: there are 4") != NULL);
     CHECK(mocap_node_parent(scene, NODES) == MOCAP_NO_NODE);
     CHECK(mocap_node_count(NULL) == 0);
 

@@ -46,7 +46,7 @@ fn compile(compiler: &[&str], source: &str, program: &Path, flags: &[String]) {
 }
 
 /// Runs a program under valgrind, which fails on any invalid access and on any memory that is not freed.
-fn run(program: &Path, prefix: &Path) -> String {
+fn run(program: &Path, prefix: &Path, file: &str) -> String {
     let output = succeed(
         Command::new("valgrind")
             .args(["--quiet", "--error-exitcode=99", "--leak-check=full"])
@@ -55,7 +55,7 @@ fn run(program: &Path, prefix: &Path) -> String {
                 "--errors-for-leak-kinds=definite,indirect,possible",
             ])
             .arg(program)
-            .arg(LECTURE)
+            .arg(file)
             .env("LD_LIBRARY_PATH", prefix.join("lib")),
     );
     String::from_utf8(output.stdout).unwrap()
@@ -66,7 +66,10 @@ fn a_c_program_sees_the_motion_of_the_lecture() {
     let prefix = installed("shared");
     let program = prefix.join("lecture");
     compile(C, "tests/lecture.c", &program, &flags(&prefix, &[]));
-    assert_eq!(run(&program, &prefix), "the arm stands where the lecture puts it\n");
+    assert_eq!(
+        run(&program, &prefix, LECTURE),
+        "the arm stands where the lecture puts it\n"
+    );
 }
 
 #[test]
@@ -77,7 +80,10 @@ fn a_c_program_links_the_static_library() {
         std::fs::remove_file(prefix.join("lib").join(shared)).unwrap();
     }
     compile(C, "tests/lecture.c", &program, &flags(&prefix, &["--static"]));
-    assert_eq!(run(&program, &prefix), "the arm stands where the lecture puts it\n");
+    assert_eq!(
+        run(&program, &prefix, LECTURE),
+        "the arm stands where the lecture puts it\n"
+    );
 }
 
 #[test]
@@ -98,5 +104,15 @@ fn a_cpp_program_reads_from_memory() {
         }
         expected += &format!("{tick} {x:.3} {y:.3} 0.000\n");
     }
-    assert_eq!(run(&program, &prefix), expected);
+    assert_eq!(run(&program, &prefix, LECTURE), expected);
+}
+
+/// The file is in centimetres with +Z up, its second bone turned by 90 degrees; `fixtures/README.md` describes it.
+#[test]
+fn a_c_program_reads_fbx() {
+    let prefix = installed("rest");
+    let program = prefix.join("rest");
+    compile(C, "tests/rest.c", &program, &flags(&prefix, &[]));
+    let expected = "RootNode -1 0 0 0\nhip 0 0 1000 0\nknee 1 100 1000 0\ntoe 2 100 1000 -100\n";
+    assert_eq!(run(&program, &prefix, "../../fixtures/made/tiny.fbx"), expected);
 }
