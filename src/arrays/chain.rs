@@ -6,8 +6,8 @@
 
 use glam::{Mat4, Quat, Vec3};
 
-use crate::arrays::lanes::{LANES, Rotations, Transforms, splat_rotation};
-use crate::pose::{Binding, Trs};
+use crate::arrays::lanes::{LANES, Rotations, Transforms};
+use crate::pose::{Binding, Trs, forward_kinematics};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// What to chain.
@@ -92,23 +92,25 @@ impl<'a> Chain<'a> {
     /// Moves to the ticks of a block.
     pub(super) fn sample(&mut self, ticks: &[f64; LANES]) {
         let first_key = first_of_whole_ticks(ticks);
-        for (place, link) in self.links.iter_mut().enumerate() {
+        for link in &mut self.links {
             link.sample(ticks, first_key);
-            let (above, from_here) = self.to_world.split_at_mut(place);
-            let to_world = &mut from_here[0];
-            let outer = match link.parent {
-                Some(parent) => Some(&above[parent]),
-                None => self.turn.as_ref(),
-            };
-            if let Some(outer) = outer {
-                to_world.set_product_of_origin(outer, &link.to_parent);
-                if link.needs_axes {
-                    to_world.set_product_of_axes(outer, &link.to_parent);
-                }
-            } else {
-                to_world.clone_from(&link.to_parent);
-            }
         }
+        let links = &self.links;
+        forward_kinematics(
+            &mut self.to_world,
+            |place| links[place].parent,
+            |place, parent, to_world| {
+                let link = &links[place];
+                let Some(parent) = parent.or(self.turn.as_ref()) else {
+                    to_world.clone_from(&link.to_parent);
+                    return;
+                };
+                to_world.set_product_of_origins(parent, &link.to_parent);
+                if link.needs_axes {
+                    to_world.set_product_of_axes(parent, &link.to_parent);
+                }
+            },
+        );
     }
 
     /// Node to world.
@@ -124,8 +126,7 @@ impl<'a> Chain<'a> {
     /// The rotation of the node to the parent in the scene.
     #[inline]
     pub(super) fn rotation(&self, place: usize, frame: usize) -> Quat {
-        let lanes = &self.links[place].rotation;
-        Quat::from_array([0, 1, 2, 3].map(|row| lanes[row][frame]))
+        self.links[place].rotation.get(frame)
     }
 
     /// Node to an ancestor, through the nodes between them.
@@ -166,7 +167,7 @@ impl<'a> Link<'a> {
                 .filter(|keys| keys.len() > 1),
             still_scale: still.scale,
             to_parent: Transforms::splat(to_parent),
-            rotation: splat_rotation(still.rotation),
+            rotation: Rotations::splat(still.rotation),
             needs_axes,
         }
     }
@@ -180,9 +181,9 @@ impl<'a> Link<'a> {
             });
         }
         if let Some(keys) = self.rotations {
-            let [x, y, z, w] = &mut self.rotation;
+            let rotations = &mut self.rotation;
             for_each_value(keys, ticks, first_key, Keys::<Quat>::sample, |frame, value| {
-                [x[frame], y[frame], z[frame], w[frame]] = value.to_array();
+                rotations.set(frame, value);
             });
         }
         if self.rotations.is_some() || self.scalings.is_some() {

@@ -1,114 +1,97 @@
-//! Transforms of several frames at once: each of their numbers is a row of lanes, one a frame.
+//! Transforms in a block of frames, as structures of arrays: see [`soa`](crate::math::soa).
 //!
 //! A compiler makes one instruction of the same operation on neighbouring lanes, where a matrix of its own for every
 //! frame leaves it no more than the four numbers of a column. The order of the operations is that of glam's matrices.
 
 use glam::{Mat4, Quat, Vec3};
 
-/// Frames of a block. Some 40 nodes stay in the processor's second cache.
-pub(super) const LANES: usize = 32;
+use crate::math::soa::{Matrices, single};
 
-/// A number in every frame of a block.
-pub(super) type Lanes = [f32; LANES];
+/// Frames of a block. The transforms of about 40 nodes stay in the processor's second cache.
+pub(super) const LANES: usize = PARTS * single::LANES;
 
-/// A rotation in every frame: the lanes of x, y, z and w.
-pub(super) type Rotations = [Lanes; 4];
+/// Structures of arrays in a block: so many that the work on a node is worth the loop over its tracks.
+const PARTS: usize = 4;
+
+/// A rotation in every frame.
+#[derive(Clone)]
+pub(super) struct Rotations([single::Quaternions; PARTS]);
+
+impl Rotations {
+    /// The same rotation in every frame.
+    pub(super) fn splat(rotation: Quat) -> Self {
+        Self([single::Quaternions::all(rotation.to_array()); PARTS])
+    }
+
+    #[inline]
+    pub(super) fn get(&self, frame: usize) -> Quat {
+        Quat::from_array(self.0[frame / single::LANES].lane(frame % single::LANES))
+    }
+
+    #[inline]
+    pub(super) fn set(&mut self, frame: usize, rotation: Quat) {
+        self.0[frame / single::LANES].set_lane(frame % single::LANES, rotation.to_array());
+    }
+}
 
 /// An affine transform in every frame.
 #[derive(Clone)]
-pub(super) struct Transforms {
-    /// By axis, then by coordinate.
-    axes: [[Lanes; 3]; 3],
-    origin: [Lanes; 3],
-}
+pub(super) struct Transforms([single::Transforms; PARTS]);
 
 impl Transforms {
     /// The same transform in every frame.
     pub(super) fn splat(matrix: Mat4) -> Self {
-        let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-        Self {
-            axes: axes.map(|axis| axis.truncate().to_array().map(|value| [value; LANES])),
-            origin: matrix.w_axis.truncate().to_array().map(|value| [value; LANES]),
-        }
+        let [x, y, z, origin] = [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis]
+            .map(|column| single::Vectors::all(column.truncate().to_array()));
+        let axes = Matrices([x, y, z]);
+        Self([single::Transforms { axes, origin }; PARTS])
     }
 
     #[inline]
     pub(super) fn origin(&self, frame: usize) -> Vec3 {
-        Vec3::from_array([0, 1, 2].map(|row| self.origin[row][frame]))
+        Vec3::from_array(self.0[frame / single::LANES].origin.lane(frame % single::LANES))
     }
 
     pub(super) fn matrix(&self, frame: usize) -> Mat4 {
-        let axis = |axis: usize| Vec3::from_array([0, 1, 2].map(|row| self.axes[axis][row][frame])).extend(0.0);
-        Mat4::from_cols(axis(0), axis(1), axis(2), self.origin(frame).extend(1.0))
+        let axes = &self.0[frame / single::LANES].axes.0;
+        let [x, y, z] = [0, 1, 2].map(|axis| Vec3::from_array(axes[axis].lane(frame % single::LANES)).extend(0.0));
+        Mat4::from_cols(x, y, z, self.origin(frame).extend(1.0))
     }
 
     #[inline]
     pub(super) fn set_origin(&mut self, frame: usize, origin: Vec3) {
-        for (lanes, value) in self.origin.iter_mut().zip(origin.to_array()) {
-            lanes[frame] = value;
-        }
+        let part = &mut self.0[frame / single::LANES];
+        part.origin.set_lane(frame % single::LANES, origin.to_array());
     }
 
-    /// Makes the axes those of unit quaternions.
-    pub(super) fn set_rotations(&mut self, [x, y, z, w]: &Rotations) {
-        let [x_axis, y_axis, z_axis] = &mut self.axes;
-        for frame in 0..LANES {
-            let (x, y, z, w) = (x[frame], y[frame], z[frame], w[frame]);
-            let (x2, y2, z2) = (x + x, y + y, z + z);
-            let (xx, xy, xz) = (x * x2, x * y2, x * z2);
-            let (yy, yz, zz) = (y * y2, y * z2, z * z2);
-            let (wx, wy, wz) = (w * x2, w * y2, w * z2);
-            x_axis[0][frame] = 1.0 - (yy + zz);
-            x_axis[1][frame] = xy + wz;
-            x_axis[2][frame] = xz - wy;
-            y_axis[0][frame] = xy - wz;
-            y_axis[1][frame] = 1.0 - (xx + zz);
-            y_axis[2][frame] = yz + wx;
-            z_axis[0][frame] = xz + wy;
-            z_axis[1][frame] = yz - wx;
-            z_axis[2][frame] = 1.0 - (xx + yy);
+    /// Sets the axes to those of unit quaternions.
+    pub(super) fn set_rotations(&mut self, rotations: &Rotations) {
+        for (part, rotations) in std::iter::zip(&mut self.0, &rotations.0) {
+            part.axes = Matrices::from(*rotations);
         }
     }
 
     /// Scales along the axes of one frame.
     pub(super) fn scale(&mut self, frame: usize, scale: Vec3) {
-        for (axis, scale) in self.axes.iter_mut().zip(scale.to_array()) {
-            for lanes in axis {
-                lanes[frame] *= scale;
+        let axes = &mut self.0[frame / single::LANES].axes.0;
+        for (axis, scale) in std::iter::zip(axes, scale.to_array()) {
+            for row in [&mut axis.x, &mut axis.y, &mut axis.z] {
+                row.0[frame % single::LANES] *= scale;
             }
         }
     }
 
-    /// The product of `outer` and the origin of `inner`.
-    pub(super) fn set_product_of_origin(&mut self, outer: &Self, inner: &Self) {
-        for (row, origin) in self.origin.iter_mut().enumerate() {
-            multiply(&outer.axes, row, &inner.origin, origin);
-            for (value, from) in origin.iter_mut().zip(&outer.origin[row]) {
-                *value += from;
-            }
+    /// Sets the origins to those of `parent * local`.
+    pub(super) fn set_product_of_origins(&mut self, parent: &Self, local: &Self) {
+        for ((part, parent), local) in std::iter::zip(&mut self.0, &parent.0).zip(&local.0) {
+            part.set_product_of_origins(parent, local);
         }
     }
 
-    /// The product of the axes of `outer` and those of `inner`.
-    pub(super) fn set_product_of_axes(&mut self, outer: &Self, inner: &Self) {
-        for (axis, inner) in self.axes.iter_mut().zip(&inner.axes) {
-            for (row, product) in axis.iter_mut().enumerate() {
-                multiply(&outer.axes, row, inner, product);
-            }
+    /// Sets the axes to those of `parent * local`.
+    pub(super) fn set_product_of_axes(&mut self, parent: &Self, local: &Self) {
+        for ((part, parent), local) in std::iter::zip(&mut self.0, &parent.0).zip(&local.0) {
+            part.set_product_of_axes(parent, local);
         }
     }
-}
-
-/// One coordinate of the product of axes and a vector.
-#[inline]
-fn multiply(axes: &[[Lanes; 3]; 3], row: usize, [x, y, z]: &[Lanes; 3], product: &mut Lanes) {
-    let [x_axis, y_axis, z_axis] = [&axes[0][row], &axes[1][row], &axes[2][row]];
-    for frame in 0..LANES {
-        product[frame] = x_axis[frame] * x[frame] + y_axis[frame] * y[frame] + z_axis[frame] * z[frame];
-    }
-}
-
-/// The same rotation in every frame.
-pub(super) fn splat_rotation(rotation: Quat) -> Rotations {
-    rotation.to_array().map(|value| [value; LANES])
 }

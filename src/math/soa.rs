@@ -1,4 +1,4 @@
-//! Structure-of-arrays numbers, vectors, quaternions and matrices: one value per lane, and a frame per lane.
+//! Structure-of-arrays numbers, vectors, quaternions, matrices and transforms: one value per lane, and a frame per lane.
 //!
 //! Every operation is a loop over the lanes without branches, which the compiler turns into vector instructions.
 //! Everything is `#[inline(always)]`, so that it is compiled for the instructions of its caller: see
@@ -54,6 +54,7 @@ pub(crate) mod single {
     pub(crate) type Lanes = super::Lanes<f32, LANES>;
     pub(crate) type Vectors = super::Vectors<f32, LANES>;
     pub(crate) type Quaternions = super::Quaternions<f32, LANES>;
+    pub(crate) type Transforms = super::Transforms<f32, LANES>;
 }
 
 /// Four 64-bit floats, a vector of 32 bytes.
@@ -179,10 +180,7 @@ impl<T: Real, const N: usize> Vectors<T, N> {
     pub(crate) fn of(value: impl Fn(usize) -> [T; 3]) -> Self {
         let mut vectors = Self::ZERO;
         for lane in 0..N {
-            let [x, y, z] = value(lane);
-            vectors.x.0[lane] = x;
-            vectors.y.0[lane] = y;
-            vectors.z.0[lane] = z;
+            vectors.set_lane(lane, value(lane));
         }
         vectors
     }
@@ -190,6 +188,13 @@ impl<T: Real, const N: usize> Vectors<T, N> {
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> [T; 3] {
         [self.x, self.y, self.z].map(|axis| axis.0[lane])
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_lane(&mut self, lane: usize, [x, y, z]: [T; 3]) {
+        self.x.0[lane] = x;
+        self.y.0[lane] = y;
+        self.z.0[lane] = z;
     }
 
     #[inline(always)]
@@ -277,11 +282,7 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     pub(crate) fn of(value: impl Fn(usize) -> [T; 4]) -> Self {
         let mut quaternions = Self::IDENTITY;
         for lane in 0..N {
-            let [x, y, z, w] = value(lane);
-            quaternions.x.0[lane] = x;
-            quaternions.y.0[lane] = y;
-            quaternions.z.0[lane] = z;
-            quaternions.w.0[lane] = w;
+            quaternions.set_lane(lane, value(lane));
         }
         quaternions
     }
@@ -289,6 +290,14 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> [T; 4] {
         self.components().map(|component| component.0[lane])
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_lane(&mut self, lane: usize, [x, y, z, w]: [T; 4]) {
+        self.x.0[lane] = x;
+        self.y.0[lane] = y;
+        self.z.0[lane] = z;
+        self.w.0[lane] = w;
     }
 
     #[inline(always)]
@@ -435,6 +444,27 @@ impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
     #[inline(always)]
     fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
         self.0[0] * vector.x + self.0[1] * vector.y + self.0[2] * vector.z
+    }
+}
+
+/// Affine transforms: the axes and the origin of a space in that of its parent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Transforms<T, const N: usize> {
+    pub(crate) axes: Matrices<T, N>,
+    pub(crate) origin: Vectors<T, N>,
+}
+
+impl<T: Real, const N: usize> Transforms<T, N> {
+    /// Sets the origin to that of `parent * local`.
+    #[inline(always)]
+    pub(crate) fn set_product_of_origins(&mut self, parent: &Self, local: &Self) {
+        self.origin = &parent.axes * local.origin + parent.origin;
+    }
+
+    /// Sets the axes to those of `parent * local`.
+    #[inline(always)]
+    pub(crate) fn set_product_of_axes(&mut self, parent: &Self, local: &Self) {
+        self.axes.set_product(&parent.axes, &local.axes);
     }
 }
 

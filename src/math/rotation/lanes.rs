@@ -1,153 +1,111 @@
-//! Euler angles to quaternions, some frames at a time.
-//!
-//! Every step is a loop over lanes without branches, which the compiler turns into vector instructions.
+//! Euler angles to quaternions, several frames at a time.
 
 use glam::Quat;
 
 use super::Axis;
+use crate::math::{soa, wide};
 
-/// Frames that are turned into quaternions together.
+/// Frames that are converted together. With fewer, or more, it is slower: `tools/bench/README.md`.
 const LANES: usize = 8;
 
-/// One number a frame.
-type Lanes = [f64; LANES];
+type Lanes = soa::Lanes<f64, LANES>;
+type Quaternions = soa::Quaternions<f64, LANES>;
 
-/// Fills `keys` with the rotations that some columns of degrees stand for, one a frame: about each axis in turn, each
-/// axis turned by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns nothing turns.
-pub(crate) fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the processor was asked, and has these instructions.
-        #[allow(
-            unsafe_code,
-            reason = "twice as fast, and nothing else differs: `tools/bench/README.md`"
-        )]
-        return unsafe { fill_with_avx2(columns, keys) };
+wide::dispatch! {
+    /// Fills `keys` with the rotations that some columns of degrees stand for, one a frame: about each axis in turn, each
+    /// axis rotated by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns they are
+    /// identities.
+    pub(crate) fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
+        fill_lanes(columns, keys);
     }
-    fill_lanes(columns, keys);
 }
 
-/// The same code with vectors of four lanes in place of two. Sums and products are not fused, so that every processor
-/// gives the same bits.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn fill_with_avx2(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
-    fill_lanes(columns, keys);
-}
-
-// Everything from here on is inlined, because a function of its own would not be compiled for the wider vectors.
 #[inline(always)]
 fn fill_lanes(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
     let frames = keys.len();
     for (keys, start) in keys.chunks_mut(LANES).zip((0..).step_by(LANES)) {
-        let mut rotations = Rotations::IDENTITY;
+        let mut rotations = Quaternions::IDENTITY;
         if let Some((&(axis, column), others)) = columns.split_first() {
-            rotations.begin(axis, lanes(&column[start..frames]));
+            rotations = about_axis(axis, lanes(&column[start..frames]));
             for &(axis, column) in others {
-                rotations.rotate(axis, lanes(&column[start..frames]));
+                rotate(&mut rotations, axis, lanes(&column[start..frames]));
             }
         }
         if let Ok(keys) = <&mut [Quat; LANES]>::try_from(&mut *keys) {
-            rotations.store(keys);
+            store(&rotations, keys);
         } else {
             let mut all = [Quat::IDENTITY; LANES];
-            rotations.store(&mut all);
+            store(&rotations, &mut all);
             keys.copy_from_slice(&all[..keys.len()]);
         }
     }
 }
 
-/// The first values of a column, or all and zeros.
+/// The first values of a column; zeros where it has too few.
 #[inline(always)]
 fn lanes(column: &[f64]) -> Lanes {
-    column.first_chunk().copied().unwrap_or_else(|| {
+    soa::Lanes(column.first_chunk().copied().unwrap_or_else(|| {
         let mut lanes = [0.0; LANES];
         lanes[..column.len()].copy_from_slice(column);
         lanes
-    })
+    }))
 }
 
-/// A value for every lane. Unlike the standard library's `from_fn` it is inlined here, and becomes vector instructions.
+/// The rotation about one axis: `cos(a/2) + sin(a/2) axis`.
 #[inline(always)]
-fn of_lanes(value: impl Fn(usize) -> f64) -> Lanes {
-    let mut lanes = [0.0; LANES];
-    for (lane, to) in lanes.iter_mut().enumerate() {
-        *to = value(lane);
-    }
-    lanes
+fn about_axis(axis: Axis, degrees: Lanes) -> Quaternions {
+    let (sin, cos) = sin_cos_of_half(degrees);
+    let mut rotations = Quaternions::IDENTITY;
+    *match axis {
+        Axis::X => &mut rotations.x,
+        Axis::Y => &mut rotations.y,
+        Axis::Z => &mut rotations.z,
+    } = sin;
+    rotations.w = cos;
+    rotations
 }
 
-/// Quaternions, component by component.
-struct Rotations {
-    x: Lanes,
-    y: Lanes,
-    z: Lanes,
-    w: Lanes,
-}
-
-impl Rotations {
-    const IDENTITY: Self = Self {
-        x: [0.0; LANES],
-        y: [0.0; LANES],
-        z: [0.0; LANES],
-        w: [1.0; LANES],
+/// Multiplies by the rotation about one axis, from the right.
+#[inline(always)]
+fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
+    let (sin, cos) = sin_cos_of_half(degrees);
+    let Quaternions { x, y, z, w } = rotations;
+    // The products of i, j and k are the same for every axis but for a cyclic change of names: `about` is the axis,
+    // `next` and `last` the two that follow it.
+    let (about, next, last) = match axis {
+        Axis::X => (x, y, z),
+        Axis::Y => (y, z, x),
+        Axis::Z => (z, x, y),
     };
+    let (a, n, l, r) = (*about, *next, *last, *w);
+    *about = a * cos + r * sin;
+    *next = n * cos + l * sin;
+    *last = l * cos - n * sin;
+    *w = r * cos - a * sin;
+}
 
-    /// Turns the identity, which is what multiplying would come to.
-    #[inline(always)]
-    fn begin(&mut self, axis: Axis, degrees: Lanes) {
-        let (sin, cos) = sin_cos_of_half(degrees);
-        *match axis {
-            Axis::X => &mut self.x,
-            Axis::Y => &mut self.y,
-            Axis::Z => &mut self.z,
-        } = sin;
-        self.w = cos;
-    }
-
-    /// Multiplies by `cos(a/2) + sin(a/2) axis` from the right.
-    #[inline(always)]
-    fn rotate(&mut self, axis: Axis, degrees: Lanes) {
-        let (sin, cos) = sin_cos_of_half(degrees);
-        // The products of i, j and k are the same for every axis but for a cyclic change of names: `about` is the
-        // axis, `next` and `last` the two that follow it.
-        let (about, next, last) = match axis {
-            Axis::X => (&mut self.x, &mut self.y, &mut self.z),
-            Axis::Y => (&mut self.y, &mut self.z, &mut self.x),
-            Axis::Z => (&mut self.z, &mut self.x, &mut self.y),
-        };
-        // Copies, because the compiler does not see that the three references are to three arrays.
-        let (a, n, l, w) = (*about, *next, *last, self.w);
-        *about = of_lanes(|i| a[i] * cos[i] + w[i] * sin[i]);
-        *next = of_lanes(|i| n[i] * cos[i] + l[i] * sin[i]);
-        *last = of_lanes(|i| l[i] * cos[i] - n[i] * sin[i]);
-        self.w = of_lanes(|i| w[i] * cos[i] - a[i] * sin[i]);
-    }
-
-    /// Of a rotation's two quaternions, the one that Assimp takes.
-    ///
-    /// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
-    /// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`,
-    /// `z`.
-    #[inline(always)]
-    fn store(&self, keys: &mut [Quat; LANES]) {
-        let mut components = [[0.0_f32; LANES]; 4];
-        for lane in 0..LANES {
-            let (x, y, z, w) = (self.x[lane], self.y[lane], self.z[lane], self.w[lane]);
-            let (xx, yy, zz) = (x * x, y * y, z * z);
-            let of_yz = if yy > zz { y } else { z };
-            let of_xyz = if (xx > yy) & (xx > zz) { x } else { of_yz };
-            let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
-            let sign = if positive < 0.0 { -1.0 } else { 1.0 };
-            for (to, component) in components.iter_mut().zip([x, y, z, w]) {
-                // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
-                to[lane] = (component * sign + 0.0) as f32;
-            }
+/// Of a rotation's two quaternions, the one that Assimp takes.
+///
+/// Assimp makes the quaternion of the rotation matrix: `w` is positive where the matrix's trace is, which is where
+/// `|w| > 1/2`; else the component of the largest diagonal element is positive, which is the largest of `x`, `y`, `z`.
+#[inline(always)]
+fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
+    let mut components = [[0.0_f32; LANES]; 4];
+    for lane in 0..LANES {
+        let [x, y, z, w] = rotations.lane(lane);
+        let (xx, yy, zz) = (x * x, y * y, z * z);
+        let of_yz = if yy > zz { y } else { z };
+        let of_xyz = if (xx > yy) & (xx > zz) { x } else { of_yz };
+        let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
+        let sign = if positive < 0.0 { -1.0 } else { 1.0 };
+        for (to, component) in components.iter_mut().zip([x, y, z, w]) {
+            // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
+            to[lane] = (component * sign + 0.0) as f32;
         }
-        let [x, y, z, w] = components;
-        for lane in 0..LANES {
-            keys[lane] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
-        }
+    }
+    let [x, y, z, w] = components;
+    for lane in 0..LANES {
+        keys[lane] = Quat::from_xyzw(x[lane], y[lane], z[lane], w[lane]);
     }
 }
 
@@ -164,13 +122,13 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
     /// Beyond it `90 n` might not be exact.
     const LARGEST: f64 = 1e9;
-    // All lanes are looked at, for a loop that may end early is no vector instruction.
-    if degrees.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
+    // Without an early end, so that the loop becomes vector instructions.
+    if degrees.0.iter().fold(false, |any, angle| any | (angle.abs() > LARGEST)) {
         degrees = without_whole_turns(degrees);
     }
-    let (mut sin, mut cos) = ([0.0; LANES], [0.0; LANES]);
+    let (mut sin, mut cos) = (Lanes::ZERO, Lanes::ZERO);
     for lane in 0..LANES {
-        let half = 0.5 * degrees[lane];
+        let half = 0.5 * degrees.0[lane];
         let rounded = half * (1.0 / 90.0) + ROUND;
         let quarters = rounded.to_bits();
         let x = (half - 90.0 * (rounded - ROUND)).to_radians();
@@ -179,8 +137,8 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
         let swap = (quarters & 1).wrapping_neg();
         let sin_sign = (quarters & 2) << 62;
         let cos_sign = (quarters.wrapping_add(1) & 2) << 62;
-        sin[lane] = f64::from_bits(((s & !swap) | (c & swap)) ^ sin_sign);
-        cos[lane] = f64::from_bits(((c & !swap) | (s & swap)) ^ cos_sign);
+        sin.0[lane] = f64::from_bits(((s & !swap) | (c & swap)) ^ sin_sign);
+        cos.0[lane] = f64::from_bits(((c & !swap) | (s & swap)) ^ cos_sign);
     }
     (sin, cos)
 }
@@ -189,7 +147,7 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
 #[cold]
 #[inline(never)]
 fn without_whole_turns(degrees: Lanes) -> Lanes {
-    degrees.map(|angle| angle % 720.0)
+    Lanes::of(|lane| degrees.0[lane] % 720.0)
 }
 
 /// `x - x^3/3! + x^5/5! - ...`
@@ -284,14 +242,14 @@ mod tests {
     fn sine_and_cosine_are_those_of_the_standard_library() {
         for step in -200_000..=200_000 {
             // 0.37 degrees are no fraction of a turn, so that every part of the circle is met.
-            let degrees: Lanes = of_lanes(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
+            let degrees: Lanes = Lanes::of(|lane| f64::from(step) * 0.37 + lane as f64 * 0.043);
             let (sin, cos) = sin_cos_of_half(degrees);
             for lane in 0..LANES {
                 // In -360 to 360, without an error; as radians it is rounded twice, by 7e-16 at most.
-                let angle = degrees[lane] - 720.0 * (degrees[lane] / 720.0).round();
+                let angle = degrees.0[lane] - 720.0 * (degrees.0[lane] / 720.0).round();
                 let (expected_sin, expected_cos) = (0.5 * angle).to_radians().sin_cos();
-                assert!((sin[lane] - expected_sin).abs() < 1e-15, "{}", degrees[lane]);
-                assert!((cos[lane] - expected_cos).abs() < 1e-15, "{}", degrees[lane]);
+                assert!((sin.0[lane] - expected_sin).abs() < 1e-15, "{}", degrees.0[lane]);
+                assert!((cos.0[lane] - expected_cos).abs() < 1e-15, "{}", degrees.0[lane]);
             }
         }
     }
@@ -307,8 +265,8 @@ mod tests {
             (720e9 + 180.0, (1.0, 0.0)),
             (720.0, (0.0, 1.0)),
         ] {
-            let (sin, cos) = sin_cos_of_half([degrees; LANES]);
-            assert_eq!((sin[0], cos[0]), expected, "{degrees}");
+            let (sin, cos) = sin_cos_of_half(Lanes::all(degrees));
+            assert_eq!((sin.0[0], cos.0[0]), expected, "{degrees}");
         }
     }
 

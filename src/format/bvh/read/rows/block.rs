@@ -1,6 +1,7 @@
 //! A block of frames in columns, and the fast reader of lines of numbers.
 
 use crate::format::text::is_line_end;
+use crate::math::wide;
 
 /// Some frames of every column.
 #[derive(Debug)]
@@ -60,22 +61,7 @@ impl Block {
     /// Reads a line with exactly one finite number for each column into the next frame, and returns its length; any
     /// other line is not read.
     pub(super) fn read_plain_row(&mut self, text: &[u8]) -> Option<usize> {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor was asked, and has these instructions.
-            #[allow(
-                unsafe_code,
-                reason = "twice as fast, and nothing else differs: `tools/bench/README.md`"
-            )]
-            return unsafe { self.read_plain_row_with_avx2(text) };
-        }
-        self.read_numbers(text, |_| None)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn read_plain_row_with_avx2(&mut self, text: &[u8]) -> Option<usize> {
-        self.read_numbers(text, |text| super::short::parse(text))
+        read_plain_row(self, text)
     }
 
     /// `read_short` reads short numbers faster, and returns `None` for others.
@@ -112,6 +98,14 @@ impl Block {
         }
         self.frames += 1;
         Some(text.len() - rest.len())
+    }
+}
+
+wide::dispatch! {
+    fn read_plain_row(block: &mut Block, text: &[u8]) -> Option<usize> {
+        block.read_numbers(text, |text| super::short::parse(text))
+    } else {
+        block.read_numbers(text, |_| None)
     }
 }
 

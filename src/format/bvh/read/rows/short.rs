@@ -1,8 +1,8 @@
 //! Short decimal numbers, without a branch that depends on their lengths.
 //!
 //! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
-//! about every second number. This one examines 16 bytes at once. It needs SSE4.1; the check is for AVX2, because
-//! [`lanes`](crate::math::rotation::lanes) makes the same check.
+//! about every second number. This one examines 16 bytes at once. It needs SSE4.1; it is used on processors with AVX2,
+//! because that is what [`wide`](crate::math::wide) asks for.
 
 use std::arch::x86_64::{
     __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,
@@ -96,12 +96,18 @@ fn bits(bytes: __m128i) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    /// As [`super::parse`], where the processor can.
+    crate::math::wide::dispatch! {
+        fn parse_with_avx2(text: &[u8]) -> Option<Option<(f64, usize)>> {
+            Some(super::parse(text))
+        } else {
+            let _ = text;
+            None
+        }
+    }
+
+    /// As [`super::parse`]; `None` on a processor that cannot run it.
     fn parse(text: &str) -> Option<Option<(f64, usize)>> {
-        let can = std::arch::is_x86_feature_detected!("avx2");
-        // SAFETY: the processor was asked.
-        #[allow(unsafe_code, reason = "the function is for processors with AVX2 alone")]
-        can.then(|| unsafe { super::parse(text.as_bytes()) })
+        parse_with_avx2(text.as_bytes())
     }
 
     #[test]
