@@ -13,7 +13,8 @@ use super::buffer::Buffer;
 use super::names::Names;
 use super::{BASE_COLOR, Document, Options, Report, mesh};
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{self, NodeKind, Scene};
+use crate::pose::Pose;
+use crate::scene::{self, NodeId, NodeKind, Scene};
 
 /// Everything that grows while a scene is written.
 struct Builder<'a> {
@@ -183,7 +184,7 @@ impl Builder<'_> {
         if self.root.skins.is_empty() {
             let skin = self.skin(&joints, &[]);
             if let Some(mesh) = scene.meshes.first() {
-                let first_joint = self.rest_pose()[joints[0]].w_axis.truncate();
+                let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
                 let marker = mesh::marker(first_joint, mesh.material_index);
                 if let Some(written) = mesh::write(&marker, Some(&places), joints.len(), &mut self.buffer)? {
                     self.skinned_mesh("", written, skin);
@@ -208,21 +209,9 @@ impl Builder<'_> {
         self.root.scenes[0].nodes.push(node);
     }
 
-    /// Where the nodes stand at rest, in the world.
-    fn rest_pose(&self) -> Vec<Mat4> {
-        let mut node_to_world: Vec<Mat4> = Vec::with_capacity(self.scene.nodes.len());
-        for node in &self.scene.nodes {
-            let parent = node
-                .parent
-                .map_or(Mat4::IDENTITY, |parent| node_to_world[parent.index()]);
-            node_to_world.push(parent * node.transform);
-        }
-        node_to_world
-    }
-
     /// A skin of all joints. A joint with a bone is bound where the bone says, the others where they stand at rest.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
-        let node_to_world = self.rest_pose();
+        let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix has to be 0 0 0 1 to the last digit.
         let inverse = |matrix: &Mat4| Mat4::from(Affine3A::from_mat4(*matrix).inverse());
         let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
