@@ -3,15 +3,20 @@
 //!
 //! Every answer is a guess with a reason. [`survey`] changes nothing; the caller decides what to do.
 
+mod bone;
 mod cuts;
 mod figure;
+mod humanoid;
+mod poses;
 
 use serde::Serialize;
 
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
 
+pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
+pub use self::humanoid::{Humanoid, HumanoidJoint, Sides, humanoid};
 
 /// The confidence in a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

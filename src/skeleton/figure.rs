@@ -2,12 +2,10 @@
 
 use glam::Vec3;
 
+use super::poses::poses;
 use super::{Confidence, Guess, Unit};
-use crate::pose::{Binding, Pose};
+use crate::pose::Pose;
 use crate::scene::{NodeId, Scene, UpAxis};
-
-/// The number of frames examined, spread evenly over the motion.
-const FRAMES: usize = 16;
 
 /// How tall a person is, in metres, from joint to joint. The largest extent of a moving body stays close to it: arms
 /// spread span as much.
@@ -154,21 +152,6 @@ fn longer_axis(way: Vec3) -> UpAxis {
     } else {
         UpAxis::Y
     }
-}
-
-/// Poses spread over the first animation, or the rest pose without one.
-fn poses(scene: &Scene) -> Vec<Pose> {
-    let mut pose = Pose::rest(scene);
-    let Some(animation) = scene.animations.first() else {
-        return vec![pose];
-    };
-    let binding = Binding::new(scene, animation);
-    let at = |sample: usize| animation.duration * sample as f64 / (FRAMES - 1) as f64;
-    let mut posed = |sample| {
-        pose.sample(&binding, animation, at(sample).round());
-        pose.clone()
-    };
-    (0..FRAMES).map(&mut posed).collect()
 }
 
 /// The largest extent of a pose along an axis.

@@ -21,6 +21,7 @@ mod fixtures;
 mod gltf;
 mod golden;
 mod hostile;
+mod humanoid;
 mod kinematics;
 mod motion_steps;
 mod process;

@@ -1,0 +1,129 @@
+//! Which joint is which bone of a humanoid: from names, from the shape of the tree, and from the lengths of its bones.
+//!
+//! Names alone mislead: one word is another bone in another program, and many skeletons have numbers for names. So
+//! every pair of limbs is tried as legs and as arms, each chain of joints in every way that keeps their order, and the
+//! reading is taken that fits names and lengths best. All of it rests on the skeleton, not on the motion, so that two
+//! clips of one skeleton get one map; only where names and rest pose do not tell left from right the motion does.
+
+mod body;
+mod fingers;
+mod limb;
+mod map;
+mod names;
+mod refusal;
+mod sides;
+mod topology;
+mod words;
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use self::sides::Found;
+use self::topology::Tree;
+use super::Confidence;
+use super::bone::HumanoidBone;
+use crate::scene::{NodeId, Scene};
+
+/// A joint that is a bone of the humanoid.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HumanoidJoint {
+    /// The joint: where the bone begins.
+    pub joint: NodeId,
+    /// How far to trust it.
+    pub confidence: Confidence,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// Whether the names of the sides are right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sides {
+    /// What is named left is on the left of the body.
+    Agree,
+    /// What is named left is on its right: the file is mirrored, or its names are meant as a camera sees them.
+    Opposite,
+    /// The names have no sides, or the body does not show them.
+    Unknown,
+}
+
+/// The joints of a scene that are bones of the VRM humanoid.
+///
+/// ```
+/// use mocap::skeleton::{Confidence, HumanoidBone, humanoid};
+///
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let found = humanoid(&scene);
+/// let thigh = &found.bones[&HumanoidBone::LeftUpperLeg];
+/// assert_eq!(scene.nodes[thigh.joint.index()].name, "LeftUpLeg");
+/// assert_eq!(thigh.confidence, Confidence::Sure);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Humanoid {
+    /// Whether the skeleton is a humanoid.
+    pub found: bool,
+    /// Why it is one, or why not, as one phrase.
+    pub reason: String,
+    /// Its bones; empty where it is none.
+    pub bones: BTreeMap<HumanoidBone, HumanoidJoint>,
+    /// Whether the names of the sides are those of the body's sides.
+    pub sides: Sides,
+    /// How far to trust that.
+    pub sides_confidence: Confidence,
+    /// Why, as one phrase.
+    pub sides_reason: String,
+}
+
+impl Humanoid {
+    /// The joint that is `bone`.
+    pub fn joint(&self, bone: HumanoidBone) -> Option<NodeId> {
+        self.bones.get(&bone).map(|found| found.joint)
+    }
+
+    /// The bones that VRM requires and that no joint is.
+    pub fn missing(&self) -> Vec<HumanoidBone> {
+        let required = HumanoidBone::REQUIRED.into_iter();
+        required.filter(|bone| !self.bones.contains_key(bone)).collect()
+    }
+
+    fn refused(reason: String) -> Self {
+        Self {
+            found: false,
+            sides_reason: reason.clone(),
+            reason,
+            bones: BTreeMap::new(),
+            sides: Sides::Unknown,
+            sides_confidence: Confidence::Unsure,
+        }
+    }
+}
+
+/// Finds the bones of the humanoid among the joints of `scene`.
+pub fn humanoid(scene: &Scene) -> Humanoid {
+    let tree = Tree::new(scene);
+    let Some(mut body) = body::find(&tree) else {
+        return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
+    };
+    let named = refusal::is_named(&tree, &body);
+    if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
+        return Humanoid::refused(reason);
+    }
+    body::move_hips(&tree, &mut body);
+    let sides = Found::new(scene, &tree, &body);
+    let bones = map::bones(&tree, &body, &sides);
+    let reason = if named {
+        "the joints have names of a body, and its shape".to_owned()
+    } else {
+        "two legs, two arms and a trunk have the lengths of a body; the names do not say what they are".to_owned()
+    };
+    Humanoid {
+        found: true,
+        reason,
+        bones,
+        sides: sides.value,
+        sides_confidence: sides.confidence,
+        sides_reason: sides.reason,
+    }
+}

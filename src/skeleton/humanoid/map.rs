@@ -1,0 +1,206 @@
+//! The bones of a body by name, each with how far to trust it.
+
+use std::collections::BTreeMap;
+
+use super::super::Confidence;
+use super::super::bone::{HumanoidBone, Side};
+use super::HumanoidJoint;
+use super::body::Body;
+use super::fingers;
+use super::limb::Kind;
+use super::sides::Found;
+use super::topology::Tree;
+use super::words::Part;
+use crate::scene::NodeId;
+
+/// Lengths fit where they are, a bone in the mean, not farther off than this.
+const LENGTHS_FIT: f32 = -0.45;
+
+/// And may be those of a body down to this.
+pub(super) const LENGTHS_MAY_FIT: f32 = -1.3;
+
+/// The bones of a body.
+pub(super) fn bones(tree: &Tree, body: &Body, sides: &Found) -> BTreeMap<HumanoidBone, HumanoidJoint> {
+    let mut map = Map {
+        tree,
+        body,
+        sides,
+        bones: BTreeMap::new(),
+    };
+    map.trunk();
+    map.limbs();
+    map.fingers();
+    map.face();
+    map.bones
+}
+
+/// The map as it grows.
+struct Map<'a> {
+    tree: &'a Tree,
+    body: &'a Body,
+    sides: &'a Found,
+    bones: BTreeMap<HumanoidBone, HumanoidJoint>,
+}
+
+impl Map<'_> {
+    /// Enters a bone. `lengths` is how well the lengths around it fit.
+    fn enter(&mut self, bone: HumanoidBone, node: Option<usize>, part: Part, lengths: f32) {
+        let Some(node) = node else { return };
+        let name = &self.tree.names[node];
+        let fits = name.fits(part);
+        let is_clear = self.body.lead > 1.0;
+        let side_is_known = bone.side().is_none() || self.sides.is_named || self.sides.confidence != Confidence::Unsure;
+        let (confidence, reason) = if fits >= 0.5 && name.says(part) || fits >= 0.6 {
+            match lengths {
+                lengths if lengths >= LENGTHS_FIT && is_clear => {
+                    (Confidence::Sure, "its name says so, and the lengths agree")
+                }
+                lengths if lengths >= LENGTHS_MAY_FIT => (
+                    Confidence::Sure,
+                    "its name says so, and the lengths do not speak against it",
+                ),
+                _ => (Confidence::Likely, "its name says so; the lengths are unusual"),
+            }
+        } else if fits < -0.3 {
+            (
+                Confidence::Unsure,
+                "its place and its length say so; its name says otherwise",
+            )
+        } else if !side_is_known {
+            (
+                Confidence::Unsure,
+                "its place and its length say so; left and right cannot be told",
+            )
+        } else if lengths >= LENGTHS_FIT && is_clear {
+            (
+                Confidence::Likely,
+                "its place and its length say so; its name says nothing",
+            )
+        } else {
+            (
+                Confidence::Unsure,
+                "its place says so; the lengths are unusual, and its name says nothing",
+            )
+        };
+        self.bones.insert(
+            bone,
+            HumanoidJoint {
+                joint: NodeId::new(node),
+                confidence,
+                reason: reason.to_owned(),
+            },
+        );
+    }
+
+    fn trunk(&mut self) {
+        let trunk = &self.body.trunk;
+        let (lengths, legs) = (trunk.lengths, self.body.legs.lengths);
+        self.enter(HumanoidBone::Hips, Some(trunk.hips), Part::Hips, legs);
+        // Where some have names of the spine, the others between them are helpers.
+        let names = &self.tree.names;
+        let is_other = |node: &usize| names[*node].is_helper || names[*node].says(Part::Hips);
+        let mut spine: Vec<usize> = trunk.spine.iter().copied().filter(|node| !is_other(node)).collect();
+        if spine.is_empty() {
+            spine.clone_from(&trunk.spine);
+        }
+        if let [first, others @ ..] = spine.as_slice() {
+            self.enter(HumanoidBone::Spine, Some(*first), Part::Spine, lengths);
+            match others {
+                [] => {}
+                [chest] => self.enter(HumanoidBone::Chest, Some(*chest), Part::Spine, lengths),
+                [.., last] => {
+                    let middle = spine[(spine.len() - 1) / 2];
+                    self.enter(HumanoidBone::Chest, Some(middle), Part::Spine, lengths);
+                    self.enter(HumanoidBone::UpperChest, Some(*last), Part::Spine, lengths);
+                }
+            }
+        }
+        self.enter(HumanoidBone::Neck, trunk.neck, Part::Neck, lengths);
+        self.enter(HumanoidBone::Head, trunk.head, Part::Head, lengths);
+    }
+
+    fn limbs(&mut self) {
+        use HumanoidBone::{
+            LeftFoot, LeftHand, LeftLowerArm, LeftLowerLeg, LeftShoulder, LeftToes, LeftUpperArm, LeftUpperLeg,
+        };
+        let body = self.body;
+        let legs = (
+            Some(&body.legs),
+            Kind::Leg,
+            [LeftUpperLeg, LeftLowerLeg, LeftFoot, LeftToes],
+            self.sides.legs,
+        );
+        let arms = (
+            body.arms.as_ref(),
+            Kind::Arm,
+            [LeftShoulder, LeftUpperArm, LeftLowerArm, LeftHand],
+            self.sides.arms,
+        );
+        for (fit, kind, bones, sides) in [legs, arms] {
+            let Some(fit) = fit else { continue };
+            for (joints, side) in fit.joints.iter().zip(sides) {
+                for ((bone, joint), part) in bones.into_iter().zip(joints).zip(kind.parts()) {
+                    self.enter(bone.on(side), *joint, part, fit.lengths);
+                }
+            }
+        }
+    }
+
+    fn fingers(&mut self) {
+        let Some(arms) = &self.body.arms else { return };
+        for (joints, side) in arms.joints.iter().zip(self.sides.arms) {
+            let [_, _, Some(lower), Some(hand)] = *joints else {
+                continue;
+            };
+            let forearm = self.tree.between(lower, hand);
+            for finger in fingers::find(self.tree, hand, forearm) {
+                for (bone, joint) in finger.bones().into_iter().zip(finger.joints) {
+                    let Some(joint) = joint else { continue };
+                    let (confidence, reason) = if finger.is_named {
+                        (Confidence::Likely, "the name of its finger, and its place in it")
+                    } else {
+                        (
+                            Confidence::Unsure,
+                            "its place on the hand; names do not say which finger it is",
+                        )
+                    };
+                    let found = HumanoidJoint {
+                        joint: NodeId::new(joint),
+                        confidence,
+                        reason: reason.to_owned(),
+                    };
+                    self.bones.insert(bone.on(side), found);
+                }
+            }
+        }
+    }
+
+    /// Eyes and jaw, by name.
+    fn face(&mut self) {
+        let Some(head) = self.body.trunk.head else { return };
+        let mut open = vec![head];
+        let mut seen = 0;
+        while let Some(node) = open.pop() {
+            seen += 1;
+            if seen > 1024 {
+                break;
+            }
+            open.extend(self.tree.children[node].iter().rev());
+            let name = &self.tree.names[node];
+            let bone = match name.side {
+                _ if !self.tree.is_joint[node] || name.is_helper => None,
+                Some(Side::Left) if name.says(Part::Eye) => Some(HumanoidBone::LeftEye),
+                Some(Side::Right) if name.says(Part::Eye) => Some(HumanoidBone::RightEye),
+                None if name.says(Part::Jaw) => Some(HumanoidBone::Jaw),
+                _ => None,
+            };
+            if let Some(bone) = bone {
+                self.bones.entry(bone).or_insert(HumanoidJoint {
+                    joint: NodeId::new(node),
+                    confidence: Confidence::Sure,
+                    reason: "its name says so, and it hangs on the head".to_owned(),
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! What the name of a joint says: its side, the part of the body, its number.
+
+use super::super::bone::Side;
+use super::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
+
+/// What a name says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Name {
+    /// Left or right, where the name says so.
+    pub(super) side: Option<Side>,
+    /// The parts of the body that it can stand for.
+    pub(super) meaning: Meaning,
+    /// The finger that it belongs to.
+    pub(super) finger: Option<FingerKind>,
+    /// Whether the joint helps another one, as twist joints do, or is the end of one.
+    pub(super) is_helper: bool,
+    /// The name without its side, to find the joint of the other side by.
+    pub(super) without_side: String,
+    /// The numbers in it, as they are written.
+    pub(super) numbers: Vec<String>,
+}
+
+impl Name {
+    /// Reads the name of a joint.
+    pub(super) fn read(name: &str) -> Self {
+        // A name space, as in `mixamorig:Hips`, and the path of a node in some writers.
+        let name = name.rsplit([':', '|', '/']).next().unwrap_or(name);
+        let starts_as_helper = name.starts_with("__");
+        let words = split(name);
+        let mut numbers = Vec::new();
+        let mut letters = Vec::new();
+        for word in words {
+            if word.starts_with(|c: char| c.is_ascii_digit()) {
+                numbers.push(word);
+            } else {
+                letters.push(word);
+            }
+        }
+        let mut side = take_side(&mut letters);
+        let mut is_helper = starts_as_helper || letters.iter().any(|word| HELPERS.contains(&&**word));
+        // `L5`, `T12`: vertebrae, not a left side.
+        let vertebra = match (letters.as_slice(), numbers.as_slice(), side) {
+            ([], [number], Some(Side::Left)) => meaning(&format!("l{number}")),
+            ([letter], [number], None) if letter == "t" => meaning(&format!("t{number}")),
+            _ => &[],
+        };
+        if !vertebra.is_empty() {
+            return Self {
+                meaning: vertebra,
+                without_side: "vertebra".to_owned(),
+                numbers,
+                ..Self::default()
+            };
+        }
+        let joined = letters.concat();
+        let is_of_foot = ["foot", "toe"].iter().any(|word| joined.contains(word));
+        let mut finger = finger_of(&joined, &letters).filter(|_| !is_of_foot);
+        let mut found = meaning_of(&letters);
+        if found.is_empty() && side.is_none() && finger.is_none() {
+            // `lhumerus`, `hipright`: a side glued to a word.
+            for word in &letters {
+                if let Some((glued, meaning)) = glued_side(word) {
+                    (side, found) = (Some(glued), meaning);
+                    break;
+                }
+            }
+            if side.is_none()
+                && let Some(first) = letters.first()
+                && let Some(stripped) = first.strip_prefix(['l', 'r'])
+                && let Some(kind) = finger_of(stripped, &[stripped.to_owned()]).filter(|_| stripped.len() < first.len())
+                && stripped.len() <= 7
+            {
+                side = Some(if first.starts_with('l') {
+                    Side::Left
+                } else {
+                    Side::Right
+                });
+                finger = Some(kind);
+            }
+        }
+        if finger.is_some() {
+            found = &[(Part::Finger, 1.0)];
+        }
+        // With a side, `hip` is the joint of the thigh.
+        if side.is_some() && found == meaning("hip") {
+            found = meaning("thigh");
+        } else if side.is_some() && found == meaning("pelvis") {
+            found = meaning("hipjoint");
+        }
+        // MikuMikuDance: `左足IK`, `左肩P`, `左足D` double a joint.
+        if !name.is_ascii() && name.ends_with(['P', 'C', 'D']) {
+            is_helper = true;
+        }
+        Self {
+            side,
+            meaning: found,
+            finger,
+            is_helper,
+            without_side: joined,
+            numbers,
+        }
+    }
+
+    /// How well the name fits `part`: up to 1 where it says so, 0 where it says nothing, below where it says another.
+    pub(super) fn fits(&self, part: Part) -> f32 {
+        let weight = self
+            .meaning
+            .iter()
+            .find(|(other, _)| *other == part)
+            .map(|(_, weight)| *weight);
+        match weight {
+            Some(weight) if self.is_helper => 0.3 * weight,
+            Some(weight) => weight,
+            None if self.is_helper => -0.7,
+            None if self.meaning.is_empty() => 0.0,
+            None => -1.0,
+        }
+    }
+
+    /// Whether the name stands for `part` and nothing else.
+    pub(super) fn says(&self, part: Part) -> bool {
+        !self.is_helper
+            && self
+                .meaning
+                .first()
+                .is_some_and(|(first, weight)| *first == part && *weight >= 0.5)
+    }
+
+    /// Whether it is the name of the same joint on the other side.
+    pub(super) fn mirrors(&self, other: &Self) -> bool {
+        self.side.is_some()
+            && other.side.is_some()
+            && self.side != other.side
+            && self.without_side == other.without_side
+            && self.numbers == other.numbers
+    }
+}
+
+/// Splits at what is neither letter nor digit, between letters and digits, and where capitals begin a word; in lower
+/// case. `LHipJoint` gives `l`, `hip`, `joint`; `Bip01 L Toe0` gives `bip`, `01`, `l`, `toe`, `0`.
+fn split(name: &str) -> Vec<String> {
+    let half_width = |c: char| match c {
+        '\u{FF01}'..='\u{FF5E}' => char::from_u32(c as u32 - 0xFEE0).unwrap_or(c),
+        _ => c,
+    };
+    let letters: Vec<char> = name.chars().map(half_width).collect();
+    let mut words = Vec::new();
+    let mut word = String::new();
+    for (index, &letter) in letters.iter().enumerate() {
+        let before = index.checked_sub(1).map(|before| letters[before]);
+        let begins = before.is_some_and(|before| {
+            let next_is_lower = letters.get(index + 1).is_some_and(|next| next.is_lowercase());
+            before.is_ascii_digit() != letter.is_ascii_digit()
+                || (before.is_lowercase() && letter.is_uppercase())
+                || (before.is_uppercase() && letter.is_uppercase() && next_is_lower)
+                || is_side_sign(before)
+                || is_side_sign(letter)
+        });
+        if (begins || !letter.is_alphanumeric()) && !word.is_empty() {
+            words.push(std::mem::take(&mut word));
+        }
+        if letter.is_alphanumeric() {
+            word.extend(letter.to_lowercase());
+        }
+    }
+    if !word.is_empty() {
+        words.push(word);
+    }
+    words
+}
+
+fn is_side_sign(letter: char) -> bool {
+    matches!(letter, '左' | '右')
+}
+
+/// Takes the word that says a side out of `words`.
+fn take_side(words: &mut Vec<String>) -> Option<Side> {
+    for (index, word) in words.iter().enumerate() {
+        let side = match word.as_str() {
+            "l" | "left" | "lft" | "lt" | "左" | "izquierda" | "izq" | "esquerda" | "esq" | "gauche" | "links"
+            | "lf" => Side::Left,
+            "r" | "right" | "rgt" | "rt" | "右" | "derecha" | "der" | "direita" | "dir" | "droite" | "droit"
+            | "rechts" | "rght" => Side::Right,
+            _ => continue,
+        };
+        words.remove(index);
+        return Some(side);
+    }
+    for word in words.iter_mut() {
+        for (spelt, side) in [("left", Side::Left), ("right", Side::Right)] {
+            let rest = word.strip_prefix(spelt).or_else(|| word.strip_suffix(spelt));
+            if let Some(rest) = rest.filter(|rest| !rest.is_empty()) {
+                *word = rest.to_owned();
+                return Some(side);
+            }
+        }
+    }
+    None
+}
+
+/// `lhumerus`: the side and what the rest means.
+fn glued_side(word: &str) -> Option<(Side, Meaning)> {
+    [('l', Side::Left), ('r', Side::Right)]
+        .into_iter()
+        .find_map(|(letter, side)| {
+            let rest = word.strip_prefix(letter).or_else(|| word.strip_suffix(letter))?;
+            let found = meaning(rest);
+            (!found.is_empty()).then_some((side, found))
+        })
+}
+
+/// The meaning of the longest row of words that has one; of two the later.
+fn meaning_of(words: &[String]) -> Meaning {
+    let whole = meaning(&words.concat());
+    if !whole.is_empty() {
+        return whole;
+    }
+    let telling: Vec<&str> = words
+        .iter()
+        .map(String::as_str)
+        .filter(|word| !NOISE.contains(word))
+        .collect();
+    for length in (1..=telling.len()).rev() {
+        for row in telling.windows(length).rev() {
+            let found = meaning(&row.concat());
+            if !found.is_empty() {
+                return found;
+            }
+        }
+    }
+    &[]
+}
+
+fn finger_of(joined: &str, words: &[String]) -> Option<FingerKind> {
+    let within = FINGERS_WITHIN
+        .iter()
+        .find(|(_, spellings)| spellings.iter().any(|spelling| joined.contains(spelling)));
+    let as_word = || {
+        FINGER_WORDS
+            .iter()
+            .find(|(_, spellings)| words.iter().any(|word| spellings.contains(&&**word)))
+    };
+    // `Spine_Mid`, `MidHip`: in the middle of the body, not the middle finger.
+    let is_of_trunk = || {
+        words
+            .iter()
+            .any(|word| matches!(word.as_str(), "spine" | "hip" | "back" | "shoulder" | "chest"))
+    };
+    within
+        .or_else(|| as_word().filter(|_| !is_of_trunk()))
+        .map(|(finger, _)| *finger)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(name: &str) -> (Option<Side>, Option<Part>) {
+        let name = Name::read(name);
+        (
+            name.side,
+            name.meaning.first().map(|(part, _)| *part).filter(|_| !name.is_helper),
+        )
+    }
+
+    #[test]
+    fn names_of_many_families() {
+        let (left, right) = (Some(Side::Left), Some(Side::Right));
+        let names = [
+            ("mixamorig:Hips", None, Part::Hips),
+            ("mixamorig_LeftUpLeg", left, Part::UpperLeg),
+            ("Bip01 R Calf", right, Part::LowerLeg),
+            ("Bip01 L Toe0", left, Part::Toes),
+            ("ValveBiped.Bip01_L_UpperArm", left, Part::UpperArm),
+            ("lhumerus", left, Part::UpperArm),
+            ("rclavicle", right, Part::Shoulder),
+            ("lShldr", left, Part::UpperArm),
+            ("rShin", right, Part::LowerLeg),
+            ("LHipJoint", left, Part::UpperLeg),
+            ("LeftHip", left, Part::UpperLeg),
+            ("HipLeft", left, Part::UpperLeg),
+            ("Hip", None, Part::Hips),
+            ("upperarm_l", left, Part::UpperArm),
+            ("thigh.R", right, Part::UpperLeg),
+            ("upper_arm.L", left, Part::UpperArm),
+            ("spine.001", None, Part::Spine),
+            ("L_upLeg_jnt", left, Part::UpperLeg),
+            ("FK_back2_jnt", None, Part::Spine),
+            ("mShoulderLeft", left, Part::Shoulder),
+            ("Left-Ankle", left, Part::Foot),
+            ("J_Bip_L_UpperArm", left, Part::UpperArm),
+            ("CC_Base_L_Forearm", left, Part::LowerArm),
+            ("左ひじ", left, Part::LowerArm),
+            ("右足首", right, Part::Foot),
+            ("左足", left, Part::UpperLeg),
+            ("上半身2", None, Part::Spine),
+            ("L5", None, Part::Spine),
+            ("T12", None, Part::Spine),
+            ("Quadril", None, Part::Hips),
+            ("Pescoço", None, Part::Neck),
+            ("ToSpine", None, Part::Spine),
+            ("LeftFootThumb1", left, Part::Toes),
+            ("LeftHandRingPinky1", left, Part::Finger),
+            ("左親指０", left, Part::Finger),
+            ("f_index.01.L", left, Part::Finger),
+            ("lThumb1", left, Part::Finger),
+            ("lthumb", left, Part::Finger),
+            ("Spine_Mid", None, Part::Spine),
+            ("Lefthand", left, Part::Hand),
+        ];
+        for (name, side, part) in names {
+            assert_eq!(read(name), (side, Some(part)), "{name}");
+        }
+    }
+
+    #[test]
+    fn helpers_and_names_without_a_meaning() {
+        for helper in [
+            "LeftForeArmTwist",
+            "HeadTop_End",
+            "Hips_end",
+            "UpLegLBox",
+            "左足IK",
+            "左足D",
+            "__Clavicle_L",
+            "LeftHandEnd",
+        ] {
+            assert!(Name::read(helper).is_helper, "{helper}");
+        }
+        for nothing in ["J0", "joint12", "bone_003", "Character1_Reference", "", "17", "Bip01"] {
+            let name = Name::read(nothing);
+            assert_eq!(
+                (name.meaning, name.side, name.is_helper),
+                (&[] as Meaning, None, false),
+                "{nothing}"
+            );
+        }
+    }
+
+    #[test]
+    fn fingers_have_a_kind() {
+        for (name, finger) in [
+            ("LeftHandRingPinky1", FingerKind::Little),
+            ("LeftHandRing1", FingerKind::Ring),
+            ("lMid1", FingerKind::Middle),
+            ("middle_01_l", FingerKind::Middle),
+            ("右人指２", FingerKind::Index),
+            ("LeftInHandIndex", FingerKind::Index),
+        ] {
+            assert_eq!(Name::read(name).finger, Some(finger), "{name}");
+        }
+        assert_eq!(Name::read("LeftForeArm").finger, None);
+        assert_eq!(Name::read("finger1-2.L").numbers, ["1", "2"]);
+    }
+
+    #[test]
+    fn a_mirrored_name_differs_in_the_side_alone() {
+        assert!(Name::read("LeftArm").mirrors(&Name::read("RightArm")));
+        assert!(!Name::read("LeftArm").mirrors(&Name::read("RightForeArm")));
+        assert!(!Name::read("lIndex1").mirrors(&Name::read("rIndex2")));
+        assert!(!Name::read("J1").mirrors(&Name::read("J1")));
+    }
+}

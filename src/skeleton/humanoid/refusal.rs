@@ -1,0 +1,122 @@
+//! Why the best reading of a skeleton is not a humanoid.
+
+use glam::Vec3;
+
+use super::super::poses::poses;
+use super::body::Body;
+use super::limb::{Fit, Kind};
+use super::map::LENGTHS_MAY_FIT;
+use super::topology::Tree;
+use super::words::Part;
+use crate::scene::{NodeId, Scene};
+
+/// A body is named where the bones of its limbs are, in the mean, at least this well.
+const NAMED: f32 = 0.5;
+
+/// Whether the names say that it is a body.
+pub(super) fn is_named(tree: &Tree, body: &Body) -> bool {
+    let head = body.trunk.head.is_some_and(|head| tree.names[head].says(Part::Head));
+    let arms = body.arms.as_ref().map_or(head, |arms| arms.names >= NAMED);
+    body.legs.names >= NAMED && arms
+}
+
+/// What is there where no chains can be legs.
+pub(super) fn why_there_are_no_legs(tree: &Tree) -> String {
+    let joints = tree.is_joint.iter().filter(|is_joint| **is_joint).count();
+    let root_children = tree.children.first().map_or(0, Vec::len);
+    match joints {
+        0 => "there are no joints".to_owned(),
+        _ if root_children * 2 > joints && joints > 8 => {
+            format!("{root_children} of {joints} joints hang on one: these are markers or tracked points, not a body")
+        }
+        _ => format!("no two of the {joints} joints begin chains that can be legs"),
+    }
+}
+
+/// Why the best reading is not a body.
+pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> Option<String> {
+    let legs = &body.legs;
+    let name = |node: usize| &scene.nodes[node].name;
+    let limbs = |fit: &Fit| format!("{:?} and {:?}", name(fit.pair.roots[0]), name(fit.pair.roots[1]));
+    let of_fingers = legs.joints.iter().flatten().flatten();
+    if of_fingers.clone().any(|node| tree.names[*node].says(Part::Finger)) {
+        return Some("the longest pairs of chains are fingers: this is a hand, or two".to_owned());
+    }
+    if body.trunk.head.is_none() && body.arms.is_none() {
+        return Some(format!(
+            "nothing that can be a trunk with a head or arms is above {}",
+            limbs(legs)
+        ));
+    }
+    if is_on_four_legs(scene, tree, body) {
+        return Some("the limbs at both ends of the trunk stand below it: an animal on four legs".to_owned());
+    }
+    if named {
+        return None;
+    }
+    let Some(arms) = &body.arms else {
+        return Some(format!(
+            "there are no arms, and the names do not say that {} are legs",
+            limbs(legs)
+        ));
+    };
+    let says_otherwise = |fit: &Fit| fit.names < -0.2;
+    for (fit, kind) in [(legs, Kind::Leg), (arms, Kind::Arm)] {
+        let word = if kind == Kind::Leg { "legs" } else { "arms" };
+        let missing = fit.joints.iter().any(|joints| joints.iter().flatten().count() < 3);
+        if says_otherwise(fit) {
+            return Some(format!("{} have names of something else than {word}", limbs(fit)));
+        }
+        if fit.names < NAMED && (fit.lengths < LENGTHS_MAY_FIT || missing && kind == Kind::Leg) {
+            return Some(format!("{} have not the lengths of {word}", limbs(fit)));
+        }
+    }
+    let ratio = arms.long_bones / legs.long_bones;
+    if !(0.42..=1.0).contains(&ratio) {
+        return Some(format!(
+            "upper arms and forearms are {ratio:.2} of thighs and shins, not about 0.67"
+        ));
+    }
+    if body.trunk.lengths < 2.0 * LENGTHS_MAY_FIT {
+        return Some("the trunk has not the length of one that is between such legs and arms".to_owned());
+    }
+    None
+}
+
+/// Whether the limbs at both ends of the trunk stand on the ground: they point the same way, across the trunk, and are
+/// of nearly one length.
+fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
+    let Some(arms) = &body.arms else { return false };
+    let ratio = arms.long_bones / body.legs.long_bones;
+    let stands_on_four = |at: &dyn Fn(usize) -> Vec3| {
+        let direction = |fit: &Fit, start: usize, end: usize| {
+            let ways = fit.joints.map(|joints| {
+                let end = joints[end].or(joints[end - 1]);
+                joints[start]
+                    .zip(end)
+                    .map(|(start, end)| (at(end) - at(start)).normalize_or_zero())
+            });
+            let [Some(a), Some(b)] = ways else { return Vec3::ZERO };
+            0.5 * (a + b)
+        };
+        let legs = direction(&body.legs, 0, 2);
+        let arms = direction(arms, 1, 3);
+        let trunk = at(arms_branch(body)) - at(body.trunk.hips);
+        let trunk = trunk.normalize_or_zero();
+        legs.dot(arms) > 0.75 && legs.dot(trunk).abs() < 0.5 && arms.dot(trunk).abs() < 0.5
+    };
+    if ratio < 0.78 || !stands_on_four(&|node| tree.at[node]) {
+        return false;
+    }
+    // A body whose bones are laid along axes may look like it at rest, but not in motion.
+    let poses = poses(scene);
+    let in_motion = poses
+        .iter()
+        .filter(|pose| stands_on_four(&|node| pose.position(NodeId::new(node))))
+        .count();
+    2 * in_motion >= poses.len()
+}
+
+fn arms_branch(body: &Body) -> usize {
+    body.arms.as_ref().map_or(body.trunk.hips, |arms| arms.pair.branch)
+}

@@ -1,0 +1,346 @@
+//! Which limb is the left one: what names say, and what the body says.
+//!
+//! Feet point forward, knees bend forward, elbows backward, and the parts of a face lie in front of the head. With up
+//! and forward known, left is up x forward.
+
+use glam::Vec3;
+
+use super::super::Confidence;
+use super::super::bone::Side;
+use super::super::poses::poses;
+use super::Sides;
+use super::body::Body;
+use super::limb::Fit;
+use super::topology::Tree;
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+
+/// Evidence about the sides that says something.
+const SAYS_A_SIDE: f32 = 0.25;
+
+/// A rest pose stands where the legs point this much against the trunk: the cosine.
+const STANDS: f32 = -0.6;
+
+/// How far a knee or an elbow has to be off the straight line to say anything, as a share of the limb.
+const BENT: f32 = 0.015;
+
+/// A foot that turns off from the shin by less than 26 degrees points nowhere: the cosine.
+const STRAIGHT_ON: f32 = 0.9;
+
+/// What one pose says about the sides, each from -1 to 1: above 0 where the limb of the first root is the left one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Evidence {
+    pub(super) feet: Option<f32>,
+    pub(super) knees: Option<f32>,
+    pub(super) elbows: Option<f32>,
+    pub(super) face: Option<f32>,
+}
+
+impl Evidence {
+    /// All of it in one number; 0 where nothing says anything.
+    pub(super) fn sum(&self) -> f32 {
+        let weigh = |part: Option<f32>, weight: f32| weight * part.unwrap_or(0.0);
+        weigh(self.feet, 1.0) + weigh(self.knees, 1.0) + weigh(self.elbows, 0.6) + weigh(self.face, 0.6)
+    }
+}
+
+/// What a pose of the body says. `at` gives the place of a node in it.
+pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> Evidence {
+    let Some(axes) = Axes::new(body, &at) else {
+        return Evidence::default();
+    };
+    let forward = axes.forward();
+    let flat = |way: Vec3| way - way.project_onto_normalized(axes.up);
+    let mut feet = Vec::new();
+    let mut knees = Vec::new();
+    let mut elbows = Vec::new();
+    for joints in body.legs.joints {
+        if let [Some(upper), Some(lower), Some(foot), toes] = joints {
+            let chain = tree.chain(foot);
+            let tip = toes.or_else(|| chain.get(1).copied());
+            if let Some(way) = tip.map(|tip| flat(at(tip) - at(foot))) {
+                let length = way.length();
+                // A foot that goes on as the shin does, as where only an end site is behind it, points nowhere.
+                let shin = (at(foot) - at(lower)).normalize_or_zero();
+                let straight = tip.map_or(1.0, |tip| (at(tip) - at(foot)).normalize_or_zero().dot(shin));
+                if length > 0.05 * body.legs.long_bones && straight < STRAIGHT_ON {
+                    feet.push(way.dot(forward) / length);
+                }
+            }
+            knees.extend(bend(at(upper), at(lower), at(foot)).map(|way| way.dot(forward)));
+        }
+    }
+    for joints in body.arms.iter().flat_map(|arms| arms.joints) {
+        if let [_, Some(upper), Some(lower), Some(hand)] = joints {
+            elbows.extend(bend(at(upper), at(lower), at(hand)).map(|way| -flat(way).dot(forward)));
+        }
+    }
+    let mean = |parts: Vec<f32>| (!parts.is_empty()).then(|| parts.iter().sum::<f32>() / parts.len() as f32);
+    Evidence {
+        feet: mean(feet),
+        knees: mean(knees),
+        elbows: mean(elbows),
+        face: body.trunk.head.and_then(|head| face(tree, head, &at, forward)),
+    }
+}
+
+/// What the rest pose says; nothing where it is not that of a standing figure.
+pub(super) fn at_rest(tree: &Tree, body: &Body) -> Evidence {
+    if stands(tree, body) {
+        evidence(tree, body, |node| tree.at[node])
+    } else {
+        Evidence::default()
+    }
+}
+
+/// Whether the rest pose has its legs below its trunk, and both of them.
+pub(super) fn stands(tree: &Tree, body: &Body) -> bool {
+    let at = |node: usize| tree.at[node];
+    let Some(axes) = Axes::new(body, &at) else {
+        return false;
+    };
+    body.legs.joints.iter().all(|joints| {
+        let end = joints[2].or(joints[1]);
+        let leg = joints[0]
+            .zip(end)
+            .map(|(upper, end)| (at(end) - at(upper)).normalize_or_zero());
+        leg.is_some_and(|leg| leg.dot(axes.up) < STANDS)
+    })
+}
+
+/// Up and across, of one pose.
+pub(super) struct Axes {
+    /// From the hips to the shoulders.
+    pub(super) up: Vec3,
+    /// From the limb of the second root to that of the first.
+    pub(super) across: Vec3,
+}
+
+impl Axes {
+    pub(super) fn new(body: &Body, at: &impl Fn(usize) -> Vec3) -> Option<Self> {
+        let middle = |nodes: [Option<usize>; 2]| Some(0.5 * (at(nodes[0]?) + at(nodes[1]?)));
+        let hips = middle(body.legs.joints.map(|joints| joints[0]))?;
+        let arms = body
+            .arms
+            .as_ref()
+            .and_then(|arms| middle(arms.joints.map(|joints| joints[1])));
+        let trunk = &body.trunk;
+        // The arms of a collapsed pose are not where the shoulders are; the trunk's own joints are.
+        let above = trunk
+            .neck
+            .or(trunk.head)
+            .or(trunk.spine.last().copied())
+            .map(at)
+            .or(arms)?;
+        let up = (above - hips).try_normalize()?;
+        let across_of = |joints: [Option<usize>; 2]| Some(at(joints[0]?) - at(joints[1]?));
+        let legs = across_of(body.legs.joints.map(|joints| joints[0]))?;
+        let arms = body
+            .arms
+            .as_ref()
+            .and_then(|arms| across_of(arms.joints.map(|joints| joints[1])));
+        let across = if legs.length() > 0.02 * body.legs.long_bones {
+            legs
+        } else {
+            arms?
+        };
+        let across = (across - across.project_onto_normalized(up)).try_normalize()?;
+        Some(Self { up, across })
+    }
+
+    /// Where the figure looks if the limb of the first root is the left one.
+    pub(super) fn forward(&self) -> Vec3 {
+        self.across.cross(self.up)
+    }
+}
+
+/// The way from the straight line between the ends of a limb to its middle joint, as a direction; none where it is
+/// straight.
+fn bend(start: Vec3, middle: Vec3, end: Vec3) -> Option<Vec3> {
+    let line = (end - start).try_normalize()?;
+    let off = (middle - start) - (middle - start).project_onto_normalized(line);
+    let length = start.distance(middle) + middle.distance(end);
+    (off.length() > BENT * length).then(|| off.normalize_or_zero())
+}
+
+/// Eyes, jaw and the like are in front of the joint of the head.
+fn face(tree: &Tree, head: usize, at: &impl Fn(usize) -> Vec3, forward: Vec3) -> Option<f32> {
+    const ENOUGH: usize = 3;
+    let mut parts = Vec::new();
+    let mut open = vec![head];
+    while let Some(node) = open.pop() {
+        if node != head && tree.is_joint[node] {
+            parts.push(at(node));
+        }
+        if parts.len() > 256 {
+            break;
+        }
+        open.extend(&tree.children[node]);
+    }
+    if parts.len() < ENOUGH {
+        return None;
+    }
+    let mean = parts.iter().sum::<Vec3>() / parts.len() as f32;
+    let way = mean - at(head);
+    Some((way.dot(forward) / way.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0))
+}
+
+/// The side of the first root by the names of its limb's joints: none where they say nothing or both.
+pub(super) fn by_names(tree: &Tree, joints: &[[Option<usize>; 4]; 2], roots: [usize; 2]) -> Option<Side> {
+    let mut votes = 0;
+    for (limb, sign) in [(0, 1), (1, -1)] {
+        for node in joints[limb].iter().flatten().chain([&roots[limb]]) {
+            votes += match tree.names[*node].side {
+                Some(Side::Left) => sign,
+                Some(Side::Right) => -sign,
+                None => 0,
+            };
+        }
+    }
+    match votes {
+        0 => None,
+        votes if votes > 0 => Some(Side::Left),
+        _ => Some(Side::Right),
+    }
+}
+
+/// Which root of each pair is the left one, and how well that is known.
+pub(super) struct Found {
+    /// The sides of the limbs of both roots, of legs and of arms.
+    pub(super) legs: [Side; 2],
+    pub(super) arms: [Side; 2],
+    pub(super) is_named: bool,
+    pub(super) value: Sides,
+    pub(super) confidence: Confidence,
+    pub(super) reason: String,
+}
+
+impl Found {
+    pub(super) fn new(scene: &Scene, tree: &Tree, body: &Body) -> Self {
+        let (evidence, place) = look_for_sides(scene, tree, body);
+        let sum = evidence.sum();
+        let by_name = |fit: &Fit| by_names(tree, &fit.joints, fit.pair.roots);
+        let legs_by_name = by_name(&body.legs);
+        let arms_by_name = body.arms.as_ref().and_then(by_name);
+        let by_body = (sum.abs() > SAYS_A_SIDE).then_some(if sum > 0.0 { Side::Left } else { Side::Right });
+        let legs = legs_by_name.or(by_body).unwrap_or(Side::Left);
+        // Arms without names are on the side of the leg below them.
+        let arms_of_legs = || {
+            if is_arm_above_leg(scene, tree, body) {
+                legs
+            } else {
+                legs.opposite()
+            }
+        };
+        let arms = arms_by_name.unwrap_or_else(arms_of_legs);
+        let (value, confidence, reason) = match (legs_by_name, by_body) {
+            (None, None) => (
+                Sides::Unknown,
+                Confidence::Unsure,
+                "neither names nor the body tell left from right".to_owned(),
+            ),
+            (None, Some(_)) => (
+                Sides::Unknown,
+                if sum.abs() > 0.6 {
+                    Confidence::Likely
+                } else {
+                    Confidence::Unsure
+                },
+                format!("the names have no sides; {place} shows them"),
+            ),
+            (Some(_), None) => (
+                Sides::Unknown,
+                Confidence::Unsure,
+                "the body does not show which side is which".to_owned(),
+            ),
+            (Some(named), Some(shown)) => {
+                let confidence = if sum.abs() > 0.6 {
+                    Confidence::Sure
+                } else {
+                    Confidence::Likely
+                };
+                let parts = parts_of(&evidence, sum);
+                if named == shown {
+                    (
+                        Sides::Agree,
+                        confidence,
+                        format!("{parts} of {place} are as the names have it"),
+                    )
+                } else {
+                    let reason = format!("{parts} of {place} show that what is named left is on the right");
+                    (Sides::Opposite, confidence, reason)
+                }
+            }
+        };
+        Self {
+            legs: [legs, legs.opposite()],
+            arms: [arms, arms.opposite()],
+            is_named: legs_by_name.is_some(),
+            value,
+            confidence,
+            reason,
+        }
+    }
+}
+
+/// The parts of the body that say what the sum says.
+fn parts_of(evidence: &Evidence, sum: f32) -> String {
+    let parts = [
+        ("feet", evidence.feet),
+        ("knees", evidence.knees),
+        ("elbows", evidence.elbows),
+        ("face", evidence.face),
+    ];
+    let telling: Vec<&str> = parts
+        .into_iter()
+        .filter(|(_, says)| says.is_some_and(|says| says * sum > 0.0))
+        .map(|(part, _)| part)
+        .collect();
+    telling.join(" and ")
+}
+
+/// What rest pose and motion say together.
+fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body) -> (Evidence, &'static str) {
+    let rest = at_rest(tree, body);
+    if rest.sum().abs() > SAYS_A_SIDE || scene.animations.is_empty() {
+        return (rest, "the rest pose");
+    }
+    let poses = poses(scene);
+    let all: Vec<Evidence> = poses
+        .iter()
+        .map(|pose| evidence(tree, body, |node| pose.position(NodeId::new(node))))
+        .collect();
+    let mean = |part: fn(&Evidence) -> Option<f32>| {
+        let said: Vec<f32> = all.iter().filter_map(part).filter(|said| said.is_finite()).collect();
+        (!said.is_empty()).then(|| said.iter().sum::<f32>() / said.len() as f32)
+    };
+    let evidence = Evidence {
+        feet: mean(|evidence| evidence.feet),
+        knees: mean(|evidence| evidence.knees),
+        elbows: mean(|evidence| evidence.elbows),
+        face: mean(|evidence| evidence.face),
+    };
+    (evidence, "the motion")
+}
+
+/// Whether the first arm is on the side of the first leg: at rest, and where it does not show there, in motion.
+fn is_arm_above_leg(scene: &Scene, tree: &Tree, body: &Body) -> bool {
+    let Some(arms) = &body.arms else { return true };
+    let same_way = |at: &dyn Fn(usize) -> Vec3| {
+        let across = |a: Option<usize>, b: Option<usize>| match (a, b) {
+            (Some(a), Some(b)) => (at(a) - at(b)).normalize_or_zero(),
+            _ => Vec3::ZERO,
+        };
+        across(body.legs.joints[0][0], body.legs.joints[1][0]).dot(across(arms.joints[0][1], arms.joints[1][1]))
+    };
+    let at_rest = same_way(&|node| tree.at[node]);
+    let stands = stands(tree, body);
+    if stands && at_rest.abs() > 0.5 || scene.animations.is_empty() {
+        return at_rest >= 0.0;
+    }
+    let sum: f32 = poses(scene)
+        .iter()
+        .map(|pose: &Pose| same_way(&|node| pose.position(NodeId::new(node))))
+        .sum();
+    sum >= 0.0
+}

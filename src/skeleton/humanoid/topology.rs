@@ -1,0 +1,219 @@
+//! The skeleton as a tree of bones: lengths, chains, and limbs that come in pairs.
+
+use glam::Vec3;
+
+use super::names::Name;
+use crate::pose::{Binding, Pose};
+use crate::scene::{NodeId, NodeKind, Scene};
+
+/// Nodes of a chain that are looked at; a limb with twist and helper joints has a dozen.
+const MOST_IN_A_CHAIN: usize = 16;
+
+/// Children of one node among which pairs are looked for. Hands and faces have fewer; hundreds are markers.
+const MOST_CHILDREN: usize = 64;
+
+/// Share by which the two limbs of a pair may differ in length. Solvers fit each side on its own.
+const PAIR_TOLERANCE: f32 = 0.2;
+
+/// A limb is at least this share of the longest chain of the skeleton, from its root on.
+const SHORTEST_LIMB: f32 = 0.12;
+
+/// Share of joints without a length from which on the OFFSETs are taken to be left out.
+const NO_LENGTHS: f32 = 0.8;
+
+/// The nodes of a scene with their names read and their bones measured.
+pub(super) struct Tree {
+    /// What each name says.
+    pub(super) names: Vec<Name>,
+    /// Where each node is in the world, at rest.
+    pub(super) at: Vec<Vec3>,
+    /// The node above.
+    pub(super) parent: Vec<Option<usize>>,
+    /// The nodes below.
+    pub(super) children: Vec<Vec<usize>>,
+    /// Nodes that the file can animate.
+    pub(super) is_joint: Vec<bool>,
+    /// Distance to the parent.
+    pub(super) bone: Vec<f32>,
+    /// Length of the longest chain from the node down.
+    pub(super) reach: Vec<f32>,
+}
+
+impl Tree {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let count = scene.nodes.len();
+        let parent: Vec<_> = scene.nodes.iter().map(|node| node.parent.map(NodeId::index)).collect();
+        let mut children = vec![Vec::new(); count];
+        for (index, parent) in parent.iter().enumerate() {
+            if let Some(parent) = *parent {
+                children[parent].push(index);
+            }
+        }
+        let at = rest_positions(scene);
+        let bone: Vec<f32> = (0..count)
+            .map(|index| parent[index].map_or(0.0, |parent| at[index].distance(at[parent])))
+            .map(|length| if length.is_finite() { length } else { 0.0 })
+            .collect();
+        let mut reach = vec![0.0_f32; count];
+        for index in (0..count).rev() {
+            if let Some(parent) = parent[index] {
+                reach[parent] = reach[parent].max(reach[index] + bone[index]);
+            }
+        }
+        Self {
+            names: scene.nodes.iter().map(|node| Name::read(&node.name)).collect(),
+            at,
+            parent,
+            children,
+            is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
+            bone,
+            reach,
+        }
+    }
+
+    /// The nodes from the root down to `node`, without it.
+    fn above(&self, node: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(self.parent[node], |above| self.parent[*above])
+    }
+
+    /// Whether `node` is `above` or hangs on it.
+    pub(super) fn is_within(&self, node: usize, above: usize) -> bool {
+        node == above || self.above(node).any(|other| other == above)
+    }
+
+    /// The way from one node to another through the tree, both included.
+    pub(super) fn path(&self, from: usize, to: usize) -> Vec<usize> {
+        let up: Vec<usize> = std::iter::once(from).chain(self.above(from)).collect();
+        let mut down = Vec::new();
+        let mut node = to;
+        let meeting = loop {
+            if let Some(place) = up.iter().position(|other| *other == node) {
+                break place;
+            }
+            down.push(node);
+            match self.parent[node] {
+                Some(parent) => node = parent,
+                // Two trees: no way. A scene has one root.
+                None => break up.len() - 1,
+            }
+        };
+        let mut path = up[..=meeting].to_vec();
+        path.extend(down.into_iter().rev());
+        path
+    }
+
+    /// Length of a way through the tree.
+    pub(super) fn length_of(&self, path: &[usize]) -> f32 {
+        path.windows(2)
+            .map(|pair| self.at[pair[0]].distance(self.at[pair[1]]))
+            .sum()
+    }
+
+    /// Length of the way between two nodes.
+    pub(super) fn between(&self, from: usize, to: usize) -> f32 {
+        self.length_of(&self.path(from, to))
+    }
+
+    /// The longest chain that begins with `start`: its nodes, end sites too. Of two ways of nearly one length the one
+    /// with more joints, so that a stub beside a limb is not taken for it.
+    pub(super) fn chain(&self, start: usize) -> Vec<usize> {
+        let mut chain = vec![start];
+        let mut node = start;
+        while chain.len() < MOST_IN_A_CHAIN {
+            let longest = |child: &usize| {
+                let helps = self.names[*child].is_helper && self.children[*child].len() < 2;
+                let length = self.bone[*child] + self.reach[*child];
+                if helps { 0.5 * length } else { length }
+            };
+            let next = self.children[node]
+                .iter()
+                .copied()
+                .max_by(|a, b| longest(a).total_cmp(&longest(b)));
+            let Some(next) = next else { break };
+            chain.push(next);
+            node = next;
+        }
+        chain
+    }
+}
+
+/// Two limbs that hang on one node and are alike.
+#[derive(Clone, Debug)]
+pub(super) struct Pair {
+    /// The node on which both hang.
+    pub(super) branch: usize,
+    /// The first node of each, in the order of the file.
+    pub(super) roots: [usize; 2],
+    /// The longer reach of the two, from the branch.
+    pub(super) reach: f32,
+}
+
+/// Pairs of limbs that can be arms or legs, the longest first.
+pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    let longest = tree.reach.iter().copied().fold(0.0, f32::max);
+    for (branch, children) in tree.children.iter().enumerate() {
+        if children.len() < 2 || children.len() > MOST_CHILDREN {
+            continue;
+        }
+        let length = |child: usize| tree.bone[child] + tree.reach[child];
+        let limbs: Vec<(usize, usize)> = children
+            .iter()
+            .copied()
+            .filter(|&child| !tree.children[child].is_empty() && length(child) > SHORTEST_LIMB * longest)
+            .map(|child| (child, tree.chain(child).len()))
+            .collect();
+        for (place, &(a, nodes_of_a)) in limbs.iter().enumerate() {
+            for &(b, nodes_of_b) in &limbs[place + 1..] {
+                if are_alike(tree, a, b, nodes_of_a.abs_diff(nodes_of_b)) {
+                    pairs.push(Pair {
+                        branch,
+                        roots: [a, b],
+                        reach: length(a).max(length(b)),
+                    });
+                }
+            }
+        }
+    }
+    pairs.sort_by(|a, b| b.reach.total_cmp(&a.reach));
+    pairs.truncate(most);
+    pairs
+}
+
+/// Whether two limbs can be the left and the right one of a body.
+fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
+    let (names_a, names_b) = (&tree.names[a], &tree.names[b]);
+    if names_a.side.is_some() && names_a.side == names_b.side {
+        return false;
+    }
+    let length = |limb: usize| tree.bone[limb] + tree.reach[limb];
+    let (long, short) = (length(a).max(length(b)), length(a).min(length(b)));
+    if names_a.mirrors(names_b) {
+        return short > 0.4 * long;
+    }
+    short > (1.0 - PAIR_TOLERANCE) * long && more_nodes <= 1
+}
+
+/// Where the nodes are at rest. Where the file leaves the lengths to the position channels, in its first frame.
+fn rest_positions(scene: &Scene) -> Vec<Vec3> {
+    let rest = Pose::rest(scene);
+    let positions = |pose: &Pose| {
+        (0..scene.nodes.len())
+            .map(|index| pose.position(NodeId::new(index)))
+            .collect()
+    };
+    let bones = scene.nodes.iter().filter(|node| node.parent.is_some());
+    let without = bones
+        .clone()
+        .filter(|node| node.transform.w_axis.truncate() == Vec3::ZERO)
+        .count();
+    let all = bones.count();
+    match scene.animations.first() {
+        Some(animation) if all > 3 && without as f32 > NO_LENGTHS * all as f32 => {
+            let mut pose = rest;
+            pose.sample(&Binding::new(scene, animation), animation, 0.0);
+            positions(&pose)
+        }
+        _ => positions(&rest),
+    }
+}

@@ -1,0 +1,269 @@
+//! Which joint is which bone, against `fixtures/skeletons/truth.json`, which was made by hand.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use mocap::glam::Vec3;
+use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind};
+use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, Sides, humanoid};
+use mocap::{Importer, Pose, Scene};
+use serde_json::Value;
+
+/// The files of the truth, each with what is true of it.
+pub(crate) fn truth() -> serde_json::Map<String, Value> {
+    let text = fs::read_to_string("fixtures/skeletons/truth.json").unwrap();
+    let mut truth: Value = serde_json::from_str(&text).unwrap();
+    match truth["files"].take() {
+        Value::Object(files) => files,
+        other => panic!("{other}"),
+    }
+}
+
+/// Reads a file of the truth. Where its motion is refused, the skeleton alone.
+pub(crate) fn import(file: &str) -> Scene {
+    let path = format!("fixtures/{file}");
+    match mocap::import(&path) {
+        Ok(scene) => scene,
+        Err(_) => {
+            let bytes = fs::read(&path).unwrap();
+            let end = bytes.windows(6).position(|word| word == b"MOTION").unwrap();
+            Importer::new().read(&bytes[..end], &path).unwrap()
+        }
+    }
+}
+
+/// What was found, by the names of the joints.
+fn names(scene: &Scene, found: &Humanoid) -> BTreeMap<HumanoidBone, String> {
+    let name = |node: NodeId| scene.nodes[node.index()].name.clone();
+    found
+        .bones
+        .iter()
+        .map(|(bone, joint)| (*bone, name(joint.joint)))
+        .collect()
+}
+
+/// Bones that are right, bones that there are, and the wrong ones in words.
+#[derive(Default)]
+struct Score {
+    right: usize,
+    all: usize,
+    wrong: Vec<(HumanoidBone, String)>,
+}
+
+/// Compares what was found with the truth about a file, in which `accept` lists what is as right as `map`.
+fn compare(truth: &Value, found: &BTreeMap<HumanoidBone, String>) -> Score {
+    let mut score = Score::default();
+    for &bone in HumanoidBone::ALL {
+        let mapped = truth["map"].get(bone.as_str());
+        let accepted = truth["accept"].get(bone.as_str()).and_then(Value::as_array);
+        let found = found.get(&bone);
+        if mapped.is_none() && found.is_none() {
+            continue;
+        }
+        let is = |value: &Value| value.as_str() == found.map(String::as_str);
+        score.all += 1;
+        if mapped.is_some_and(is) || accepted.is_some_and(|accepted| accepted.iter().any(is)) {
+            score.right += 1;
+        } else {
+            score.wrong.push((bone, format!("{bone:?}: {found:?}, not {mapped:?}")));
+        }
+    }
+    score
+}
+
+#[test]
+fn the_bones_of_real_files_are_those_that_people_see() {
+    let mut sum = Score::default();
+    for (file, truth) in truth() {
+        let scene = import(&file);
+        let found = humanoid(&scene);
+        if truth["humanoid"] == false {
+            assert!(!found.found && found.bones.is_empty(), "{file}: {}", found.reason);
+            continue;
+        }
+        assert!(found.found, "{file}: {}", found.reason);
+        let score = compare(&truth, &names(&scene, &found));
+        for (bone, words) in &score.wrong {
+            println!("{file}: {words}");
+            let confidence = found.bones.get(bone).map(|joint| joint.confidence);
+            assert_ne!(confidence, Some(Confidence::Sure), "{file}: {words}");
+        }
+        sum.right += score.right;
+        sum.all += score.all;
+    }
+    assert!(sum.all > 1200, "{}", sum.all);
+    assert!(
+        sum.right * 100 >= sum.all * 98,
+        "{} of {} are right",
+        sum.right,
+        sum.all
+    );
+}
+
+/// Calls each joint by a number, in channels too.
+fn number_the_joints(scene: &mut Scene) {
+    for (index, node) in scene.nodes.iter_mut().enumerate() {
+        node.name = format!("J{index}");
+    }
+}
+
+#[test]
+fn the_bones_of_characters_are_found_without_names() {
+    let mut sum = Score::default();
+    for (file, truth) in truth() {
+        if !file.contains("/human_") {
+            continue;
+        }
+        let scene = import(&file);
+        let mut numbered = scene.clone();
+        number_the_joints(&mut numbered);
+        let score = compare(&truth, &names(&scene, &humanoid(&numbered)));
+        assert!(score.right * 100 >= score.all * 90, "{file}: {:?}", score.wrong);
+        sum.right += score.right;
+        sum.all += score.all;
+    }
+    assert!(sum.all > 250, "{}", sum.all);
+}
+
+/// Of the files whose names and body show the sides, motion included.
+#[test]
+fn the_sides_are_those_of_the_body() {
+    for (file, truth) in truth() {
+        if truth["humanoid"] == false {
+            continue;
+        }
+        let expected = match truth["sides"]["names"].as_str() {
+            Some("agree") | None => Sides::Agree,
+            Some("opposite") => Sides::Opposite,
+            _ => Sides::Unknown,
+        };
+        let found = humanoid(&import(&file));
+        assert_eq!(found.sides, expected, "{file}: {}", found.sides_reason);
+    }
+}
+
+/// The reader of the characters puts the bones where their maker says they are.
+#[test]
+fn the_characters_stand_where_their_maker_put_them() {
+    let mut compared = 0;
+    for (file, truth) in truth() {
+        let Some(places) = truth["rest_world_positions_m"].as_object() else {
+            continue;
+        };
+        let scene = import(&file);
+        let rest = Pose::rest(&scene);
+        for (bone, place) in places {
+            let name = truth["map"][bone].as_str().unwrap();
+            let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
+            let place: Vec3 = serde_json::from_value(place.clone()).unwrap();
+            let found = rest.position(NodeId::new(node));
+            assert!(found.distance(place) < 2e-5, "{file}: {bone} at {found}, not {place}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 100);
+}
+
+/// A skeleton of nodes called by what they are, given as depth, name and offset.
+fn skeleton(nodes: &[(usize, &str, [f32; 3])]) -> Scene {
+    let mut scene = Scene::default();
+    let mut open: Vec<NodeId> = Vec::new();
+    for &(depth, name, offset) in nodes {
+        open.truncate(depth);
+        scene.nodes.push(Node {
+            name: name.to_owned(),
+            kind: NodeKind::Joint,
+            parent: open.last().copied(),
+            transform: mocap::glam::Mat4::from_translation(offset.into()),
+            ..Node::default()
+        });
+        open.push(NodeId::new(scene.nodes.len() - 1));
+    }
+    scene
+}
+
+/// A dog in the names of a human body, as those of a well-known data set are.
+#[test]
+fn a_dog_is_refused_although_its_joints_have_human_names() {
+    let mut nodes = vec![(0, "Hips", [0.0, 0.5, 0.0])];
+    for (name, x) in [("Left", 0.08), ("Right", -0.08)] {
+        let names = [
+            format!("{name}UpLeg"),
+            format!("{name}Leg"),
+            format!("{name}Foot"),
+            format!("{name}Toe"),
+        ];
+        let offsets = [
+            [x, -0.02, 0.0],
+            [0.0, -0.2, 0.02],
+            [0.0, -0.2, -0.03],
+            [0.0, -0.06, 0.04],
+        ];
+        for (depth, (name, offset)) in names.into_iter().zip(offsets).enumerate() {
+            nodes.push((depth + 1, String::leak(name), offset));
+        }
+    }
+    nodes.extend([(1, "Spine", [0.0, 0.02, 0.2]), (2, "Spine1", [0.0, 0.0, 0.2])]);
+    for (name, x) in [("Left", 0.08), ("Right", -0.08)] {
+        let names = [
+            format!("{name}Shoulder"),
+            format!("{name}Arm"),
+            format!("{name}ForeArm"),
+            format!("{name}Hand"),
+        ];
+        let offsets = [[x, 0.0, 0.1], [0.0, -0.1, 0.02], [0.0, -0.19, 0.0], [0.0, -0.18, 0.0]];
+        for (depth, (name, offset)) in names.into_iter().zip(offsets).enumerate() {
+            nodes.push((depth + 3, String::leak(name), offset));
+        }
+    }
+    nodes.extend([
+        (3, "Neck", [0.0, 0.08, 0.15]),
+        (4, "Head", [0.0, 0.1, 0.1]),
+        (1, "Tail", [0.0, 0.0, -0.1]),
+    ]);
+    let found = humanoid(&skeleton(&nodes));
+    assert!(!found.found);
+    assert!(found.reason.contains("four legs"), "{}", found.reason);
+}
+
+#[test]
+fn what_is_no_body_is_refused_with_the_reason() {
+    let nothing = humanoid(&Scene::default());
+    assert_eq!((nothing.found, nothing.reason.as_str()), (false, "there are no joints"));
+    assert_eq!(nothing.missing().len(), HumanoidBone::REQUIRED.len());
+
+    let markers = humanoid(&import("real/optotrak.c3d"));
+    assert!(markers.reason.contains("markers"), "{}", markers.reason);
+
+    // Hundreds of chains on one joint: hair, a rope, a cloth.
+    let mut nodes = vec![(0, "root", [0.0; 3])];
+    for _ in 0..300 {
+        nodes.extend([
+            (1, "a", [1.0, 0.0, 0.0]),
+            (2, "b", [1.0, 0.0, 0.0]),
+            (3, "c", [1.0, 0.0, 0.0]),
+        ]);
+    }
+    assert!(!humanoid(&skeleton(&nodes)).found);
+}
+
+/// Values that are no numbers, and nodes at one place, are a skeleton too.
+#[test]
+fn broken_lengths_are_survived() {
+    let scene = import("real/cmu_short.bvh");
+    for broken in [f32::NAN, f32::INFINITY, 0.0, 1e30, -1e-30] {
+        let mut scene = scene.clone();
+        for node in &mut scene.nodes {
+            node.transform.w_axis.x = broken;
+        }
+        scene.animations.push(Animation::default());
+        for channel in scene
+            .animations
+            .iter_mut()
+            .flat_map(|animation| &mut animation.channels)
+        {
+            channel.position_keys = Keys::constant(Vec3::splat(broken));
+        }
+        let _ = humanoid(&scene);
+    }
+}
