@@ -1,18 +1,18 @@
-//! Motion as arrays: a scene's nodes over time as plain numbers, for NumPy, data frames and training code.
+//! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
-//! [`arrays`] is the one function; [`npz`] and [`csv`] write what it returns, and the `arrow` feature makes tables of it.
+//! [`arrays`] makes them; [`npz`] and [`csv`] write them, and the `arrow` feature makes tables of them.
 //!
 //! | array | shape | values |
 //! |---|---|---|
 //! | [`Arrays::positions`] | frames x joints x 3 | x, y, z in the unit and the axes of the output |
 //! | [`Arrays::rotations`] | frames x joints x [`Rotation::width`] | see [`Rotation`] |
-//! | [`Arrays::velocities`] | frames x joints x 3 | of the positions, in units a second |
+//! | [`Arrays::velocities`] | frames x joints x 3 | of the positions, in units per second |
 //! | [`Arrays::contacts`] | frames x joints | whether a foot stands on the ground |
 //!
-//! Each is one `Vec`, the last index counting fastest. A frame's time is its number / [`Arrays::frame_rate`] seconds.
-//! Values that the file has as NaN or infinity hold the last finite one, and a root's OFFSET is treated as
-//! [`Importer::root_offset`](crate::Importer::root_offset) says; both happen when the file is read, and the scene's
-//! warnings and the provenance tell of them.
+//! Each is one `Vec`, in row-major order. A frame's time is its index / [`Arrays::frame_rate`] seconds. NaN and
+//! infinity in the file are replaced by the last finite value, and
+//! [`Importer::root_offset`](crate::Importer::root_offset) decides how a root's OFFSET is used; both happen when the
+//! file is read, and are in the scene's warnings and in the provenance.
 
 mod chain;
 mod contacts;
@@ -42,13 +42,13 @@ pub use self::joints::Joint;
 pub use self::options::{Contacts, Moment, Options, Space};
 pub use self::rotation::{Rotation, RotationSpace};
 
-/// A motion as arrays, and all that it takes to read them.
+/// A motion as arrays, and their description.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arrays {
-    /// What the numbers mean, and where they come from.
+    /// The meaning and the origin of the numbers.
     pub header: Header,
-    /// How many frames there are; none where the file has no motion.
+    /// The number of frames; 0 where the file has no motion.
     pub frames: usize,
     /// Frames x joints x 3.
     pub positions: Vec<f32>,
@@ -56,7 +56,7 @@ pub struct Arrays {
     pub rotations: Vec<f32>,
     /// Frames x joints x 3, if asked for.
     pub velocities: Option<Vec<f32>>,
-    /// Frames x joints, if asked for. A joint that is no foot never touches the ground.
+    /// Frames x joints, if asked for. `false` for joints that are not feet.
     pub contacts: Option<Vec<bool>>,
 }
 
@@ -66,7 +66,7 @@ impl Arrays {
         &self.header.joints
     }
 
-    /// Frames in a second; 0 where there is no motion.
+    /// Frames per second; 0 where there is no motion.
     pub fn frame_rate(&self) -> f64 {
         self.header.frame_rate
     }
@@ -77,27 +77,27 @@ impl Arrays {
     }
 }
 
-/// What the numbers of [`Arrays`] mean. Every written file carries it, as JSON.
+/// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Header {
-    /// Frames in a second; 0 where there is no motion.
+    /// Frames per second; 0 where there is no motion.
     pub frame_rate: f64,
-    /// Metres in one unit of length of the output; absent where the file does not say and nobody asked.
+    /// Metres per unit of length of the output; absent where neither the file nor the options state it.
     pub metres_per_unit: Option<f64>,
-    /// The axis of the output that points up; absent where the file does not say and nobody asked.
+    /// The up axis of the output; absent where neither the file nor the options state it.
     pub up: Option<UpAxis>,
     /// What positions are relative to.
     pub space: Space,
-    /// What the numbers of a rotation are.
+    /// The representation of rotations.
     pub rotation: Rotation,
     /// What rotations are relative to.
     pub rotation_space: RotationSpace,
-    /// What counts as standing on the ground, where contacts were asked for.
+    /// The thresholds for contacts, where contacts were asked for.
     pub contacts: Option<Contacts>,
     /// The joints, in the order of the second axis.
     pub joints: Vec<Joint>,
-    /// The file, and what was decided and changed on the way.
+    /// The file, and all decisions and changes.
     pub provenance: Provenance,
 }
 
@@ -108,8 +108,8 @@ impl Header {
     }
 }
 
-/// The first animation of `scene` as arrays. Long motions are divided among the processor's cores; the values are the
-/// same with any number of them.
+/// The first animation of `scene` as arrays. Long motions are computed by several threads; the values do not depend on
+/// their number.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays};
@@ -125,9 +125,9 @@ impl Header {
 /// ```
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where an option has no meaning, such as a pattern that no joint's name matches, or a part
-/// that begins after the motion's end;
-/// [`Code::LimitExceeded`] where the arrays would have more values than a file may have by default.
+/// [`Code::UnknownOption`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
+/// begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the default
+/// [`Limits::max_values`].
 pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
     let mut provenance = Provenance::of(scene);
     let frame = frame::Frame::new(scene, options, &mut provenance.assumptions)?;
@@ -182,7 +182,7 @@ pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
     })
 }
 
-/// A frame rate is a claim on memory like any count in a file.
+/// A frame rate of the caller decides the memory, so it is checked like a count in a file.
 fn check_size(frames: usize, values_per_frame: usize) -> Result<()> {
     let limit = Limits::default().max_values;
     let values = frames as u64 * values_per_frame as u64;
@@ -198,7 +198,7 @@ fn check_size(frames: usize, values_per_frame: usize) -> Result<()> {
     Ok(())
 }
 
-/// An option that has no meaning.
+/// The error for an option that is not valid.
 fn unknown_option(message: impl Into<String>, expected: &str, found: impl Into<String>) -> Error {
     Diagnostic::new(Code::UnknownOption, message)
         .expected_found(expected, found)

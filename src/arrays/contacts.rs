@@ -1,4 +1,4 @@
-//! Which feet stand on the ground.
+//! Foot contacts: which feet are on the ground.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use crate::arrays::velocities::velocities;
 use crate::arrays::{Contacts, Options, unknown_option};
 use crate::error::Result;
 
-/// The paths of the feet through the world of the output.
+/// The positions of the feet in the world of the output.
 pub(super) struct Feet {
     thresholds: Option<Contacts>,
     joint_count: usize,
@@ -74,8 +74,8 @@ impl Feet {
     }
 }
 
-/// Of the lowest foot of each frame, the height that a twentieth of the frames stay below. The lowest of all would be
-/// that of a rest pose put in front, whose hips are at the origin in CMU's files, and its feet far below.
+/// The fifth percentile of the height of the lowest foot. The minimum would be that of a rest pose in the first frame,
+/// in which CMU's files have the hips at the origin and the feet far below.
 fn ground(heights: &[f32], feet: usize) -> f32 {
     let lowest = |frame: &[f32]| frame.iter().copied().fold(f32::INFINITY, f32::min);
     let mut lowest: Vec<f32> = heights.chunks(feet.max(1)).map(lowest).collect();

@@ -1,16 +1,16 @@
-//! Comma-separated values: a row for each frame and joint.
+//! Comma-separated values: one row for each frame and joint.
 //!
 //! The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the columns.
-//! `pandas.read_csv(path, skiprows=1)` reads it. Numbers have as many digits as it takes to get the same 32-bit number
-//! back.
+//! `pandas.read_csv(path, skiprows=1)` reads it. Numbers have as many digits as are needed to read the same 32-bit
+//! number back.
 
 use std::fmt::Write;
 
 use crate::arrays::Arrays;
 
 /// The text of the file: `frame`, `time` in seconds, `joint`, the position as `x`, `y`, `z`, the rotation by
-/// [`Rotation::columns`](crate::arrays::Rotation::columns), then, where they were asked for, the velocity as `vx`,
-/// `vy`, `vz`, and `contact` as 0 or 1.
+/// [`Rotation::columns`](crate::arrays::Rotation::columns), then, if asked for, the velocity as `vx`, `vy`, `vz`, and
+/// `contact` as 0 or 1.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays, csv};

@@ -1,4 +1,4 @@
-//! Which nodes go into the arrays, and how each stands to the others.
+//! Selects the nodes of the arrays, and finds the parent and the offset of each.
 
 use glam::{Mat4, Vec3};
 use regex_lite::Regex;
@@ -15,14 +15,14 @@ use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 pub struct Joint {
     /// The name as in the file. Names may repeat.
     pub name: String,
-    /// The nearest node above that the output has too, as an index into its joints.
+    /// The nearest ancestor in the output, as an index into its joints.
     pub parent: Option<usize>,
-    /// From the parent, in its axes at rest, in the unit of the output; from the origin, in the file's axes, where
-    /// there is no parent.
+    /// The offset from the parent in the rest pose, in the parent's axes and the unit of the output; without a parent,
+    /// from the origin in the file's axes.
     pub offset: Vec3,
-    /// Whether it is a tip that the file does not animate.
+    /// Whether it is an end site, which the file does not animate.
     pub end_site: bool,
-    /// The order in which the file turns the joint about its axes, where it has one.
+    /// The order of the joint's Euler angles in the file, where it has one.
     pub rotation_order: Option<RotationOrder>,
 }
 
@@ -30,11 +30,11 @@ pub struct Joint {
 pub(super) struct Selection {
     pub(super) nodes: Vec<NodeId>,
     pub(super) joints: Vec<Joint>,
-    /// For each, the joint that its chain begins with; it need not be in the output.
+    /// For each, the root of its chain, which need not be in the output.
     pub(super) roots: Vec<NodeId>,
 }
 
-/// A regular expression of the caller.
+/// Compiles a regular expression of the caller.
 pub(super) fn pattern(pattern: &str) -> Result<Regex> {
     Regex::new(pattern).map_err(|error| {
         let message = "the pattern for joint names is not a regular expression";
@@ -52,7 +52,7 @@ impl Selection {
             joints: Vec::new(),
             roots: Vec::new(),
         };
-        // Parents stand before their children, so what a node inherits is there when its turn comes.
+        // Parents come before their children, so inherited values are known.
         let mut listed_above: Vec<Option<usize>> = Vec::with_capacity(scene.nodes.len());
         let mut roots: Vec<Option<NodeId>> = Vec::with_capacity(scene.nodes.len());
         for (index, node) in scene.nodes.iter().enumerate() {
@@ -89,7 +89,7 @@ impl Selection {
     }
 }
 
-/// `node` to `ancestor`, through the nodes between them; to the world without one.
+/// The matrix from `node` to `ancestor`, or to the world without one.
 fn to_ancestor(scene: &Scene, pose: &Pose, node: NodeId, ancestor: Option<NodeId>) -> Mat4 {
     if ancestor.is_none() {
         return pose.node_to_world[node.index()];

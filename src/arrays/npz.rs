@@ -4,15 +4,15 @@
 //! |---|---|---|
 //! | `positions` | float32, frames x joints x 3 | |
 //! | `rotations` | float32, frames x joints x 4, 6, 3 or 3 x 3 | by [`Rotation`] |
-//! | `velocities` | float32, frames x joints x 3 | where asked for |
-//! | `contacts` | bool, frames x joints | where asked for |
+//! | `velocities` | float32, frames x joints x 3 | if asked for |
+//! | `contacts` | bool, frames x joints | if asked for |
 //! | `names` | str, joints | |
-//! | `parents` | int32, joints | -1 where there is none |
+//! | `parents` | int32, joints | -1 for a joint without a parent |
 //! | `offsets` | float32, joints x 3 | |
-//! | `rotation_orders` | str, joints | as `ZXY`; empty where there is none |
+//! | `rotation_orders` | str, joints | such as `ZXY`; empty for a joint without one |
 //! | `end_sites` | bool, joints | |
-//! | `frame_rate` | float64, no axis | |
-//! | `header` | str, no axis | the [`Header`](crate::arrays::Header) as JSON |
+//! | `frame_rate` | float64, scalar | |
+//! | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
 //!
 //! The format of `.npy` is that of NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
 //! a Python literal padded with blanks to a multiple of 64 bytes, then the values. All numbers are little-endian.
@@ -86,7 +86,7 @@ impl Archive {
         self.array(name, "|b1", shape, &values.map(u8::from).collect::<Vec<u8>>())
     }
 
-    /// NumPy's strings: 4 bytes a character, all as long as the longest, filled up with zeros.
+    /// NumPy's strings: 4 bytes per character, padded with zeros to the length of the longest.
     fn strings(&mut self, name: &str, shape: &[usize], values: &[&str]) -> ZipResult<()> {
         let length = values
             .iter()
@@ -115,7 +115,7 @@ impl Archive {
 }
 
 fn npy_header(dtype: &str, shape: &[usize]) -> Vec<u8> {
-    // A Python tuple: a comma after every element, which one of a single element needs.
+    // A Python tuple: with a comma after every element, which a tuple of one needs.
     let shape: String = shape.iter().map(|length| format!("{length},")).collect();
     let mut header = format!("{{'descr': '{dtype}', 'fortran_order': False, 'shape': ({shape}), }}");
     let before = b"\x93NUMPY\x01\x00".len() + 2;

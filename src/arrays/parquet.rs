@@ -12,7 +12,7 @@ use crate::error::{Code, Diagnostic, Result};
 /// The file with the [long table](table::long) of `motion`, and its header in the metadata of the file.
 ///
 /// # Errors
-/// [`Code::Unrepresentable`] where Parquet has no place for the table.
+/// [`Code::Unrepresentable`] where Parquet cannot hold the table.
 pub fn write(motion: &Arrays, clip: &str) -> Result<Vec<u8>> {
     write_tables(&[table::with_header(table::long(motion, clip), &motion.header)])
 }
@@ -20,7 +20,7 @@ pub fn write(motion: &Arrays, clip: &str) -> Result<Vec<u8>> {
 /// The file with the rows of `tables`, which have the schema of the first.
 ///
 /// # Errors
-/// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet has no place for them.
+/// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet cannot hold them.
 pub fn write_tables(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
     let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;

@@ -1,4 +1,4 @@
-//! Ways to write a rotation down.
+//! Representations of rotations.
 
 use glam::{Mat3, Quat};
 use serde::{Deserialize, Serialize};
@@ -6,24 +6,23 @@ use serde::{Deserialize, Serialize};
 use crate::math::rotation::euler_rot;
 use crate::scene::RotationOrder;
 
-/// What the numbers of a rotation are. The names are those that files and options use.
+/// The representation of rotations. The names are those that files and options use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Rotation {
-    /// x, y, z, w of a unit quaternion. Of the two that are the same rotation, either may stand.
+    /// x, y, z, w of a unit quaternion. Its sign is arbitrary: a quaternion and its negative are the same rotation.
     #[default]
     #[serde(rename = "quat")]
     Quaternion,
-    /// The first column of the rotation matrix, then the second: x, y, z, x, y, z. A continuous form of rotations, and
-    /// the one that networks learn best: Zhou et al., On the Continuity of Rotation Representations in Neural Networks,
-    /// CVPR 2019.
+    /// The first column of the rotation matrix, then the second: x, y, z, x, y, z. The continuous 6D representation for
+    /// neural networks: Zhou et al., On the Continuity of Rotation Representations in Neural Networks, CVPR 2019.
     #[serde(rename = "6d")]
     SixD,
     /// The rotation matrix that maps column vectors, row by row.
     #[serde(rename = "matrix")]
     Matrix,
-    /// Degrees about x, y and z, each in -180 to 180, in the order in which the joint's
-    /// [`rotation_order`](crate::arrays::Joint::rotation_order) turns; X Y Z where it has none. To the parent these are
-    /// the file's own angles up to whole turns, and up to the two ways to write one rotation.
+    /// Degrees about x, y and z, each from -180 to 180, in the joint's
+    /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z without one. Relative to the parent these are
+    /// the file's own angles, up to whole turns and the second solution of Euler angles.
     #[serde(rename = "euler")]
     Euler,
 }
@@ -32,7 +31,7 @@ pub enum Rotation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RotationSpace {
-    /// The parent that the output lists; the world for a joint without one.
+    /// The parent in the output; the world for a joint without one.
     #[default]
     Local,
     /// The world.
@@ -40,12 +39,12 @@ pub enum RotationSpace {
 }
 
 impl Rotation {
-    /// How many numbers a rotation has.
+    /// The number of values of a rotation.
     pub const fn width(self) -> usize {
         self.columns().len()
     }
 
-    /// The names of the numbers, as tables have them.
+    /// The names of the values, as in tables.
     pub const fn columns(self) -> &'static [&'static str] {
         match self {
             Self::Quaternion => &["qx", "qy", "qz", "qw"],
@@ -55,7 +54,7 @@ impl Rotation {
         }
     }
 
-    /// Writes a rotation down; `values` is as long as it is wide.
+    /// Writes a rotation to `values`, which has [`Self::width`] elements.
     pub(super) fn write(self, rotation: Quat, order: Option<RotationOrder>, values: &mut [f32]) {
         match self {
             Self::Quaternion => values.copy_from_slice(&rotation.to_array()),

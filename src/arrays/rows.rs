@@ -14,10 +14,10 @@ use crate::arrays::{Options, RotationSpace, Space};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Scene};
 
-/// Values from which on a second thread is worth its start.
+/// The least number of values for which a second thread saves time.
 const LARGE: usize = 1 << 19;
 
-/// Everything that the rows depend on.
+/// The input of all rows.
 pub(super) struct Source<'a> {
     pub(super) scene: &'a Scene,
     pub(super) animation: &'a Animation,
@@ -25,7 +25,7 @@ pub(super) struct Source<'a> {
     pub(super) frame: &'a Frame,
     pub(super) joints: &'a Selection,
     pub(super) timeline: &'a Timeline,
-    /// Indices of the joints whose places in the world are wanted besides.
+    /// Indices of the joints whose positions in the world are also needed, for contacts.
     pub(super) feet: &'a [usize],
 }
 
@@ -39,12 +39,12 @@ pub(super) struct Rows<'a> {
     pub(super) feet: &'a mut [f32],
 }
 
-/// Where a joint of the output stands in the chain.
+/// The index of a joint of the output in the chain.
 struct Place {
     node: usize,
     root: usize,
     parent: Option<usize>,
-    /// Whether nothing lies between the joint and what its rotation is relative to.
+    /// Whether the joint's rotation is relative to its direct parent in the scene.
     is_next_to_parent: bool,
 }
 

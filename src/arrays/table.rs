@@ -1,6 +1,6 @@
 //! Arrow tables, in three shapes.
 //!
-//! [`long`] has a row for each frame and joint:
+//! [`long`] has one row for each frame and joint:
 //!
 //! | column | type | |
 //! |---|---|---|
@@ -13,29 +13,30 @@
 //! | `vx`, `vy`, `vz` | float32 | the velocity; absent unless asked for |
 //! | `contact` | bool | absent unless asked for |
 //!
-//! [`clips`] has a row for each clip:
+//! [`clips`] has one row for each clip:
 //!
 //! | column | type | |
 //! |---|---|---|
 //! | `clip` | utf8 | the clip's name |
-//! | `error` | utf8 | why the file could not be read; everything else is null then |
-//! | `skeleton` | utf8 | a hash: equal where names, parents and offsets are |
-//! | `frames`, `joints` | int32 | how many there are |
-//! | `frame_rate` | float64 | frames a second |
+//! | `error` | utf8 | why the file could not be read; all other columns are then null |
+//! | `skeleton` | utf8 | a hash of names, parents and offsets |
+//! | `frames`, `joints` | int32 | their numbers |
+//! | `frame_rate` | float64 | frames per second |
 //! | `names` | list of utf8 | of the joints |
-//! | `parents` | list of int32 | places in `names`; -1 where there is none |
-//! | `offsets` | list of 3 x float32 | one a joint |
+//! | `parents` | list of int32 | indices into `names`; -1 for a joint without a parent |
+//! | `offsets` | list of 3 x float32 | one per joint |
 //! | `positions` | list of 3 x float32 | frame by frame, joint by joint |
 //! | `rotations` | list of [`Rotation::width`](crate::arrays::Rotation::width) x float32 | likewise |
 //! | `velocities` | list of 3 x float32 | likewise; absent unless asked for |
 //! | `contacts` | list of bool | likewise; absent unless asked for |
 //! | `header` | utf8 | the [`Header`] as JSON |
 //!
-//! [`inventory`] has a row for each file, without its motion: `clip`, `error`, `skeleton`, `joints`, `frames`,
+//! [`inventory`] has one row for each file, without its motion: `clip`, `error`, `skeleton`, `joints`, `frames`,
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
-//! say, and `warnings`, a list of utf8.
+//! state them, and `warnings`, a list of utf8.
 //!
-//! Which columns there are follows from the [`Options`] alone, so tables that were made with the same ones go together.
+//! Which columns there are follows from the [`Options`] alone, so tables that were made with the same options can be
+//! concatenated.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -53,10 +54,10 @@ use crate::error::Result;
 use crate::scene::{Animation, Scene, UpAxis};
 use crate::skeleton::{self, Survey};
 
-/// Arrow's own types, of the version that the tables are made of.
+/// The version of Arrow that the tables use.
 pub use {arrow_array, arrow_schema};
 
-/// The table of `motion` with a row for each frame and joint.
+/// The table of `motion` with one row for each frame and joint.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays, table};
@@ -98,7 +99,7 @@ pub fn long(motion: &Arrays, clip: &str) -> RecordBatch {
     batch(columns, false)
 }
 
-/// `rows` with the header as JSON in the schema's metadata, called `mocap`.
+/// `rows` with the header as JSON in the schema's metadata, with the key `mocap`.
 pub fn with_header(rows: RecordBatch, header: &Header) -> RecordBatch {
     let metadata = HashMap::from([("mocap".to_owned(), header.to_json())]);
     let schema = rows.schema().as_ref().clone().with_metadata(metadata);
@@ -106,10 +107,10 @@ pub fn with_header(rows: RecordBatch, header: &Header) -> RecordBatch {
         .expect("a schema that says more fits what fitted the old one")
 }
 
-/// A clip, or why there is none.
+/// The name of a clip, and its arrays or an error message.
 pub type ClipArrays<'a> = (&'a str, Result<&'a Arrays, &'a str>);
 
-/// The table with a row for each clip. `options` are those that the arrays were made with.
+/// The table with one row for each clip. `options` must be those that the arrays were made with.
 ///
 /// ```
 /// use mocap::arrays::{Options, arrays, table};
@@ -174,7 +175,7 @@ pub fn clips(clips: &[ClipArrays<'_>], options: &Options) -> RecordBatch {
     batch(columns, true)
 }
 
-/// The table with a row for each file: what it holds, without its motion.
+/// The table with one row for each file, without its motion.
 pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let scenes: Vec<Option<&Scene>> = files.iter().map(|(_, scene)| scene.as_ref().ok()).collect();
     let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(skeleton::survey)).collect();
@@ -248,7 +249,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
 fn skeleton_hash(joints: &[Joint]) -> String {
     let mut hash = Sha256::new();
     for joint in joints {
-        // The length keeps two names from running into each other.
+        // The length separates the names.
         hash.update((joint.name.len() as u64).to_le_bytes());
         hash.update(joint.name.as_bytes());
         hash.update(joint.parent.map_or(-1, |parent| parent as i64).to_le_bytes());

@@ -1,7 +1,7 @@
 //! Velocities by central differences.
 
-/// The change a second of `values`, which has `width` values a frame: over both neighbours inside, over the one
-/// neighbour at the ends, 0 where there is one frame only.
+/// The change per second of `values`, which has `width` values per frame: central differences, one-sided at both ends,
+/// 0 for a single frame.
 pub(super) fn velocities(values: &[f32], width: usize, frame_rate: f64) -> Vec<f32> {
     let frames = values.len().checked_div(width).unwrap_or(0);
     let mut velocities = Vec::with_capacity(values.len());
@@ -23,7 +23,7 @@ mod tests {
 
     #[test]
     fn inside_over_both_neighbours_at_the_ends_over_one() {
-        // A square number a frame: the central difference of t^2 is 2 t, exactly; at the ends 1 and 5 a frame.
+        // t^2: its central difference is exactly 2 t; at the ends it is 1 and 5 per frame.
         let squares = [0.0, 1.0, 4.0, 9.0];
         assert_eq!(velocities(&squares, 1, 10.0), [10.0, 20.0, 40.0, 50.0]);
         assert_eq!(velocities(&[1.0, 2.0], 2, 10.0), [0.0, 0.0]);

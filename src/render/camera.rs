@@ -1,4 +1,4 @@
-//! From the world, where +Y is up, to places in a drawing; and how a figure is painted there.
+//! Projects the world, in which +Y is up, to a drawing, and paints figures.
 
 use glam::{Quat, Vec2, Vec3};
 
@@ -6,20 +6,20 @@ use super::drawing::{Color, Drawing, Point};
 use super::figure::{Figure, Link, Side};
 use super::theme;
 
-/// A camera without perspective, so that equal lengths are equal wherever a figure stands.
+/// An orthographic camera: equal lengths are equal in all places.
 #[derive(Clone, Copy)]
 pub(super) struct Camera {
     world_to_camera: Quat,
-    /// The point in the world that stands in the middle.
+    /// The point of the world in the middle of the drawing.
     pub(super) target: Vec3,
-    /// Where the middle is.
+    /// The middle in the drawing.
     pub(super) middle: Point,
-    /// Pixels a unit of length.
+    /// Pixels per unit of length.
     pub(super) scale: f32,
 }
 
 impl Camera {
-    /// A camera that has gone `around` the figure from its front, and up, in degrees.
+    /// A camera rotated `around` the figure from its front, and up, in degrees.
     pub(super) fn new(around: f32, up: f32) -> Self {
         Self {
             world_to_camera: Quat::from_rotation_x(up.to_radians()) * Quat::from_rotation_y(-around.to_radians()),
@@ -29,7 +29,7 @@ impl Camera {
         }
     }
 
-    /// Three quarters from the front and a little from above, where arms and legs hide each other least.
+    /// A three-quarter view from slightly above, in which arms and legs overlap least.
     pub(super) fn three_quarters() -> Self {
         Self::new(35.0, 14.0)
     }
@@ -39,7 +39,7 @@ impl Camera {
         self.world_to_camera * (point - self.target)
     }
 
-    /// The place in the drawing.
+    /// The point in the drawing.
     pub(super) fn project(&self, point: Vec3) -> Point {
         let seen = self.see(point);
         [
@@ -49,7 +49,7 @@ impl Camera {
     }
 }
 
-/// What a camera must show around its target to show a figure and its shadow in several poses, in units of length.
+/// The bounds around a camera's target of a figure and its shadow in several poses, in units of length.
 #[derive(Default)]
 pub(super) struct Extent {
     left: f32,
@@ -78,7 +78,7 @@ impl Extent {
         (self.top - self.bottom).max(f32::MIN_POSITIVE)
     }
 
-    /// How far its middle is to the right of the target.
+    /// The distance of its middle to the right of the target.
     pub(super) fn middle(&self) -> f32 {
         0.5 * (self.left + self.right)
     }
@@ -90,7 +90,7 @@ const WIDEST_BONE: f32 = 0.065;
 /// Radius of a joint, as a share of the figure's reach.
 const JOINT_RADIUS: f32 = 0.013;
 
-/// Paints the bones, those behind first. Each is a pointer to the child, its two sides lit differently.
+/// Paints the bones from back to front. Each is a pointer to the child with two sides of different brightness.
 pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
     let depth = |link: &Link| camera.see(positions[link.from]).z + camera.see(positions[link.to]).z;
     let mut links: Vec<&Link> = figure.links.iter().collect();
@@ -110,7 +110,7 @@ pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Figu
 }
 
 fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
-    /// Where along the bone it is widest.
+    /// The position along the bone of its widest point.
     const SHOULDER: f32 = 0.18;
     let (start, end) = (Vec2::from(from), Vec2::from(to));
     let along = end - start;
@@ -126,7 +126,7 @@ fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: 
     }
 }
 
-/// The dark places below the bones, as the sun straight above makes them.
+/// The shadows of the bones from light straight above.
 pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
     let width = (1.4 * WIDEST_BONE * figure.reach * camera.scale).max(2.0);
     for link in &figure.links {

@@ -1,11 +1,11 @@
-//! A picture as a list of shapes: what is common to a PNG and an SVG.
+//! A picture as a list of shapes, from which both PNG and SVG are made.
 
-/// Red, green and blue of 0 to 255 as a screen has them, and an opacity of 0 to 1.
+/// Red, green and blue from 0 to 255 in sRGB, and an opacity from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Color {
     /// Red, green, blue.
     pub(super) rgb: [u8; 3],
-    /// 0 is invisible, 1 hides what is behind.
+    /// 0 is invisible, 1 is opaque.
     pub(super) opacity: f32,
 }
 
@@ -19,7 +19,7 @@ impl Color {
         }
     }
 
-    /// The way from this colour to `other`, 0 to 1.
+    /// Interpolates from this colour to `other`; `share` is from 0 to 1.
     #[must_use]
     pub(super) fn mix(self, other: Self, share: f32) -> Self {
         let mut rgb = self.rgb;
@@ -30,10 +30,10 @@ impl Color {
     }
 }
 
-/// A place in a drawing: pixels from the left and from the top.
+/// A point in a drawing: pixels from the left and from the top.
 pub(super) type Point = [f32; 2];
 
-/// Which part of a text stands at its point.
+/// Which part of a text is at its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Anchor {
     /// Its beginning.
@@ -45,61 +45,61 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Something to paint, over what was painted before.
+/// A shape, painted over the shapes before it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Shape {
     /// A filled polygon.
     Polygon {
         /// Its corners.
         points: Vec<Point>,
-        /// Of the inside.
+        /// The fill colour.
         color: Color,
     },
     /// Connected line segments with round ends.
     Line {
-        /// Where it goes.
+        /// Its points.
         points: Vec<Point>,
         /// Its width in pixels.
         width: f32,
-        /// Of the line.
+        /// The colour of the line.
         color: Color,
     },
     /// A filled circle.
     Circle {
-        /// Its middle.
+        /// Its centre.
         center: Point,
-        /// In pixels.
+        /// Radius in pixels.
         radius: f32,
-        /// Of the inside.
+        /// The fill colour.
         color: Color,
     },
     /// One line of text.
     Text {
-        /// Where its anchor stands, on the baseline.
+        /// The position of its anchor, on the baseline.
         at: Point,
-        /// What it says.
+        /// The text.
         text: String,
         /// Height of the font in pixels.
         size: f32,
-        /// Which part of it stands at the point.
+        /// Which part of it is at the point.
         anchor: Anchor,
-        /// Of the letters.
+        /// The colour of the letters.
         color: Color,
     },
 }
 
-/// A picture, before it is written as pixels or as SVG.
+/// A picture, to be written as PNG or SVG.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    /// In pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// In pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// What is behind everything.
+    /// The colour of the background.
     pub(super) background: Color,
-    /// What is on it, from back to front.
+    /// The shapes, from back to front.
     pub(super) shapes: Vec<Shape>,
-    /// What it shows, for those who do not see it; the title of an SVG.
+    /// A description of the picture; the title of the SVG.
     pub(super) title: String,
 }
 

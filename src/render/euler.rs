@@ -1,16 +1,15 @@
-//! Rotations as the file's angles.
+//! Euler angles of rotations, for plots.
 //!
-//! A scene keeps quaternions. The angles here are computed back from them, in the order of the joint's own channels,
-//! and chosen among their equals so that they go on where the tick before ended. They turn the joint as the file's
-//! angles do; where a joint turns its second axis by 90 degrees the first and the third may differ from the file's,
-//! because only their sum is known there.
+//! A scene has quaternions. The angles are computed from them, in the order of the joint's channels, and chosen among
+//! the equivalent ones nearest to those of the tick before. They give the same rotations as the file's angles; in
+//! gimbal lock the first and the third may differ from the file's, because only their sum is known.
 
 use glam::{DQuat, Quat};
 
 use crate::math::rotation::euler_rot;
 use crate::scene::{Node, RotationOrder};
 
-/// Degrees about the axes of `order`, one triple a rotation.
+/// Degrees about the axes of `order`, one triple per rotation.
 pub(super) fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3]> {
     let order = euler_rot(order);
     let mut before = [0.0; 3];
@@ -25,12 +24,12 @@ pub(super) fn unwrapped(rotations: &[Quat], order: RotationOrder) -> Vec<[f64; 3
         .collect()
 }
 
-/// The order of a node's channels; Z X Y, the most common one, where the file turns it otherwise or not at all.
+/// The order of a node's channels, or Z X Y, the most common one, if the node has none.
 pub(super) fn order_of(node: &Node) -> RotationOrder {
     node.rotation_order.unwrap_or(RotationOrder::Zxy)
 }
 
-/// Of all triples that mean the rotation by `angles`, the one that is closest to `before`.
+/// The triple closest to `before` of all that give the same rotation as `angles`.
 fn nearest(before: [f64; 3], angles: [f64; 3]) -> [f64; 3] {
     let [a, b, c] = angles;
     let same = [angles, [a + 180.0, 180.0 - b, c + 180.0]];

@@ -1,4 +1,4 @@
-//! A clip as something to look at: where its joints are at a tick, how large it is, which way is up.
+//! A clip to draw: the positions of its joints at a tick, its size, and its up axis.
 
 use glam::{Quat, Vec3};
 use serde::Serialize;
@@ -7,12 +7,12 @@ use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
 use crate::skeleton::survey;
 
-/// A scene and what to call it in a picture.
+/// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Clip<'a> {
     /// A short name, such as that of the file.
     pub name: &'a str,
-    /// What it holds; the first animation is shown.
+    /// The scene; its first animation is shown.
     pub scene: &'a Scene,
 }
 
@@ -33,7 +33,7 @@ impl<'a> Clip<'a> {
         self.animation().map_or(0, |animation| animation.duration as u64 + 1)
     }
 
-    /// What there is, as one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
+    /// A summary as one line: `2.9 s, 344 frames at 120 fps, 31 joints`.
     pub fn facts(&self) -> String {
         let joints = self
             .scene
@@ -55,7 +55,7 @@ impl<'a> Clip<'a> {
     }
 }
 
-/// Two decimals at most, none that say nothing.
+/// A number with at most two decimals, without trailing zeros.
 pub(super) fn short(number: f64) -> String {
     let text = format!("{number:.2}");
     match text.trim_end_matches('0').trim_end_matches('.') {
@@ -64,7 +64,7 @@ pub(super) fn short(number: f64) -> String {
     }
 }
 
-/// Which side of the body a joint is on, as far as its name says.
+/// The side of the body of a joint, according to its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Side {
@@ -73,7 +73,7 @@ pub(super) enum Side {
     Middle,
 }
 
-/// What follows the letter of the side in Acclaim's names, where no capital tells the two apart: `lfemur`.
+/// Names after the letter of the side in Acclaim's names, which have no capital letters: `lfemur`.
 const PARTS: [&str; 12] = [
     "hipjoint", "femur", "tibia", "foot", "toes", "clavicle", "humerus", "radius", "wrist", "hand", "fingers", "thumb",
 ];
@@ -110,13 +110,13 @@ pub(super) struct Link {
     pub(super) side: Side,
 }
 
-/// A clip, bound, measured and turned so that +Y is up.
+/// A clip with its binding and its size, rotated so that +Y is up.
 pub(super) struct Figure<'a> {
     pub(super) clip: Clip<'a>,
     pub(super) links: Vec<Link>,
-    /// Joints that no link shows: markers, each by itself.
+    /// Joints without links, such as markers.
     pub(super) lone: Vec<usize>,
-    /// How far the joints reach from the root at most: about half the height of a person.
+    /// The largest distance of a joint from the root: about half the height of a person.
     pub(super) reach: f32,
     /// The height of the lowest joint in the whole clip.
     pub(super) floor: f32,
@@ -156,7 +156,7 @@ impl<'a> Figure<'a> {
         figure
     }
 
-    /// A few dozen poses are enough to know the size of a clip.
+    /// Measures a few dozen poses, which are enough for the size of a clip.
     fn measure(&mut self) {
         for tick in self.ticks(48) {
             let positions = self.positions(tick);
@@ -182,7 +182,7 @@ impl<'a> Figure<'a> {
             .collect()
     }
 
-    /// Where every node is at `tick`, with +Y up, in the file's unit.
+    /// The positions of all nodes at `tick`, with +Y up, in the file's unit.
     pub(super) fn positions(&mut self, tick: f64) -> Vec<Vec3> {
         if let (Some(binding), Some(animation)) = (&self.binding, self.clip.animation()) {
             self.pose.sample(binding, animation, tick);
@@ -192,12 +192,12 @@ impl<'a> Figure<'a> {
             .collect()
     }
 
-    /// The joint that carries the figure through the world: the uppermost one.
+    /// The position of the root joint.
     pub(super) fn root(&self, positions: &[Vec3]) -> Vec3 {
         positions.get(self.root).copied().unwrap_or_default()
     }
 
-    /// The place on the floor below a point.
+    /// The point on the floor below a point.
     pub(super) fn ground_below(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, self.floor, point.z)
     }

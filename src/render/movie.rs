@@ -10,18 +10,18 @@ use super::figure::{Clip, Figure, short};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
 
-/// What a caller can ask of a film.
+/// Options of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovieOptions {
     /// Width in pixels. Default: 360.
     pub width: u32,
     /// Height in pixels. Default: 360.
     pub height: u32,
-    /// Pictures a second, whatever the clip's own rate. Default: 25.
+    /// Pictures per second, independent of the clip's rate. Default: 25.
     pub frames_per_second: f64,
-    /// How fast the clip plays; 1 is the speed of life. Default: 1.
+    /// The playback speed; 1 is real time. Default: 1.
     pub speed: f64,
-    /// Whether the camera goes along with the root; else it stands where it sees the whole way. Default: yes.
+    /// Whether the camera follows the root; if not, it shows the whole path. Default: `true`.
     pub follow: bool,
 }
 
@@ -52,16 +52,16 @@ pub struct Movie<'a> {
     figure: Figure<'a>,
     options: MovieOptions,
     camera: Camera,
-    /// Where the camera looks, one place a picture.
+    /// The camera's target for each picture.
     targets: Vec<Vec3>,
     ticks: Vec<f64>,
 }
 
 impl<'a> Movie<'a> {
-    /// Pictures beyond which no film is made: an hour at 25 a second.
+    /// The largest number of pictures: an hour at 25 per second.
     const MOST_PICTURES: f64 = 90_000.0;
 
-    /// Plans the film: its pictures and the way of the camera.
+    /// Prepares the film: its pictures and the camera's path.
     ///
     /// # Errors
     /// [`Code::UnknownOption`] where a rate or a speed is not above 0; [`Code::LimitExceeded`] where a film would have
@@ -151,15 +151,15 @@ impl<'a> Movie<'a> {
         drawing
     }
 
-    /// The film as an animated GIF that plays for ever. Pictures are shown to the hundredth of a second, as GIF counts.
+    /// The film as an animated GIF that loops. GIF counts time in hundredths of a second.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where a side is 0 or too many pixels.
+    /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
     pub fn to_gif(&mut self) -> Result<Vec<u8>> {
         let mut palette = Palette::new();
         let (width, height) = (self.options.width as u16, self.options.height as u16);
         let mut bytes = Vec::new();
-        // The first picture says whether the size is one that can be drawn.
+        // Drawing the first picture checks the size.
         let mut pixels = self.picture(0).to_rgb()?;
         {
             let mut encoder =
@@ -188,16 +188,16 @@ impl<'a> Movie<'a> {
         Ok(bytes)
     }
 
-    /// How long a picture is shown. Rounding is carried on, so that the film as a whole keeps its length.
+    /// The duration of a picture. Rounding errors are carried over, so that the whole film keeps its length.
     fn hundredths(&self, index: usize) -> u16 {
         let at = |index: usize| (100.0 * index as f64 / self.options.frames_per_second).round();
         (at(index + 1) - at(index)) as u16
     }
 
-    /// The film as an animated PNG that plays for ever; a viewer that knows none shows the first picture.
+    /// The film as an animated PNG that loops; a viewer without support shows the first picture.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where a side is 0 or too many pixels.
+    /// [`Code::LimitExceeded`] where the width or height is 0 or too large.
     pub fn to_apng(&mut self) -> Result<Vec<u8>> {
         const STEADY: &str = "the header is one of an animation of this length, and memory takes all";
         let mut pixels = self.picture(0).to_rgb()?;
@@ -220,8 +220,8 @@ impl<'a> Movie<'a> {
     }
 }
 
-/// A camera that sees the figure and its shadow in every picture, with some room around. A few dozen pictures are
-/// enough to know how much that is.
+/// A camera that shows the figure and its shadow in every picture, with a margin. The bounds are measured on a few
+/// dozen pictures.
 fn fitting_camera(figure: &mut Figure<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
     const SAMPLES: usize = 48;
     let mut camera = Camera::three_quarters();
@@ -241,7 +241,7 @@ fn fitting_camera(figure: &mut Figure<'_>, ticks: &[f64], targets: &[Vec3], opti
     camera
 }
 
-/// The mean of the places up to `half` before and after each, so that the camera does not sway with the hips.
+/// A moving average over `half` pictures on both sides, so that the camera does not sway with the hips.
 fn smoothed(places: &[Vec3], half: usize) -> Vec<Vec3> {
     let around = |index: usize| &places[index.saturating_sub(half)..(index + half + 1).min(places.len())];
     (0..places.len())
@@ -249,7 +249,7 @@ fn smoothed(places: &[Vec3], half: usize) -> Vec<Vec3> {
         .collect()
 }
 
-/// A round piece of a grid on the floor. It moves under the figure, so that a walk is seen to go somewhere.
+/// A round part of a grid on the floor. It moves under the figure, which makes the motion over the ground visible.
 fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>) {
     const LINES: i32 = 7;
     let step = figure.reach * 0.5;
@@ -267,7 +267,7 @@ fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>) {
     }
 }
 
-/// The 256 colours of a GIF: every colour that is painted, and its steps to what it may be painted on.
+/// The 256 colours of a GIF: every colour that is painted, and blends with the colours behind it.
 struct Palette {
     colors: Vec<[u8; 3]>,
     nearest: HashMap<[u8; 3], u8>,
@@ -319,7 +319,7 @@ impl Palette {
     }
 }
 
-/// What a film says of itself, as one line: `110 pictures, 4.36 s`.
+/// A summary as one line: `110 pictures, 4.36 s`.
 impl std::fmt::Display for Movie<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let seconds = self.picture_count() as f64 / self.options.frames_per_second;

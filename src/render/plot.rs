@@ -1,4 +1,4 @@
-//! Curves of a joint over time: where it is, and how it turns.
+//! Curves of a joint's position and rotation over time.
 
 use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
@@ -7,7 +7,7 @@ use super::theme;
 use crate::pose::{Binding, Pose};
 use crate::scene::NodeId;
 
-/// What a caller can ask of a plot.
+/// Options of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlotOptions {
     /// Width in pixels. Default: 960.
@@ -32,8 +32,8 @@ struct Curve {
     values: Vec<f64>,
 }
 
-/// Draws two panels a joint: its position in the world, in the file's unit, and its rotation to its parent, in degrees
-/// about the axes of its own channels, in their order. Time runs in seconds, and stops at the last frame.
+/// Draws two panels for each joint: its position in the world, in the file's unit, and its rotation relative to its
+/// parent, in degrees about the axes of its channels, in their order. The time axis is in seconds, to the last frame.
 ///
 /// ```
 /// use mocap::render::{Clip, PlotOptions, plot};
@@ -167,8 +167,8 @@ fn paint_panel(drawing: &mut Drawing, clip: &Clip<'_>, heading: &str, curves: &[
     }
 }
 
-/// At most four values a pixel: of a stretch that falls into one pixel the first, the lowest, the highest and the last,
-/// so that no spike is lost. The index comes with each.
+/// At most four values per pixel column: the first, the lowest, the highest and the last, so that no spike is lost;
+/// each with its index.
 fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
     let stretch = values.len().div_ceil(pixels.max(1)).max(1);
     if stretch <= 4 {
@@ -187,7 +187,7 @@ fn thinned(values: &[f64], pixels: usize) -> Vec<(usize, f64)> {
     kept
 }
 
-/// From values to pixels, with marks at round numbers.
+/// Maps values to pixels, with marks at round numbers.
 struct Scale {
     from: f64,
     to: f64,
@@ -196,14 +196,14 @@ struct Scale {
 }
 
 impl Scale {
-    /// From one round number to another, the values between them.
+    /// A scale between two round numbers that include all values.
     fn around(low: f64, high: f64, pixels: [f32; 2], marks: usize) -> Self {
         let (low, high) = if low.is_finite() && high.is_finite() {
             (low, high)
         } else {
             (0.0, 0.0)
         };
-        // A flat line, or one with noise in its last digit, stands in the middle of a range that has a size.
+        // A flat line, or one with noise only in its last digit, is drawn in the middle of a wider range.
         let least = (1e-4 * low.abs().max(high.abs())).max(1e-3);
         let pad = if high - low < least { least.max(0.5) } else { 0.0 };
         let (low, high) = (low - pad, high + pad);
@@ -235,7 +235,7 @@ impl Scale {
         (first..=last).map(move |index| index as f64 * step)
     }
 
-    /// As many decimals as the step has.
+    /// A number with as many decimals as the step.
     fn label(&self, value: f64) -> String {
         if self.step >= 0.01 {
             short(value)
@@ -245,7 +245,7 @@ impl Scale {
     }
 }
 
-/// The least of 1, 2, 5, 10, 20, ... that is not below `step`, at any power of ten.
+/// The least number of the series 1, 2, 5 times powers of ten that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10_f64.powf(step.log10().floor());
     let round = [1.0, 2.0, 5.0]

@@ -10,14 +10,14 @@ use ttf_parser::{Face, OutlineBuilder};
 use super::drawing::{Anchor, Color, Drawing, Point, Shape};
 use crate::error::{Code, Diagnostic, Result};
 
-/// Pixels a side beyond which no picture is made: 16,384 x 16,384 already take a gibibyte.
+/// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
 const LARGEST_SIDE: u32 = 16_384;
 
 impl Drawing {
     /// The drawing as a PNG file. The same drawing gives the same bytes.
     ///
     /// # Errors
-    /// [`Code::LimitExceeded`] where a side is 0 or more than 16,384 pixels.
+    /// [`Code::LimitExceeded`] where the width or height is 0 or more than 16,384 pixels.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         let pixels = self.to_rgb()?;
         let mut bytes = Vec::new();
@@ -110,7 +110,7 @@ fn paint_shape(pixmap: &mut Pixmap, shape: &Shape) {
     }
 }
 
-/// Shapes that are nowhere, or not finite, are not painted: `path` is `None` then.
+/// Fills a path. `path` is `None` for shapes that are empty or not finite; they are not painted.
 fn fill(pixmap: &mut Pixmap, path: Option<Path>, color: Color) {
     if let Some(path) = path {
         pixmap.fill_path(&path, &paint_of(color), FillRule::Winding, Transform::identity(), None);
@@ -168,7 +168,7 @@ fn advance(face: &Face<'_>, letter: char) -> u16 {
     face.glyph_hor_advance(glyph).unwrap_or(0)
 }
 
-/// The outlines of the letters, from left to right. A letter that the font lacks is its box.
+/// The outlines of the letters, from left to right. A letter that is missing in the font becomes a box.
 fn outline(text: &str, [x, y]: Point, size: f32) -> Option<Path> {
     let face = &*FACE;
     let scale = size / f32::from(face.units_per_em());
@@ -185,7 +185,7 @@ fn outline(text: &str, [x, y]: Point, size: f32) -> Option<Path> {
     pen.path.finish()
 }
 
-/// Takes outlines in the units of the font, where y points up.
+/// Receives outlines in the units of the font, in which y points up.
 struct Pen {
     path: PathBuilder,
     x: f32,

@@ -1,4 +1,4 @@
-//! A contact sheet: one row a clip, its poses over time.
+//! A contact sheet: one row per clip with its poses over time.
 
 use glam::Vec3;
 
@@ -8,10 +8,10 @@ use super::figure::{Clip, Figure, short};
 use super::raster::shortened;
 use super::theme;
 
-/// What a caller can ask of a sheet.
+/// Options of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SheetOptions {
-    /// Poses a clip, the first and the last frame among them. Default: 8.
+    /// Poses per clip, including the first and the last frame. Default: 8.
     pub poses: usize,
     /// Width of the sheet in pixels. Default: 1600.
     pub width: u32,
@@ -24,13 +24,13 @@ impl Default for SheetOptions {
 }
 
 const MARGIN: f32 = 16.0;
-/// The part of a row that tells the name and shows the root's path.
+/// The width of the part of a row with the name and the root's path.
 const HEAD: f32 = 220.0;
-/// A row's height against the width of one of its poses.
+/// The height of a row divided by the width of a pose.
 const POSE_ASPECT: f32 = 1.35;
 
-/// Draws every clip as a row: its name, what it holds, the path of its root seen from above, and its poses, evenly
-/// spaced in time, each with its second and with the root's path on the floor. All poses of a row have one scale.
+/// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses, evenly spaced
+/// in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
 ///
 /// ```
 /// use mocap::render::{Clip, SheetOptions, sheet};
@@ -70,7 +70,7 @@ pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Drawing {
     drawing
 }
 
-/// Draws a few poses of a clip in a row, small, to recognise it by.
+/// Draws a few small poses of a clip in a row.
 pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
     const POSES: usize = 3;
     let mut drawing = Drawing::new(width, height, theme::PAPER, clip.name);
@@ -88,7 +88,7 @@ pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
     drawing
 }
 
-/// The ground below the root over the whole clip.
+/// The root's path on the ground over the whole clip.
 fn root_path(figure: &mut Figure<'_>) -> Vec<Vec3> {
     const POINTS: usize = 240;
     let ticks = figure.ticks(POINTS);
@@ -126,7 +126,7 @@ fn paint_head(drawing: &mut Drawing, clip: &Clip<'_>, path: &[Vec3], top: f32, r
     paint_path_from_above(drawing, path, [MARGIN, top + 86.0], [width - MARGIN, row - 112.0]);
 }
 
-/// A map of the root's path, its longer side as long as there is room.
+/// A map of the root's path, scaled to fit.
 fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Point, [width, height]: Point) {
     let from = path.iter().copied().fold(Vec3::INFINITY, Vec3::min);
     let to = path.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
@@ -205,7 +205,7 @@ fn paint_poses(
     }
 }
 
-/// The pieces of a path whose points are seen within a rectangle.
+/// The pieces of a path whose points are within a rectangle.
 fn inside(path: &[Vec3], camera: &Camera, [left, top]: Point, [right, bottom]: Point) -> Vec<Vec<Point>> {
     let points: Vec<Point> = path.iter().map(|&point| camera.project(point)).collect();
     let is_inside = |point: &Point| (left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1]);

@@ -97,7 +97,7 @@ fn path(points: &[Point]) -> String {
     path
 }
 
-/// A tenth of a pixel is finer than anyone sees.
+/// A number with one decimal: tenths of a pixel are enough.
 fn number(value: f32) -> String {
     let text = format!("{value:.1}");
     let text = text.strip_suffix(".0").unwrap_or(&text);
@@ -119,7 +119,7 @@ fn paint(
     }
 }
 
-/// Text for XML: its three special characters named, control characters, which XML forbids, left out.
+/// Escapes text for XML: special characters become entities, control characters, which XML forbids, are left out.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

@@ -1,4 +1,4 @@
-//! What is in a file, on one screen of a terminal.
+//! A summary of a file on one screen of a terminal.
 
 use std::fmt::Write;
 
@@ -7,14 +7,14 @@ use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 use crate::skeleton::survey;
 
-/// The screen that there is.
+/// Options of the summary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScreenOptions {
-    /// Characters in a line. Default: 80.
+    /// Characters per line. Default: 80.
     pub width: usize,
-    /// Lines; of a tree that is longer, what hangs deepest is only counted. Default: 50.
+    /// Lines; of a longer tree the deepest nodes are only counted. Default: 50.
     pub height: usize,
-    /// Whether to colour the words. Default: no.
+    /// Whether to use colours. Default: `false`.
     pub colour: bool,
 }
 
@@ -28,7 +28,7 @@ impl Default for ScreenOptions {
     }
 }
 
-/// A way to show words.
+/// A text style.
 #[derive(Clone, Copy)]
 enum Ink {
     Bold,
@@ -36,7 +36,7 @@ enum Ink {
     Warning,
 }
 
-/// Text that knows how wide it is.
+/// Text with a line width.
 struct Screen {
     text: String,
     width: usize,
@@ -62,7 +62,7 @@ impl Screen {
         self.text.push('\n');
     }
 
-    /// A label, and words that go on below one another.
+    /// A label and a paragraph beside it.
     fn labelled(&mut self, label: &str, ink: Option<Ink>, words: &str) {
         let lines = wrapped(words, self.width.saturating_sub(LABEL));
         for (index, line) in lines.iter().enumerate() {
@@ -77,10 +77,10 @@ impl Screen {
 /// Characters that a label takes.
 const LABEL: usize = 13;
 
-/// Tells a person what is in a clip: its size, its tree of joints with the lengths of the links, the height of its
-/// root over time, what was assumed and what is odd.
+/// A summary of a clip: its size, its tree of joints with the lengths of the links, the height of its root over time,
+/// the assumptions and the warnings.
 ///
-/// The tree has a line for every chain of joints without a fork. Lengths are in the file's unit.
+/// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
 ///
 /// ```
 /// use mocap::render::{Clip, ScreenOptions, screen};
@@ -150,7 +150,7 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
     screen.text
 }
 
-/// The mean height of the root in as many stretches of time as there are characters, and its lowest and highest.
+/// The mean height of the root in one time interval per character, and its lowest and highest.
 fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     const SAMPLES_A_BAR: usize = 4;
@@ -174,7 +174,7 @@ fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     (bars.collect(), low, high)
 }
 
-/// The tree of joints, and how much hangs on each.
+/// The tree of joints, with the number of descendants of each.
 struct Tree<'a> {
     scene: &'a Scene,
     children: Vec<Vec<usize>>,
@@ -188,7 +188,7 @@ struct Branch {
     node: usize,
     /// Forks above it.
     depth: usize,
-    /// What stands before its first line, and before those that follow.
+    /// The prefixes of its first line and of the following lines.
     first: String,
     next: String,
 }
@@ -202,7 +202,8 @@ impl<'a> Tree<'a> {
                 children[parent.index()].push(index);
             }
         }
-        // Children stand after their parents, so each is complete before it is counted in its parent.
+        // In reverse order children come before their parents, so every count is complete when it is added to the
+        // parent's.
         for (index, node) in scene.nodes.iter().enumerate().rev() {
             if let Some(parent) = node.parent {
                 below[parent.index()] += below[index] + 1;
@@ -216,7 +217,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// A line for every chain, down to so many forks that all fit; what hangs deeper is counted.
+    /// One line for every chain, down to the number of forks that fits; deeper nodes are counted.
     fn lines(&self, width: usize, most: usize) -> Vec<String> {
         const DEEPEST: usize = 32;
         let fits = |lines: &Vec<String>| lines.len() <= most;
@@ -224,7 +225,7 @@ impl<'a> Tree<'a> {
         lines.into_iter().find(fits).unwrap_or_else(|| self.lines_to(0, width))
     }
 
-    /// Kept on a list, not on the call stack, so that no skeleton is too deep.
+    /// A list, so that no skeleton can overflow the call stack.
     fn lines_to(&self, deepest: usize, width: usize) -> Vec<String> {
         let mut lines = Vec::new();
         let mut branches: Vec<Branch> = Vec::new();
@@ -268,8 +269,8 @@ impl<'a> Tree<'a> {
         lines
     }
 
-    /// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link stands before it,
-    /// and after the last one how many nodes are not drawn.
+    /// `Elbow ─ 1.5 ─ Wrist`: names, and between them the lengths of the links. The first node's own link comes before
+    /// it, and the number of hidden nodes after the last.
     fn push_chain(
         &self,
         lines: &mut Vec<String>,
@@ -308,7 +309,7 @@ impl<'a> Tree<'a> {
         lines.push(line);
     }
 
-    /// How long the way from the parent is in the world; the root has none.
+    /// The length of the link from the parent in the world; `None` for the root.
     fn link_length(&self, index: usize) -> Option<String> {
         let parent = self.scene.nodes[index].parent?;
         let length = self
@@ -319,7 +320,7 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Words in lines of `width` characters; a word that is longer has a line of its own.
+/// Wraps words to lines of `width` characters; a longer word gets its own line.
 fn wrapped(words: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in words.split_whitespace() {

@@ -1,4 +1,4 @@
-//! The colours of all pictures. Blue and orange are told apart by nearly everyone, also beside the grey of the middle.
+//! The colours of all pictures. Nearly everyone can distinguish blue, orange and grey.
 
 use super::drawing::Color;
 
@@ -7,9 +7,9 @@ pub(super) const INK: Color = Color::hex(0x1B2130);
 pub(super) const FADED: Color = Color::hex(0x5C667A);
 pub(super) const RULE: Color = Color::hex(0xDDE2EA);
 pub(super) const GROUND: Color = Color::hex(0xF1F4F8);
-/// Opaque, so that shadows that fall on one another are no darker than one.
+/// Opaque, so that overlapping shadows are not darker.
 pub(super) const SHADOW: Color = Color::hex(0xDFE4EC);
-/// Of the way that a root goes.
+/// The colour of a root's path.
 pub(super) const PATH: Color = Color::hex(0x9AA8C4);
 pub(super) const LEFT: Color = Color::hex(0x2D6BD8);
 pub(super) const RIGHT: Color = Color::hex(0xE0661F);

@@ -1,8 +1,8 @@
-//! A page with a player: one HTML file that holds everything and asks the network for nothing.
+//! A page with a player: one HTML file without external resources.
 //!
-//! The player is plain JavaScript in `view/`, drawn with WebGL 2 or, where there is none, with a 2D canvas. The motion
-//! goes into the page as base64 of 32-bit floats, a track after the other, because JSON numbers would take three times
-//! the place and most of the loading time.
+//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. The page has the
+//! motion as base64 of 32-bit floats, track by track, because JSON numbers would take three times the space and most of
+//! the loading time.
 
 mod data;
 mod listing;
@@ -19,14 +19,14 @@ use super::svg::escape;
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
-    /// The `.glb` file that the download button hands out; see [`gltf::write_glb`](crate::format::gltf::write_glb).
+    /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb).
     pub glb: &'a [u8],
 }
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
-/// The player, in an order in which nothing is used before it is there.
+/// The scripts of the player; each uses only those before it.
 const SCRIPT: [&str; 10] = [
     include_str!("view/math.js"),
     include_str!("view/clip.js"),
@@ -88,7 +88,7 @@ fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
     page.push_str("</script>\n");
 }
 
-/// A template with every `{{name}}` filled in. What is filled in is not looked through again.
+/// A template with every `{{name}}` replaced. Replacements are not searched again.
 fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     let mut text = String::new();
     let mut rest = template;
@@ -103,7 +103,7 @@ fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     text + rest
 }
 
-/// Source text without its indentation and its comments, which are for those who read the files.
+/// Source text without indentation and comments.
 fn lean(source: &str) -> String {
     let lines = source.lines().map(str::trim);
     let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));

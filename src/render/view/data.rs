@@ -1,4 +1,4 @@
-//! What a page knows of a clip: words as JSON, numbers as bytes.
+//! The data of a clip for a page: text as JSON, numbers as bytes.
 
 use glam::{Quat, Vec3};
 use serde::Serialize;
@@ -34,18 +34,18 @@ struct NodeDescription<'a> {
     parent: i64,
     side: Side,
     lines: Option<SourceLines>,
-    /// The axes of its angles in the order of its channels: 0 for x, 1 for y, 2 for z.
+    /// The axes of its Euler angles in the order of its channels: 0 for x, 1 for y, 2 for z.
     order: [usize; 3],
-    /// Whether the file turns it about these axes.
+    /// Whether the file has rotation channels about these axes.
     turns: bool,
-    /// Whether the file moves it.
+    /// Whether the file has position channels for it.
     moves: bool,
     translation: Track,
     rotation: Track,
     scale: Track,
 }
 
-/// Where the values of a track are among the floats: one, or one a tick.
+/// The range of a track's values in the floats: one value, or one per tick.
 #[derive(Serialize)]
 struct Track {
     at: usize,
@@ -61,7 +61,7 @@ impl Floats {
         self.0.into_iter().flat_map(f32::to_le_bytes).collect()
     }
 
-    /// One value where the keys say so or say nothing, else one for every whole tick.
+    /// One value for a constant or empty track, or else one for every whole tick.
     fn push_track<T: Copy, const N: usize>(
         &mut self,
         keys: &Keys<T>,
@@ -83,7 +83,7 @@ impl Floats {
     }
 }
 
-/// Puts the tracks of a clip among the floats, and says where.
+/// Appends the tracks of a clip to the floats, and returns their ranges.
 pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -> Description<'a> {
     let scene = clip.scene;
     let guesses = survey(scene);
@@ -123,7 +123,7 @@ fn with_line(warning: &crate::error::Diagnostic) -> String {
     }
 }
 
-/// The channel that drives each node, where one does.
+/// The channel of each node, if it has one.
 fn channels_of_nodes(scene: &Scene) -> Vec<Option<&Channel>> {
     let mut channels = vec![None; scene.nodes.len()];
     if let Some(animation) = scene.animations.first() {

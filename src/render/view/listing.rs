@@ -7,7 +7,7 @@ use super::filled;
 
 const PAGE: &str = include_str!("listing.html");
 
-/// A file in a list.
+/// An entry of a list of clips.
 #[derive(Clone, Debug)]
 pub struct ListingEntry {
     name: String,
@@ -18,7 +18,7 @@ pub struct ListingEntry {
 }
 
 impl ListingEntry {
-    /// A clip whose player is at `link`, relative to the list.
+    /// An entry for a clip whose player is at `link`, relative to the list.
     pub fn new(clip: &Clip<'_>, link: &str) -> Self {
         Self {
             name: clip.name.to_owned(),
@@ -29,7 +29,7 @@ impl ListingEntry {
         }
     }
 
-    /// A file that could not be read.
+    /// An entry for a file that could not be read.
     pub fn failed(name: &str, error: &str) -> Self {
         Self {
             name: name.to_owned(),
@@ -65,7 +65,7 @@ impl ListingEntry {
     }
 }
 
-/// A link to a file, in which nothing has a meaning of its own.
+/// A relative URL with reserved characters percent-encoded.
 fn encoded(link: &str) -> String {
     let mut encoded = String::new();
     for byte in link.bytes() {
@@ -77,7 +77,7 @@ fn encoded(link: &str) -> String {
     encoded
 }
 
-/// A page that lists clips with what they look like, how long they are and what is odd about them, and opens each.
+/// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
 ///
 /// ```
 /// use mocap::render::{Clip, ListingEntry, listing};
