@@ -1,4 +1,4 @@
-//! Commands and options. Nothing is done here.
+//! The commands and options of the command line.
 
 mod arrays;
 mod batch;
@@ -22,7 +22,7 @@ pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
 
-/// Motion capture into an Assimp-style scene: convert it to animated glTF, look into it, drive it from a tick.
+/// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true)]
 pub(crate) struct Args {
@@ -34,32 +34,32 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Write motion files as animated glTF or as BVH
     Convert(ConvertArgs),
-    /// Say what is in a file
+    /// Summarise a file
     Info(InfoArgs),
-    /// Write a motion as arrays: positions and rotations of every joint in every frame
+    /// Write a motion as arrays: positions and rotations of all joints in all frames
     Fk(FkArgs),
     /// Write many motions as arrays into Parquet files
     #[cfg(feature = "parquet")]
     Pack(PackArgs),
     /// Print the node matrices at a tick
     Pose(PoseArgs),
-    /// Say what is wrong with files
+    /// Report errors and warnings of files
     Check(CheckArgs),
-    /// Print a scene as the graphics course does
+    /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
-    /// Prove that a written glTF file moves as its source does
+    /// Compare a written glTF file with its source: the position of every joint in every frame
     Verify(VerifyArgs),
-    /// Look at the motion: write a page with a player, and open it
+    /// Write a page with a player for the motion, and open it
     View(ViewArgs),
-    /// Draw poses over time, one row a file
+    /// Draw poses over time, one row per file
     Sheet(SheetArgs),
-    /// Draw a film: animated GIF or PNG
+    /// Draw a film as animated GIF or PNG
     Gif(GifArgs),
     /// Draw curves of a joint's position and angles
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats,
-    /// Make one manifest of those that the shards of a run have left
+    /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),
 }
 
@@ -72,17 +72,17 @@ pub(crate) struct ConvertArgs {
     /// How to draw the skeleton
     #[arg(long, value_name = "KIND", default_value = "skinned")]
     pub(crate) mesh: MeshArg,
-    /// Keep tracks that never change as animation, and do not fold them into the rest pose
+    /// Keep constant tracks in the animation; by default they become part of the rest pose
     #[arg(long)]
     pub(crate) keep_constant: bool,
-    /// Put the numbers of a .gltf into the file itself, not into a .bin beside it
+    /// Embed the buffer of a .gltf, instead of writing a .bin beside it
     #[arg(long)]
     pub(crate) embed: bool,
     #[command(flatten)]
     pub(crate) bvh: BvhArgs,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
-    /// Compare the written file with its source afterwards, as `mocap verify` does
+    /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
     #[command(flatten)]
@@ -93,12 +93,12 @@ pub(crate) struct ConvertArgs {
     pub(crate) batch: BatchArgs,
 }
 
-/// How far is too far.
+/// The tolerance of `verify`.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Verifying")]
 pub(crate) struct ToleranceArgs {
-    /// Largest distance of a joint from its place in the source, in metres or with a unit, as 1mm; beyond it the exit
-    /// code is 1
+    /// Largest allowed distance of a joint from its position in the source, in metres or with a unit, such as 1mm;
+    /// above it the exit code is 1
     #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = compress::parse_length)]
     pub(crate) max_error: f64,
 }
@@ -107,7 +107,7 @@ pub(crate) struct ToleranceArgs {
 pub(crate) struct VerifyArgs {
     /// The motion file
     pub(crate) source: PathBuf,
-    /// The .glb, or the .gltf with its buffer inside, that was made from it
+    /// The .glb or .gltf that was made from it
     pub(crate) output: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -118,7 +118,7 @@ pub(crate) struct VerifyArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum MeshArg {
-    /// One mesh a node
+    /// One mesh per node
     Segmented,
     /// One mesh with bones
     Skinned,
@@ -151,13 +151,13 @@ pub(crate) struct InfoArgs {
 pub(crate) struct PoseArgs {
     /// The motion file
     pub(crate) file: PathBuf,
-    /// The tick; one between two frames is interpolated
+    /// The tick; poses between two frames are interpolated
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) tick: f64,
-    /// Matrices to the world, not to the parent
+    /// Print node-to-world matrices, instead of node-to-parent
     #[arg(long)]
     pub(crate) world: bool,
-    /// Take a tick outside of the motion from its repetition, not from its nearest end
+    /// Repeat the motion for a tick outside of it, instead of using the nearest frame
     #[arg(long = "loop")]
     pub(crate) repeat: bool,
     /// Print JSON
@@ -175,7 +175,7 @@ pub(crate) struct CheckArgs {
     /// The motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// Print JSON, an object a file
+    /// Print JSON, one object per file
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -188,12 +188,12 @@ pub(crate) struct CheckArgs {
 pub(crate) struct DumpArgs {
     /// The motion file
     pub(crate) file: PathBuf,
-    /// What to print [default: everything that the layout has]
+    /// The sections to print [default: all sections of the layout]
     pub(crate) sections: Vec<SectionArg>,
-    /// The year of the course whose print-out to give
+    /// The layout: the year of the course
     #[arg(long, value_name = "YEAR", default_value = "2019", conflicts_with = "json")]
     pub(crate) layout: LayoutArg,
-    /// The scene as imported: one skinned mesh and every key
+    /// Print the scene as imported: one skinned mesh and every key
     #[arg(long)]
     pub(crate) raw: bool,
     /// Print the whole scene as JSON

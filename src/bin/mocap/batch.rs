@@ -1,8 +1,8 @@
-//! Many files: which they are, who works on them, and what is known afterwards.
+//! Work on many files: the list of inputs, the threads, the manifest and the progress.
 //!
-//! Nothing here knows what is done with a file. A command finds its [`inputs`], gives each to [`for_each`], and hears of
-//! the results on its own thread, where it writes them to a [`manifest`] or to standard output and moves the
-//! [`progress`] on.
+//! This module is independent of the commands. A command finds its [`inputs`], passes each to [`for_each`], and
+//! receives the results on its own thread, where it writes them to a [`manifest`] or to standard output and updates the
+//! [`progress`].
 
 pub(crate) mod hash;
 pub(crate) mod inputs;
@@ -18,10 +18,10 @@ use std::thread;
 
 use self::inputs::Input;
 
-/// Works on every input with `threads` threads, and hands each result to `sink` with the input's place in the list, in
-/// the order in which they are ready.
+/// Works on all inputs with `threads` threads, and passes each result to `sink` with the index of the input, in the
+/// order in which they are ready.
 ///
-/// Inputs are begun in their order. An error of `sink` ends the work after the files that are under way.
+/// Inputs are started in their order. An error of `sink` ends the work after the files that were already started.
 pub(crate) fn for_each<T: Send, E>(
     inputs: &[Input],
     threads: usize,
@@ -49,7 +49,7 @@ pub(crate) fn for_each<T: Send, E>(
         for (index, result) in &receiver {
             if let Err(error) = sink(index, result) {
                 stopped.store(true, Ordering::Relaxed);
-                // A worker that waits for room in the channel must not wait for ever.
+                // A worker that waits for space in the channel must not wait for ever.
                 drop(receiver);
                 return Err(error);
             }
@@ -58,7 +58,7 @@ pub(crate) fn for_each<T: Send, E>(
     })
 }
 
-/// Brings results back into the order of their inputs.
+/// Sorts results into the order of their inputs.
 pub(crate) struct InOrder<T> {
     next: usize,
     early: BTreeMap<usize, T>,
@@ -76,7 +76,7 @@ impl<T> InOrder<T> {
         self.early.insert(index, result);
     }
 
-    /// The next result, if it is there already.
+    /// The next result, if it is ready.
     pub(crate) fn pop(&mut self) -> Option<T> {
         let result = self.early.remove(&self.next)?;
         self.next += 1;

@@ -1,4 +1,4 @@
-//! A command a file; each reads its arguments, calls the library, and prints.
+//! One command per file; each reads its arguments, calls the library, and prints.
 
 mod change;
 pub(crate) mod check;
@@ -31,7 +31,7 @@ fn print_json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
-/// Writes a picture in the format that the name asks for.
+/// Writes a picture in the format of the file's extension.
 fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), crate::Failure> {
     let bytes = match extension(path).as_str() {
         "svg" => drawing.to_svg().into_bytes(),
@@ -48,7 +48,7 @@ fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), cr
     Ok(())
 }
 
-/// In lower case, without the dot; empty where there is none.
+/// The extension in lower case, without the dot; empty if there is none.
 fn extension(path: &Path) -> String {
     let extension = path.extension().and_then(|extension| extension.to_str());
     extension.unwrap_or_default().to_ascii_lowercase()
@@ -61,7 +61,7 @@ fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
     ))
 }
 
-/// What to call a file in a picture.
+/// The name of a file in a picture.
 fn short_name(path: &Path) -> String {
     path.file_stem()
         .unwrap_or(path.as_os_str())

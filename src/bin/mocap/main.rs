@@ -1,7 +1,7 @@
-//! The command line of `mocap`: words around the library's public interface.
+//! The command line of `mocap`, which uses only the library's public interface.
 //!
-//! Data goes to standard output, words to standard error. Exit code 0 is done, 1 failed, 2 wrong usage, 3 some of many
-//! files failed.
+//! Data goes to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 some of
+//! many files failed.
 
 #![warn(clippy::unwrap_used)]
 
@@ -22,13 +22,13 @@ enum Failure {
     File(mocap::Error),
     /// Standard output could not be written.
     Output(io::Error),
-    /// The arguments do not go together.
+    /// The arguments are not valid.
     Usage(String),
     /// A folder of outputs or its manifest could not be written.
     Folder(PathBuf, io::Error),
-    /// Everything has been said already.
+    /// The error has already been printed.
     Told,
-    /// Some of many files failed, and that has been said already.
+    /// Some of many files failed, which has already been printed.
     Some,
 }
 
@@ -65,7 +65,7 @@ fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever read our output has seen enough.
+        // The reader of the output has closed it.
         Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(Failure::Output(error)) => {
             report::complain(&format!("standard output: {error}"));

@@ -1,4 +1,4 @@
-//! Diagnostics as compilers print them, on standard error; colour on a terminal only.
+//! Prints diagnostics as compilers do, on standard error; with colours on a terminal.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -15,7 +15,7 @@ pub(crate) enum Severity {
     Warning,
 }
 
-/// Prints an error, and before it the warnings that led up to it.
+/// Prints the warnings before an error, and the error.
 pub(crate) fn error(error: &Error) {
     warnings(error.path(), error.warnings());
     print(&render(Severity::Error, error.path(), error.diagnostic()));
@@ -39,7 +39,7 @@ pub(crate) fn say(message: &str) {
 }
 
 fn print(text: &str) {
-    // Nobody is left to tell if standard error is closed.
+    // Nothing can be reported if standard error is closed.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 

@@ -1,4 +1,4 @@
-//! The commands that write arrays, and what goes into them.
+//! Options of the commands that write arrays.
 
 use std::path::PathBuf;
 
@@ -35,16 +35,16 @@ pub(crate) struct PackArgs {
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "parquet")]
     pub(crate) to: PackFormatArg,
-    /// What a row is
+    /// What one row holds
     #[arg(long, value_name = "SHAPE", default_value = "clips")]
     table: TableArg,
-    /// A row a file, without its motion: the same as --table inventory
+    /// One row per file, without its motion: the same as --table inventory
     #[arg(long, conflicts_with = "table")]
     inventory: bool,
-    /// Megabytes of values, not compressed, after which a Parquet file ends
+    /// Size of one Parquet file, in megabytes of uncompressed values
     #[arg(long, value_name = "MB", default_value = "256")]
     pub(crate) part_size: u32,
-    /// Skip files that the manifest says were packed with the same options, and have not changed since
+    /// Skip files that were packed with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
     #[command(flatten)]
@@ -75,11 +75,11 @@ pub(crate) enum PackFormatArg {
 #[cfg(feature = "parquet")]
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum TableArg {
-    /// A clip, with lists of all its values
+    /// One clip, with lists of all its values
     Clips,
-    /// A joint in a frame
+    /// One joint in one frame
     Long,
-    /// A file, without its motion
+    /// One file, without its motion
     Inventory,
 }
 
@@ -89,7 +89,7 @@ pub(crate) struct ArraysArgs {
     /// What positions are relative to
     #[arg(long, value_name = "SPACE", default_value = "world")]
     space: SpaceArg,
-    /// How to write rotations
+    /// Representation of rotations
     #[arg(long, value_name = "FORM", default_value = "quat")]
     rot: RotationArg,
     /// What rotations are relative to
@@ -110,25 +110,25 @@ pub(crate) struct ArraysArgs {
     /// Unit of length of the file: auto, or as for --unit
     #[arg(long, value_name = "UNIT", default_value = "auto")]
     file_unit: UnitArg,
-    /// Axis to point up in the output [default: the file's own]
+    /// Up axis of the output [default: the file's own]
     #[arg(long, value_name = "AXIS")]
     up: Option<UpArg>,
-    /// Axis that points up in the file
+    /// Up axis of the file
     #[arg(long, value_name = "AXIS", default_value = "auto")]
     file_up: UpArg,
-    /// Add velocities: central differences, one-sided at both ends, in units a second
+    /// Add velocities: central differences, one-sided at both ends, in units per second
     #[arg(long)]
     velocities: bool,
-    /// Add foot contacts: a foot that is low and slow stands on the ground
+    /// Add foot contacts: whether a foot is low and slow
     #[arg(long)]
     contacts: bool,
     /// Names of the feet: a regular expression [default: (?i)foot|toe|ankle]
     #[arg(long, value_name = "REGEX", requires = "contacts")]
     feet: Option<String>,
-    /// Metres above the ground, at most, to stand on the ground [default: 0.05]
+    /// Largest height of a foot in contact, in metres above the ground [default: 0.05]
     #[arg(long, value_name = "METRES", requires = "contacts")]
     contact_height: Option<f64>,
-    /// Metres a second, at most, to stand on the ground [default: 0.4]
+    /// Largest speed of a foot in contact, in metres per second [default: 0.4]
     #[arg(long, value_name = "SPEED", requires = "contacts")]
     contact_speed: Option<f64>,
 }
@@ -186,11 +186,11 @@ impl From<super::Moment> for Moment {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum SpaceArg {
-    /// The space in which the root stands
+    /// The world
     World,
-    /// The place of the root in the same frame, along the world's axes
+    /// The root's position in the same frame, along the axes of the world
     Root,
-    /// The parent, in its axes
+    /// The parent, along its axes
     Local,
 }
 

@@ -9,37 +9,37 @@ use super::Args;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
 
-/// Many files. No output depends on anything here but for its name.
+/// Options for many files. They decide the names of outputs, but not their contents.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct BatchArgs {
-    /// Folder for the outputs, which keep their paths below the folders that were named, and for a manifest
+    /// Folder for the outputs, which keep their paths below the input folders, and for a manifest
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out_dir: Option<PathBuf>,
-    /// Format of the outputs where the name of none says it
+    /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "glb")]
     pub(crate) to: FormatArg,
-    /// Skip files that the manifest says were converted with the same options, and have not changed since
+    /// Skip files that were converted with the same options, according to the manifest, and are unchanged
     #[arg(long, requires = "out_dir")]
     pub(crate) resume: bool,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
 }
 
-/// How to spread work on files.
+/// How to distribute the work.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct SpreadArgs {
-    /// Threads to work with [default: one a core]
+    /// Number of threads [default: the number of cores]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
-    /// Take part i of n only; which files that are depends on their relative paths alone
+    /// Convert only part i of n; the parts depend only on the relative paths of the files
     #[arg(long, value_name = "i/n")]
     pub(crate) shard: Option<Shard>,
-    /// How to tell how far the work is, on standard error
+    /// How to show progress on standard error
     #[arg(long, value_name = "KIND", default_value = "auto")]
     progress: ProgressArg,
-    /// Neither progress nor summary
+    /// Print neither progress nor summary
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }

@@ -1,4 +1,4 @@
-//! Options of BVH files that are written.
+//! Options of the BVH writer.
 
 use clap::ValueEnum;
 use mocap::bvh::{Channels, Options};
@@ -7,10 +7,10 @@ use mocap::scene::RotationOrder;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Writing BVH")]
 pub(crate) struct BvhArgs {
-    /// Order of the rotation channels [default: each joint's own, else ZXY]
+    /// Order of the rotation channels [default: each joint's own, or else ZXY]
     #[arg(long, value_name = "ORDER", value_parser = parse_order)]
     order: Option<RotationOrder>,
-    /// Decimals of every number [default: as many as it takes to read the same motion back]
+    /// Decimals of every number [default: as many as are needed to read the same motion back]
     #[arg(long, value_name = "N")]
     digits: Option<usize>,
     /// Which joints have position channels
@@ -38,9 +38,9 @@ impl BvhArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum ChannelsArg {
-    /// The root, and joints whose position moves
+    /// The root, and joints with an animated position
     Auto,
-    /// The root alone
+    /// Only the root
     #[value(name = "3")]
     Three,
     /// Every joint

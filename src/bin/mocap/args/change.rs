@@ -1,18 +1,18 @@
-//! The options of `mocap convert` that change a motion, and how their values are spelt.
+//! The options of `mocap convert` that change a motion, and the parsers of their values.
 
 use std::str::FromStr;
 
 use clap::ValueEnum;
 use mocap::skeleton::Unit;
 
-/// What to change on the way.
+/// Changes of the motion.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Changing")]
 pub(crate) struct ChangeArgs {
     /// Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
     #[arg(long, value_name = "UNIT", default_value = "auto")]
     pub(crate) unit: UnitArg,
-    /// Axis of the input that points up; the output's is +Y
+    /// Up axis of the input; glTF outputs have +Y up
     #[arg(long, value_name = "AXIS", default_value = "auto")]
     pub(crate) up: UpArg,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
@@ -21,16 +21,16 @@ pub(crate) struct ChangeArgs {
     /// Frames per second to write; for an input that states no valid rate, its rate
     #[arg(long, value_name = "RATE")]
     pub(crate) fps: Option<f64>,
-    /// Whether to leave out the first frame; auto: where it is a rest pose that the motion jumps away from
+    /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it
     #[arg(long, value_name = "WHEN", default_value = "no")]
     pub(crate) drop_first_frame: DropArg,
-    /// Rest pose: zero, as the file has it, or frame:N
+    /// Rest pose: zero (all rotations 0, as in the file), or frame:N
     #[arg(long, value_name = "POSE", default_value = "zero")]
     pub(crate) rest: RestArg,
-    /// Keep the figure above its starting place
+    /// Keep the figure in place over the ground
     #[arg(long, conflicts_with = "root_motion")]
     pub(crate) in_place: bool,
-    /// Move the way over the ground and the heading to a joint `Root` of their own
+    /// Move the translation over the ground and the heading to a new joint `Root`
     #[arg(long)]
     pub(crate) root_motion: bool,
 }

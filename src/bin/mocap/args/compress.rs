@@ -1,4 +1,4 @@
-//! How small a glTF file is to be, and how far that may move a joint.
+//! Options of compression, and its largest error.
 
 use clap::ValueEnum;
 use mocap::gltf::{Compression, DEFAULT_MAX_ERROR};
@@ -6,11 +6,11 @@ use mocap::gltf::{Compression, DEFAULT_MAX_ERROR};
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Smaller files")]
 pub(crate) struct CompressArgs {
-    /// Largest distance of any joint or end site from its place, at any frame, in metres or with a unit, as 1mm. Leaves
-    /// out keys and bits as long as it holds, and writes nothing where it cannot [default with --compress: 1mm]
+    /// Largest distance of any joint or end site from its position, at any frame, in metres or with a unit, such as
+    /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) max_error: Option<f64>,
-    /// How to store the keys [default with --max-error: int16, else none]
+    /// How to store the keys [default with --max-error: int16, otherwise none]
     #[arg(long, value_name = "KIND")]
     pub(crate) compress: Option<CompressArg>,
 }
@@ -28,7 +28,7 @@ pub(crate) enum CompressArg {
 }
 
 impl CompressArgs {
-    /// Whether a file is to be smaller than what is written without being asked.
+    /// Whether compression was asked for.
     pub(crate) fn asks(&self) -> bool {
         self.max_error.is_some() || self.compress.is_some()
     }
@@ -42,13 +42,13 @@ impl CompressArgs {
         }
     }
 
-    /// How far a file may be from its source, also where nobody said it.
+    /// The largest error, including the default.
     pub(crate) fn tolerance(&self) -> f64 {
         self.max_error.unwrap_or(DEFAULT_MAX_ERROR)
     }
 }
 
-/// A length in metres: a number, in metres, or with one of the units m, cm, mm and um behind it.
+/// Parses a length: a number in metres, or with the unit m, cm, mm or um.
 pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
     let units = [("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("m", 1.0)];
     let (number, metres) = units

@@ -1,4 +1,4 @@
-//! What to look at, and how to draw it.
+//! Options of the commands that draw.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ pub(crate) struct ViewArgs {
     /// The motion files, shown together, or one folder, whose clips are listed
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// The page to write [default: one among the temporary files, opened in the browser]
+    /// The page to write [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub(crate) struct SheetArgs {
     /// The picture to write: .png or .svg
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
-    /// Poses a file
+    /// Poses per file
     #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses)]
     pub(crate) poses: usize,
     /// Width in pixels
@@ -47,13 +47,13 @@ pub(crate) struct GifArgs {
     /// Height in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().height)]
     pub(crate) height: u32,
-    /// Pictures a second
+    /// Pictures per second
     #[arg(long, value_name = "RATE", default_value_t = mocap::render::MovieOptions::default().frames_per_second)]
     pub(crate) rate: f64,
-    /// How fast to play; 1 is the speed of life
+    /// Playback speed; 1 is real time
     #[arg(long, value_name = "FACTOR", default_value_t = mocap::render::MovieOptions::default().speed)]
     pub(crate) speed: f64,
-    /// Leave the camera where it sees the whole way, and do not follow the root
+    /// Show the whole path, instead of following the root with the camera
     #[arg(long)]
     pub(crate) still: bool,
     #[command(flatten)]
@@ -64,7 +64,7 @@ pub(crate) struct GifArgs {
 pub(crate) struct PlotArgs {
     /// The motion file
     pub(crate) file: PathBuf,
-    /// The joint; give several to see them below one another
+    /// The joint; may be given several times
     #[arg(long, value_name = "NAME", required = true)]
     pub(crate) joint: Vec<String>,
     /// The picture to write: .svg or .png

@@ -1,4 +1,4 @@
-//! How to read a file.
+//! Options of the reader.
 
 use std::path::PathBuf;
 
@@ -6,23 +6,23 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use mocap::{Format, Importer, RootOffset};
 
-/// How to read a file.
+/// Options of the reader.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Reading")]
 pub(crate) struct ReadArgs {
-    /// Format of the input [default: found from its contents, else from its extension]
+    /// Format of the input [default: found from its contents, or else from its extension]
     #[arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser())]
     from: Option<Format>,
     /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// What to do with the root's OFFSET when the root has position channels too
+    /// How the root's OFFSET and its position channels combine
     #[arg(long, value_name = "POLICY", default_value = "auto")]
     root_offset: RootOffsetArg,
-    /// Read every row of the motion, also those beyond the declared number of frames
+    /// Read all rows of the motion, including those beyond the declared number of frames
     #[arg(long)]
     all_rows: bool,
-    /// Take every warning for an error
+    /// Treat every warning as an error
     #[arg(long)]
     pub(crate) strict: bool,
 }
@@ -48,11 +48,11 @@ fn format_parser() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(Format::ALL.map(Format::as_str)).try_map(|name| name.parse::<Format>())
 }
 
-/// The frame rate, for commands that do not write one.
+/// The frame rate, for commands that do not resample.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Reading")]
 pub(crate) struct FrameRateArgs {
-    /// Frames per second to take in place of the file's own
+    /// Frames per second, in place of the file's own
     #[arg(long, value_name = "RATE")]
     fps: Option<f64>,
     #[command(flatten)]
@@ -72,9 +72,9 @@ impl FrameRateArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum RootOffsetArg {
-    /// Add where the first frame's root position is near zero while the OFFSET is not, else replace
+    /// Add if the first frame's root position is near zero while the OFFSET is not, otherwise replace
     Auto,
-    /// The position channels stand in place of the OFFSET
+    /// The position channels replace the OFFSET
     Replace,
     /// The position channels are added to the OFFSET
     Add,

@@ -1,4 +1,4 @@
-//! By which contents a file of a former run is known again.
+//! Identifies the files of a former run by their contents.
 
 use std::fs::File;
 use std::io;

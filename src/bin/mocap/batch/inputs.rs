@@ -1,4 +1,4 @@
-//! Files, folders and wildcards as a list of files.
+//! Makes a list of files from paths of files and folders, and from wildcards.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -7,12 +7,12 @@ use walkdir::WalkDir;
 
 use crate::Failure;
 
-/// A file to work on.
+/// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Input {
     pub(crate) path: PathBuf,
-    /// The path below the folder or the wildcards that it was found by, with `/` between its parts; the bare name of a
-    /// file that was named itself.
+    /// The path below the folder or the wildcards in which it was found, with `/` as separator; for a file named by the
+    /// user, its name.
     pub(crate) relative: String,
     /// Its size when it was found.
     pub(crate) bytes: u64,
@@ -33,10 +33,10 @@ impl Input {
     }
 }
 
-/// The files that `paths` name, sorted by their relative paths: files themselves, whatever their extension; in folders
-/// and behind wildcards the files with the extension of a known format.
+/// The files that `paths` name, sorted by their relative paths: files with any extension; in folders and from wildcards
+/// only files with the extension of a known format.
 ///
-/// A path that does not exist is an input all the same, so that it fails as one of many.
+/// A path that does not exist is an input too, and fails as one of many.
 pub(crate) fn find(paths: &[PathBuf]) -> Result<Vec<Input>, Failure> {
     let mut inputs = Vec::new();
     for path in paths {
@@ -64,7 +64,7 @@ fn add_folder(folder: &Path, base: &Path, inputs: &mut Vec<Input>) -> Result<(),
     Ok(())
 }
 
-/// Adds what wildcards match, below the folders in front of the first wildcard.
+/// Adds the files that a wildcard pattern matches; their relative paths begin at its first wildcard.
 fn add_matches(pattern: &Path, inputs: &mut Vec<Input>) -> Result<(), Failure> {
     let base: PathBuf = pattern
         .components()

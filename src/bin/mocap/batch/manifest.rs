@@ -1,8 +1,7 @@
-//! `mocap-manifest.jsonl`: what became of every file, a line of JSON each.
+//! `mocap-manifest.jsonl`: the result of every file, as one line of JSON.
 //!
-//! While a run goes on, lines are appended as files are done, so that a run that was killed knows how far it came. At
-//! its end the file is written anew, sorted by input. A run of one shard has a manifest of its own, and `mocap
-//! merge-manifest` makes one of all.
+//! During a run, a line is appended after every file, so that a killed run can be continued. At the end the file is
+//! written again, sorted by input. The run of a shard has its own manifest, and `mocap merge-manifest` merges them.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -15,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::inputs::Input;
 use super::shard::Shard;
 
-/// What became of one file.
+/// The result of one file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Record {
     /// Its path below the folder it was found by.
@@ -24,23 +23,23 @@ pub(crate) struct Record {
     pub(crate) sha256: Option<String>,
     /// Its size.
     pub(crate) bytes: u64,
-    /// What was written, below the output folder; absent where nothing was.
+    /// The path of the output below the output folder; absent if nothing was written.
     pub(crate) output: Option<String>,
-    /// The program's version and the options it ran with: all that an output depends on beside the input.
+    /// The program's version and options: everything except the input that the output depends on.
     pub(crate) version: String,
     pub(crate) options: String,
     /// The warnings, each as one line of text.
     pub(crate) warnings: Vec<String>,
     pub(crate) error: Option<String>,
-    /// The largest distance of a joint from its place, in metres, where the output is within a bound.
+    /// The largest distance of a joint from its position, in metres, for a compressed output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) max_error: Option<f64>,
-    /// How long it took.
+    /// The duration of the work.
     pub(crate) seconds: f64,
 }
 
 impl Record {
-    /// What is known of a file before anything is done with it.
+    /// The record of a file before it is read.
     pub(crate) fn new(input: &Input, options: &str) -> Self {
         Self {
             input: input.relative.clone(),
@@ -68,7 +67,7 @@ pub(crate) struct Manifest {
 }
 
 impl Manifest {
-    /// Where the manifest of a run stands.
+    /// The path of a run's manifest.
     pub(crate) fn path(folder: &Path, shard: Option<Shard>) -> PathBuf {
         folder.join(match shard {
             Some(shard) => format!("{START}.{}.{EXTENSION}", shard.name()),
@@ -76,7 +75,7 @@ impl Manifest {
         })
     }
 
-    /// Begins a manifest in `folder`: empty, or with what former runs have left there.
+    /// Opens the manifest in `folder`: empty, or with the records of former runs.
     pub(crate) fn open(folder: &Path, shard: Option<Shard>, resume: bool) -> io::Result<Self> {
         let (whole, path) = (Self::path(folder, None), Self::path(folder, shard));
         let mut records = BTreeMap::new();
@@ -87,7 +86,7 @@ impl Manifest {
                 read(&path, &mut records)?;
             }
         }
-        // The end of a line that a killed run has left must not become the start of the next.
+        // A partial line of a killed run must not become the start of the next line.
         write(&path, &records)?;
         let file = OpenOptions::new().append(true).open(&path)?;
         Ok(Self { path, file, records })
@@ -98,21 +97,21 @@ impl Manifest {
         &self.records
     }
 
-    /// Notes what became of a file, at once.
+    /// Appends the result of a file.
     pub(crate) fn add(&mut self, record: Record) -> io::Result<()> {
         self.file.write_all(line(&record)?.as_bytes())?;
         self.records.insert(record.input.clone(), record);
         Ok(())
     }
 
-    /// Sorts the lines, and drops those that a later run has replaced or whose input `is_input` no longer knows.
+    /// Sorts the lines, and drops those that a later run has replaced and those for which `is_input` is false.
     pub(crate) fn finish(mut self, is_input: impl Fn(&str) -> bool) -> io::Result<()> {
         self.records.retain(|input, _| is_input(input));
         write(&self.path, &self.records)
     }
 }
 
-/// Makes one manifest of all in `folder`, and gives its records.
+/// Merges the manifests in `folder`, and returns the records.
 pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     let whole = Manifest::path(folder, None);
     let mut parts = Vec::new();
@@ -137,14 +136,14 @@ pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     Ok(records.into_values().collect())
 }
 
-/// Reads what is whole in a manifest; one that is not there has nothing.
+/// Reads the complete lines of a manifest; without a file there are none.
 fn read(path: &Path, records: &mut BTreeMap<String, Record>) -> io::Result<()> {
     let text = match fs::read(path) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(error),
     };
-    // A line that is no record is the last of a killed run, or of another version: its file is done again.
+    // Other lines come from a killed run or another version; their files are converted again.
     let lines = text.split(|&byte| byte == b'\n');
     let whole = lines.filter_map(|line| serde_json::from_slice::<Record>(line).ok());
     records.extend(whole.map(|record| (record.input.clone(), record)));

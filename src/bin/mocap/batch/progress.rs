@@ -1,4 +1,4 @@
-//! How far a run is: a bar on a terminal, lines of JSON for programs, or nothing. Always on standard error.
+//! The progress of a run, on standard error: a bar on a terminal, lines of JSON for programs, or nothing.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -10,37 +10,37 @@ use serde::Serialize;
 use super::inputs::Input;
 use crate::Failure;
 
-/// How to tell.
+/// How to show progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ProgressArg {
-    /// A bar where standard error is a terminal, else nothing
+    /// A bar if standard error is a terminal, otherwise nothing
     Auto,
-    /// A line of JSON a second, and one at the end
+    /// One line of JSON per second, and one at the end
     Json,
     /// Nothing
     None,
 }
 
-/// What is known at a moment.
+/// The progress at one time.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(crate) struct Counts {
-    /// Files of the run.
+    /// The number of files.
     pub(crate) files: usize,
-    /// Files that are done: converted, skipped or failed.
+    /// The number of files converted, skipped or failed.
     pub(crate) done: usize,
     pub(crate) skipped: usize,
     pub(crate) failed: usize,
-    /// Input bytes of all files, and of those that are done.
+    /// Input bytes of all files, and of the finished ones.
     pub(crate) bytes: u64,
     pub(crate) bytes_done: u64,
     pub(crate) seconds: f64,
     pub(crate) megabytes_per_second: f64,
-    /// Seconds until the end if it goes on like this; absent before the first file is done.
+    /// Estimated seconds until the end; absent before the first file is finished.
     pub(crate) eta_seconds: Option<f64>,
 }
 
 impl Counts {
-    /// How the run ended: well, with some files failed, or with all of them.
+    /// The outcome of the run, which decides the exit code.
     pub(crate) fn verdict(&self) -> Result<(), Failure> {
         match self.failed {
             0 => Ok(()),
@@ -50,7 +50,7 @@ impl Counts {
     }
 }
 
-/// How one file ended.
+/// The result of one file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Done,
@@ -86,7 +86,7 @@ impl Progress {
         Self { counts, start, display }
     }
 
-    /// Counts a file that has ended.
+    /// Counts a finished file.
     pub(crate) fn add(&mut self, input: &Input, outcome: Outcome) {
         self.counts.done += 1;
         self.counts.bytes_done += input.bytes;
@@ -111,7 +111,7 @@ impl Progress {
         }
     }
 
-    /// Ends the display, and gives the last counts.
+    /// Ends the display, and returns the final counts.
     pub(crate) fn finish(self) -> Counts {
         let counts = self.now();
         match &self.display {
@@ -138,13 +138,13 @@ impl Progress {
 fn bar(bytes: u64) -> ProgressBar {
     let template = "{wide_bar} {percent}%  {msg}  {decimal_bytes_per_sec}  {eta} left";
     let style = ProgressStyle::with_template(template).expect("the template is a constant");
-    // Five times a second is enough for an eye, and costs nothing beside the files.
+    // Five updates per second are enough to see, and cost little.
     let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr_with_hz(5));
     bar.with_style(style)
 }
 
 fn print_line(counts: &Counts) {
-    // Nobody is left to tell if standard error is closed.
+    // Nothing can be reported if standard error is closed.
     if let Ok(line) = serde_json::to_string(counts) {
         let _ = writeln!(io::stderr().lock(), "{line}");
     }

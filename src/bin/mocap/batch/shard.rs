@@ -1,4 +1,4 @@
-//! One part of the files, for runs that are spread over machines.
+//! One part of the files, for runs on several machines.
 
 use std::str::FromStr;
 
@@ -8,8 +8,8 @@ use super::inputs::Input;
 
 /// `i/n`: part `i`, from 1, of `n`.
 ///
-/// A file belongs to a part by a hash of its relative path, so that every machine finds the same parts without a word
-/// to the others, and a file that is added moves no other.
+/// The part of a file follows from a hash of its relative path, so that all machines agree without communication, and
+/// adding a file does not move others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shard {
     part: u64,

@@ -1,4 +1,4 @@
-//! `mocap check`: everything that is wrong with files.
+//! `mocap check`: reports errors and warnings of files.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, inputs, thread_count};
 use crate::report::{self, Severity};
 
-/// What is known about one file: a line of JSON.
+/// The report of one file: one line of JSON.
 #[derive(Serialize)]
 struct Checked {
     file: String,
@@ -34,7 +34,7 @@ enum Status {
 #[derive(Serialize)]
 struct Finding {
     severity: Severity,
-    /// The file to blame, where that is another one: the skeleton of a motion.
+    /// The file with the error, where that is another one: the skeleton of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<String>,
     line: Option<usize>,
@@ -87,7 +87,7 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
 }
 
 fn check(args: &CheckArgs, file: &Path) -> Checked {
-    // A warning must not hide the next, so `--strict` is applied here and not by the importer.
+    // `--strict` is applied here and not by the importer, so that all warnings are reported.
     let importer = args
         .read
         .importer()
@@ -135,7 +135,7 @@ fn check(args: &CheckArgs, file: &Path) -> Checked {
     }
 }
 
-/// What was decided when the file was read, and what can be guessed beyond that.
+/// The assumptions of the reader, and further guesses.
 fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
     if let Some(RootOffsetUsed { policy, reason }) = &scene.metadata.root_offset {

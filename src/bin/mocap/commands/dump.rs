@@ -1,4 +1,4 @@
-//! `mocap dump`: the whole scene, as the graphics course prints it or as JSON.
+//! `mocap dump`: prints the whole scene, in the layout of the graphics course or as JSON.
 
 use std::io::{self, BufWriter, Write};
 
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     }
     if args.json {
         let mut out = BufWriter::new(io::stdout().lock());
-        // In one line: indented, every number of every key would have its own.
+        // Not indented, because every number would have its own line.
         serde_json::to_writer(&mut out, &SceneView::new(&scene)).map_err(io::Error::from)?;
         writeln!(out)?;
         out.flush()?;

@@ -1,4 +1,4 @@
-//! `mocap fk`: a motion file to arrays.
+//! `mocap fk`: writes a motion as arrays.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;
 
-/// The writer that goes with the extension of `output`; it takes the motion and the name of the clip.
+/// The writer for the extension of `output`; its arguments are the motion and the name of the clip.
 fn writer(output: &Path) -> Result<Writer, Failure> {
     let extension = output.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
@@ -56,7 +56,7 @@ fn writer(output: &Path) -> Result<Writer, Failure> {
     }
 }
 
-/// A file that states no valid frame rate is taken to have the one to write.
+/// For a file without a valid frame rate, the rate to write is also the file's.
 fn import(args: &FkArgs) -> Result<Scene, mocap::Error> {
     let importer = || -> Importer { args.read.importer().skeleton_mesh(SkeletonMesh::None) };
     match (importer().import(&args.input), args.arrays.fps) {

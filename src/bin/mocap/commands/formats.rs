@@ -1,4 +1,4 @@
-//! `mocap formats`: what can be read, and what written.
+//! `mocap formats`: lists the formats that can be read and written.
 
 use std::io::{self, Write};
 

@@ -1,4 +1,4 @@
-//! `mocap gif`: a film of a clip.
+//! `mocap gif`: draws a film of a clip.
 
 use mocap::SkeletonMesh;
 use mocap::render::{Clip, Movie, MovieOptions};

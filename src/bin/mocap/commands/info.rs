@@ -1,4 +1,4 @@
-//! `mocap info`: what a person wants to know about a file.
+//! `mocap info`: summarises a file.
 
 use std::io::{self, IsTerminal, Write};
 
@@ -70,7 +70,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// One screen of the terminal; where the output is none, a page of a usual width and as long as it takes.
+/// The size of the terminal; if the output is not a terminal, the usual width and no limit on the length.
 fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let is_terminal = out.is_terminal();

@@ -1,4 +1,4 @@
-//! `mocap merge-manifest`: one manifest of those that the shards of a run have left.
+//! `mocap merge-manifest`: merges the manifests of a run's shards.
 
 use std::io;
 

@@ -1,4 +1,4 @@
-//! `mocap pack`: many motion files into Parquet files.
+//! `mocap pack`: writes many motion files into Parquet files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,13 +20,13 @@ use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 use crate::{Failure, report};
 
-/// What one file gives.
+/// The rows of one file.
 struct Packed {
     record: Record,
     rows: Option<RecordBatch>,
 }
 
-/// How files become rows.
+/// How to make rows of files.
 struct Packer<'a> {
     importer: Importer,
     options: Options,
@@ -35,8 +35,8 @@ struct Packer<'a> {
     options_text: &'a str,
 }
 
-/// The Parquet files of a run. Rows come in the order of their inputs, so that the files do not depend on how many
-/// threads made them; a file is written when its rows are many enough, and only then are its inputs noted as done.
+/// The Parquet files of a run. Rows are in the order of their inputs, so the files do not depend on the number of
+/// threads. A file is written when it has enough rows; only then its inputs are recorded as done.
 struct Parts<'a> {
     folder: &'a Path,
     prefix: String,
@@ -137,7 +137,7 @@ impl Packer<'_> {
     fn pack(&self, input: &Input) -> Packed {
         let start = Instant::now();
         let mut record = Record::new(input, self.options_text);
-        // A defect that one file brings to light must not cost the others.
+        // A panic on one file must not stop the others.
         let rows = catch_unwind(AssertUnwindSafe(|| self.rows(input, &mut record)));
         let rows = rows.unwrap_or_else(|_| {
             record.error = Some("internal error: the conversion panicked".to_owned());
@@ -147,7 +147,7 @@ impl Packer<'_> {
         Packed { record, rows }
     }
 
-    /// The rows of a file; one that cannot be read has a row with the error where a row is a file.
+    /// The rows of a file. In tables with one row per file, a file that cannot be read has a row with the error.
     fn rows(&self, input: &Input, record: &mut Record) -> Option<RecordBatch> {
         let clip = input.relative.as_str();
         record.sha256 = sha256(&input.path).ok();
@@ -187,7 +187,7 @@ impl Parts<'_> {
         }
     }
 
-    /// Writes what has come together as one file, and then notes its inputs.
+    /// Writes the collected rows as one file, and then records its inputs.
     fn write(&mut self) -> io::Result<()> {
         let rows = std::mem::take(&mut self.rows);
         let mut output = None;
@@ -207,8 +207,8 @@ impl Parts<'_> {
     }
 }
 
-/// The files of former runs whose rows all still stand: every input is there, has not changed, and was packed in the
-/// same way. A row cannot be taken out of a file, so a file with one that does not stand is made anew.
+/// The files of former runs that are still valid: every input exists, is unchanged, and was packed with the same
+/// options. A file with one invalid row is written again.
 fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path, options: &str) -> BTreeSet<String> {
     let paths: BTreeMap<&str, &Path> = inputs
         .iter()
@@ -233,7 +233,7 @@ fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
-/// Removes the files of former runs that are not kept, and what a killed run has left under temporary names.
+/// Removes the files of former runs that are not kept, and temporary files of killed runs.
 fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();

@@ -1,4 +1,4 @@
-//! `mocap plot`: curves of a joint.
+//! `mocap plot`: draws curves of a joint.
 
 use mocap::SkeletonMesh;
 use mocap::render::{Clip, PlotOptions, plot};

@@ -1,4 +1,4 @@
-//! `mocap pose`: node matrices at a tick.
+//! `mocap pose`: prints node matrices at a tick.
 
 use std::io::{self, BufWriter, Write};
 

@@ -1,4 +1,4 @@
-//! `mocap sheet`: poses over time, one row a file.
+//! `mocap sheet`: draws poses over time, one row per file.
 
 use mocap::render::{Clip, SheetOptions, sheet};
 use mocap::{Scene, SkeletonMesh};

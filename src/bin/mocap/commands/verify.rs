@@ -1,4 +1,4 @@
-//! `mocap verify`: proof that a written file moves as its source does.
+//! `mocap verify`: compares a written file with its source.
 
 use std::io::{self, Write};
 
@@ -38,12 +38,12 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     require(&verification, max_allowed)
 }
 
-/// A NaN is not within anything.
+/// NaN is not within the tolerance.
 pub(crate) fn is_within(verification: &Verification, max_allowed: f64) -> bool {
     verification.max_error <= max_allowed
 }
 
-/// Complains where a file is farther from its source than allowed.
+/// Reports an error above the tolerance.
 pub(crate) fn require(verification: &Verification, max_allowed: f64) -> Result<(), Failure> {
     if is_within(verification, max_allowed) {
         return Ok(());
@@ -57,7 +57,7 @@ pub(crate) fn too_far(verification: &Verification, max_allowed: f64) -> String {
     format!("the largest error is {error} mm, more than the {allowed} mm allowed")
 }
 
-/// What a person wants to know, in a few lines.
+/// The result in a few lines.
 pub(crate) fn summary(verification: &Verification) -> String {
     let mut text = format!(
         "{} frames, {} joints: {} mm at most, {} mm RMS",

@@ -1,4 +1,4 @@
-//! `mocap view`: a page with a player, or a list of the clips in a folder.
+//! `mocap view`: writes a page with a player, or a list of the clips in a folder.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     viewed
 }
 
-/// A folder that stays, because the browser reads from it after this program has ended.
+/// A folder that is not removed, because the browser reads from it after this program has ended.
 fn temporary_folder() -> Result<PathBuf, Failure> {
     let folder = tempfile::Builder::new().prefix("mocap-").tempdir();
     Ok(folder
@@ -50,7 +50,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     Ok(())
 }
 
-/// The list goes to `output`, the players into a folder beside it.
+/// Writes the list to `output`, and the players into a folder beside it.
 fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Failure> {
     let inputs = inputs::find(&[folder.to_owned()])?;
     if inputs.is_empty() {
@@ -72,7 +72,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
         };
         Ok(ListingEntry::new(&clip, &link(input)))
     };
-    // By their place in the folder, whichever is ready first.
+    // In the order of the inputs, independent of which is ready first.
     let mut entries = BTreeMap::new();
     let mut failed = 0;
     batch::for_each(&inputs, batch::thread_count(None), write_player, |index, written| {
@@ -94,7 +94,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     }
 }
 
-/// The name of a folder, also where the path to it has none, as `.` and `..` have.
+/// The name of a folder, also for paths without one, such as `.` and `..`.
 fn title_of(folder: &Path) -> String {
     let whole = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     short_name(&whole)
@@ -105,7 +105,7 @@ fn create_folder_of(file: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
 }
 
-/// A file, ready for a page. The GLB is in metres with +Y up, as `mocap convert` writes it.
+/// A file prepared for a page. Its GLB is in metres with +Y up, as `mocap convert` writes it.
 struct Read {
     name: String,
     scene: Scene,
