@@ -39,8 +39,9 @@ use crate::limits::Limits;
 use crate::scene::{Scene, UpAxis};
 
 pub use self::joints::Joint;
-pub use self::options::{Contacts, Moment, Options, Space};
+pub use self::options::{Contacts, Options, Space};
 pub use self::rotation::{Rotation, RotationSpace};
+pub use crate::convert::Moment;
 
 /// A motion as arrays, and their description.
 #[derive(Clone, Debug, PartialEq)]

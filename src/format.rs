@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Code, Diagnostic, Result};
-use crate::limits::Limits;
+use crate::limits::{Limits, positive};
 use crate::scene::{Format, RootOffset, Scene};
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
@@ -90,16 +90,8 @@ impl ReadOptions {
     /// Frames per second: the caller's, or else the file's, if finite and above 0.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.frame_rate.unwrap_or(stated);
-        if rate.is_finite() && rate > 0.0 {
-            return Ok(rate);
-        }
-        Err(Box::new(
-            Diagnostic::new(
-                Code::FrameTime,
-                format!("the frame rate must be finite and above 0, got {rate}"),
-            )
-            .expected_found("frames per second, above 0", format!("{rate}"))
-            .help("state the frame rate yourself: --fps 30, or Importer::frame_rate"),
-        ))
+        positive(Code::FrameTime, "frame rate", rate).map_err(|diagnostic| {
+            Box::new(diagnostic.help("state the frame rate yourself: --fps 30, or Importer::frame_rate"))
+        })
     }
 }

@@ -13,7 +13,7 @@ use self::contents::Contents;
 use self::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
-use crate::limits::Limits;
+use crate::limits::{Limits, positive};
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance, SkeletonMesh};
 use crate::scene::{Format, Origin, RootOffset, Scene};
@@ -343,11 +343,9 @@ impl Importer {
 
     fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
         self.check_size(source.bytes.len() as u64, source.name)?;
-        let frame_rate = self.read.frame_rate.unwrap_or(1.0);
-        if !(frame_rate.is_finite() && frame_rate > 0.0) {
-            let diagnostic = Diagnostic::new(Code::UnknownOption, "the frame rate must be finite and above 0")
-                .expected_found("frames per second, above 0", format!("{frame_rate}"));
-            return Err(Error::from(diagnostic).with_path(source.name));
+        if let Some(rate) = self.read.frame_rate {
+            positive(Code::UnknownOption, "frame rate", rate)
+                .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
         }
         let (bytes, release) = (source.bytes, source.release);
         let mut sum = self.hash.then(|| Sha256Sum::new(bytes));

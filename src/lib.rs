@@ -1,8 +1,9 @@
 //! Reads motion capture files into an Assimp-style scene, samples it at a tick, and writes animated glTF.
 //!
-//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Pose`] and [`Updater`] compute its node
-//! matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it, [`verify`] compares the written file with its
-//! source, [`dump`] prints it, and [`process`] has the steps that change it. [`Code`] lists every diagnostic.
+//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Conversion`] brings it to metres with +Y
+//! up. [`Pose`] and [`Updater`] compute its node matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it,
+//! [`verify`] compares the written file with its source, [`dump`] prints it, and [`process`] has the steps that change
+//! it. [`Code`] lists every diagnostic.
 //!
 //! ```
 //! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -30,6 +31,7 @@
 
 pub mod arrays;
 mod compress;
+pub mod convert;
 pub mod dump;
 mod error;
 pub mod export;
@@ -48,6 +50,7 @@ pub mod verify;
 
 pub use glam;
 
+pub use crate::convert::Conversion;
 pub use crate::error::{Code, Diagnostic, Error, Location, Result};
 pub use crate::format::{FORMATS, FormatInfo, bvh, gltf};
 pub use crate::import::{Importer, import};

@@ -1,4 +1,4 @@
-//! Limits on the memory that one file may take.
+//! Limits on the memory that one file may take, and on the numbers that a caller may pass.
 
 use crate::error::{Code, Diagnostic};
 
@@ -61,4 +61,15 @@ pub(crate) const FARTHEST: f64 = 1e18;
 /// The diagnostic for a count or a size beyond the limits.
 pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
+}
+
+/// `value`, if it is finite and above 0. `name` says what it is.
+pub(crate) fn positive(code: Code, name: &str, value: f64) -> Result<f64, Diagnostic> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(Diagnostic::new(
+        code,
+        format!("{name} must be finite and above 0, got {value}"),
+    ))
 }

@@ -3,4 +3,5 @@
 pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;
+pub(crate) mod up_axis;
 pub(crate) mod wide;

@@ -73,6 +73,18 @@ impl Unit {
         }
     }
 
+    /// The unit of this name.
+    ///
+    /// ```
+    /// use mocap::skeleton::Unit;
+    ///
+    /// assert_eq!(Unit::named("cm"), Some(Unit::Centimetre));
+    /// assert_eq!(Unit::named("parsec"), None);
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.as_str() == name)
+    }
+
     /// The name that users type.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -103,6 +115,8 @@ pub struct Guess<T> {
 pub struct Survey {
     /// The unit of length.
     pub unit: Guess<Unit>,
+    /// Metres in one unit of length: as the file states it, else those of [`unit`](Self::unit).
+    pub metres_per_unit: f64,
     /// Whether the file states its unit, in [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit), so
     /// that nothing is guessed.
     pub unit_is_stated: bool,
@@ -134,8 +148,10 @@ pub struct Survey {
 /// ```
 pub fn survey(scene: &Scene) -> Survey {
     let figure = figure::Figure::new(scene);
+    let unit = figure.unit();
     Survey {
-        unit: figure.unit(),
+        metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
+        unit,
         unit_is_stated: scene.metadata.metres_per_unit.is_some(),
         up: scene.metadata.up.map_or_else(|| figure.up(), stated),
         up_is_stated: scene.metadata.up.is_some(),
@@ -157,6 +173,12 @@ fn stated(up: UpAxis) -> Guess<UpAxis> {
 }
 
 impl Survey {
+    /// The guess about `topic`, where there is one.
+    pub fn assumption(&self, topic: Topic) -> Option<Assumption> {
+        let mut assumptions = self.assumptions().into_iter();
+        assumptions.find(|assumption| assumption.topic == topic)
+    }
+
     /// The guesses in the words of [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
         let sure = |confidence| match confidence {

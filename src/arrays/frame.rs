@@ -1,9 +1,11 @@
 //! The unit and the axes of the output.
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec3};
 
-use crate::arrays::{Options, unknown_option};
+use crate::arrays::Options;
+use crate::convert::Space;
 use crate::error::Result;
+use crate::math::up_axis;
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
 use crate::skeleton;
 
@@ -22,34 +24,38 @@ pub(super) struct Frame {
 impl Frame {
     /// Guesses only what is needed, and adds each guess to `assumptions`.
     pub(super) fn new(scene: &Scene, options: &Options, assumptions: &mut Vec<Assumption>) -> Result<Self> {
-        for metres in [options.metres_per_unit, options.file_metres_per_unit]
-            .into_iter()
-            .flatten()
-        {
-            if !(metres.is_finite() && metres > 0.0) {
-                let message = "the unit asked for is no unit";
-                return Err(unknown_option(message, "metres, above 0", metres.to_string()));
-            }
-        }
+        let output = Space {
+            metres_per_unit: options.metres_per_unit,
+            up: options.up,
+        };
+        let named = Space {
+            metres_per_unit: options.file_metres_per_unit,
+            up: options.file_up,
+        };
+        output.check()?;
+        named.check()?;
         let needs_ground = options.contacts.is_some();
-        let stated_metres = options.file_metres_per_unit.or(scene.metadata.metres_per_unit);
-        let guesses_unit = stated_metres.is_none() && (options.metres_per_unit.is_some() || needs_ground);
-        let guesses_up = options.file_up.is_none() && (options.up.is_some() || needs_ground);
-        let guess = (guesses_unit || guesses_up).then(|| skeleton::survey(scene));
-        if let Some(guess) = &guess {
-            let is_used = |topic| (topic == Topic::Unit && guesses_unit) || (topic == Topic::Up && guesses_up);
-            assumptions.extend(guess.assumptions().into_iter().filter(|guess| is_used(guess.topic)));
+        let stated = named.or_found(&scene.metadata, None);
+        let guesses_unit = stated.metres_per_unit.is_none() && (output.metres_per_unit.is_some() || needs_ground);
+        let guesses_up = named.up.is_none() && (output.up.is_some() || needs_ground);
+        let survey = (guesses_unit || guesses_up).then(|| skeleton::survey(scene));
+        if let Some(survey) = &survey {
+            let topics = [(guesses_unit, Topic::Unit), (guesses_up, Topic::Up)];
+            let topics = topics.into_iter().filter(|(is_guessed, _)| *is_guessed);
+            assumptions.extend(topics.filter_map(|(_, topic)| named.guess(topic, survey)));
         }
-        let file_metres = stated_metres.or_else(|| guess.as_ref().map(|guess| guess.unit.value.metres()));
-        let file_up = options.file_up.or_else(|| guess.as_ref().map(|guess| guess.up.value));
+        let file = named.or_found(&scene.metadata, survey.as_ref());
         Ok(Self {
-            scale: match (file_metres, options.metres_per_unit) {
+            scale: match (file.metres_per_unit, output.metres_per_unit) {
                 (Some(file), Some(output)) => (file / output) as f32,
                 _ => 1.0,
             },
-            turn: turn(file_up, options.up),
-            metres_per_unit: options.metres_per_unit.or(file_metres),
-            up: options.up.or(file_up),
+            turn: match (file.up, output.up) {
+                (Some(file), Some(output)) if file != output => Some(up_axis::from_to(file, output)),
+                _ => None,
+            },
+            metres_per_unit: output.metres_per_unit.or(file.metres_per_unit),
+            up: output.up.or(file.up),
         })
     }
 
@@ -59,14 +65,5 @@ impl Frame {
             UpAxis::Y => point.y,
             UpAxis::Z => point.z,
         }
-    }
-}
-
-/// A quarter turn about X, or none.
-fn turn(from: Option<UpAxis>, to: Option<UpAxis>) -> Option<Mat4> {
-    match (from?, to?) {
-        (UpAxis::Z, UpAxis::Y) => Some(Mat4::from_cols(Vec4::X, Vec4::NEG_Z, Vec4::Y, Vec4::W)),
-        (UpAxis::Y, UpAxis::Z) => Some(Mat4::from_cols(Vec4::X, Vec4::Z, Vec4::NEG_Y, Vec4::W)),
-        _ => None,
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::arrays::{Rotation, RotationSpace};
+use crate::convert::Moment;
 use crate::scene::UpAxis;
 
 /// What to put into the arrays. The default is the file as it is: every joint and end site, positions in the world,
@@ -71,16 +72,6 @@ pub enum Space {
     Root,
     /// The parent that the output lists, in its axes; the world for a joint without one.
     Local,
-}
-
-/// A time in the motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Moment {
-    /// Seconds from the start; the nearest frame is meant.
-    Seconds(f64),
-    /// A frame of the file, from 0.
-    Frame(u64),
 }
 
 /// What counts as a foot that stands on the ground: low and slow at once.

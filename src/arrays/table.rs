@@ -193,10 +193,9 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let frames = |animation: Option<&Animation>| animation.map_or(0, |animation| animation.frame_count() as i32);
     let rate = |animation: Option<&Animation>| animation.map_or(0.0, |animation| animation.ticks_per_second);
     let duration = |animation: Option<&Animation>| animation.map_or(0.0, |a| a.duration / a.ticks_per_second);
-    let metres = scenes.iter().zip(&surveys).map(|(scene, survey)| {
-        let guess = survey.as_ref()?.unit.value.metres();
-        Some((*scene)?.metadata.metres_per_unit.unwrap_or(guess))
-    });
+    let metres = surveys
+        .iter()
+        .map(|survey| survey.as_ref().map(|survey| survey.metres_per_unit));
     let up = surveys.iter().map(|survey| {
         survey.as_ref().map(|survey| match survey.up.value {
             UpAxis::Y => "y",

@@ -1,7 +1,9 @@
 //! The ticks of the output's frames.
 
-use crate::arrays::{Moment, Options, unknown_option};
-use crate::error::Result;
+use crate::arrays::Options;
+use crate::convert::part_ticks;
+use crate::error::{Code, Result};
+use crate::limits::positive;
 use crate::scene::{AppliedStep, Scene};
 use crate::skeleton;
 
@@ -22,11 +24,8 @@ pub(super) struct Timeline {
 impl Timeline {
     /// Adds what changes the time of things to `steps`.
     pub(super) fn new(scene: &Scene, options: &Options, steps: &mut Vec<AppliedStep>) -> Result<Self> {
-        if let Some(rate) = options.frames_per_second
-            && !(rate.is_finite() && rate > 0.0)
-        {
-            let message = "the frame rate asked for is no frame rate";
-            return Err(unknown_option(message, "frames per second, above 0", rate.to_string()));
+        if let Some(rate) = options.frames_per_second {
+            positive(Code::UnknownOption, "frame rate", rate)?;
         }
         let Some(animation) = scene.animations.first() else {
             return Ok(Self {
@@ -38,22 +37,8 @@ impl Timeline {
             });
         };
         let old_rate = animation.ticks_per_second;
-        let tick = |moment: Moment| match moment {
-            Moment::Seconds(seconds) => (seconds * old_rate).round(),
-            Moment::Frame(frame) => frame as f64,
-        };
-        let first = options.first.map_or(0.0, tick).max(0.0);
-        if first > animation.duration {
-            let expected = format!("at most frame {}", animation.duration);
-            let message = "the part to keep begins after the motion's end";
-            return Err(unknown_option(message, &expected, format!("frame {first}")));
-        }
-        let last = options.last.map_or(animation.duration, tick).min(animation.duration);
-        if last < first {
-            let expected = format!("frame {first} or a later one");
-            let message = "the part to keep ends before it begins";
-            return Err(unknown_option(message, &expected, format!("frame {last}")));
-        }
+        let (first, last) = part_ticks(Some(animation), options.first, options.last, 0.0)?;
+        let last = last.min(animation.duration);
         if options.first.is_some() || options.last.is_some() {
             steps.push(AppliedStep::Trim { first, last });
         }

@@ -1,9 +1,8 @@
 //! Converts a scene to metres with +Y up.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use glam::{Quat, Vec3};
 
-use glam::{DQuat, Mat4, Quat, Vec3};
-
+use crate::math::up_axis::{self, Z_UP_TO_Y_UP};
 use crate::pose::Binding;
 use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 
@@ -11,6 +10,9 @@ use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 ///
 /// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below the
 /// root do not change. +Z up becomes +Y up by a quarter turn about X: (x, y, z) becomes (x, z, -y).
+///
+/// The scene then says that it is in metres with +Y up. [`Conversion`](crate::convert::Conversion) finds out what
+/// `metres_per_unit` and `up` are, and calls this.
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
@@ -27,7 +29,7 @@ pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
     for node in &mut scene.nodes {
         node.transform.w_axis = scaled(node.transform.w_axis.truncate()).extend(1.0);
         if node.parent.is_none() {
-            node.transform = turn_matrix(up) * node.transform;
+            node.transform = up_axis::from_to(up, UpAxis::Y) * node.transform;
         }
     }
     for index in 0..scene.animations.len() {
@@ -39,7 +41,7 @@ pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
                 UpAxis::Y
             };
             for value in &mut channel.position_keys.values {
-                *value = turned(scaled(*value), turn);
+                *value = up_axis::to_y_up(scaled(*value), turn);
             }
             if turn == UpAxis::Z {
                 for value in &mut channel.rotation_keys.values {
@@ -51,6 +53,8 @@ pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
     for mesh in &mut scene.meshes {
         convert_mesh(mesh, scaled, up);
     }
+    scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
     scene
         .metadata
         .steps
@@ -68,32 +72,19 @@ fn root_channel(scene: &Scene, animation: usize) -> Option<usize> {
 fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, up: UpAxis) {
     let up = if mesh.bones.is_empty() { UpAxis::Y } else { up };
     for vertex in &mut mesh.vertices {
-        *vertex = turned(scaled(*vertex), up);
+        *vertex = up_axis::to_y_up(scaled(*vertex), up);
     }
     for normal in &mut mesh.normals {
-        *normal = turned(*normal, up);
+        *normal = up_axis::to_y_up(*normal, up);
     }
     for bone in &mut mesh.bones {
         let translation = scaled(bone.offset_matrix.w_axis.truncate());
-        bone.offset_matrix *= turn_matrix(up).transpose();
+        bone.offset_matrix *= up_axis::from_to(UpAxis::Y, up);
         bone.offset_matrix.w_axis = translation.extend(1.0);
     }
 }
 
-fn turned(v: Vec3, up: UpAxis) -> Vec3 {
-    match up {
-        UpAxis::Y => v,
-        // Adding zero turns -0 into 0.
-        UpAxis::Z => Vec3::new(v.x, v.z, 0.0 - v.y),
-    }
-}
-
-fn turn_matrix(up: UpAxis) -> Mat4 {
-    let [x, y, z] = Vec3::AXES.map(|axis| turned(axis, up).extend(0.0));
-    Mat4::from_cols(x, y, z, glam::Vec4::W)
-}
-
-/// -90 degrees about X, then `rotation`'s own; in double precision, rounded once.
+/// Computed in double precision and rounded once.
 fn turned_rotation(rotation: Quat) -> Quat {
-    (DQuat::from_xyzw(-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2) * rotation.as_dquat()).as_quat()
+    (Z_UP_TO_Y_UP * rotation.as_dquat()).as_quat()
 }

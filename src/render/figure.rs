@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use crate::math::up_axis::Z_UP_TO_Y_UP;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
 use crate::skeleton::survey;
@@ -147,7 +148,7 @@ impl<'a> Figure<'a> {
                 .unwrap_or(0),
             to_stage: match survey(scene).up.value {
                 UpAxis::Y => Quat::IDENTITY,
-                UpAxis::Z => Quat::from_rotation_arc(Vec3::Z, Vec3::Y),
+                UpAxis::Z => Z_UP_TO_Y_UP.as_quat(),
             },
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),

@@ -16,10 +16,10 @@ pub struct Metadata {
     /// The file's format. Absent where the scene comes from no file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Metres in one unit of length, where the file says so. BVH does not.
+    /// Metres in one unit of length, where the file says so, or the scene was converted. BVH does not say.
     pub metres_per_unit: Option<f64>,
-    /// The axis that points up, where the format or the file says so, or the reader has turned what it read. BVH and
-    /// Acclaim's files do not say.
+    /// The axis that points up, where the format or the file says so, or the scene was turned. BVH and Acclaim's files
+    /// do not say.
     pub up: Option<UpAxis>,
     /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
     pub root_offset: Option<RootOffsetUsed>,

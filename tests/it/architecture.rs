@@ -15,7 +15,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
-    ("process", &["error", "scene", "pose", "skeleton", "compress"]),
+    ("process", &["error", "scene", "math", "pose", "skeleton", "compress"]),
+    ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",
         &["error", "limits", "export", "scene", "math", "pose", "compress"],
@@ -24,7 +25,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("dump", &["error", "scene", "pose"]),
     (
         "arrays",
-        &["error", "limits", "scene", "math", "pose", "skeleton", "format"],
+        &[
+            "error", "limits", "scene", "math", "pose", "skeleton", "convert", "format",
+        ],
     ),
     ("render", &["error", "scene", "math", "pose", "skeleton"]),
     (

@@ -7,11 +7,10 @@ use std::path::PathBuf;
 
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, Options, write_glb};
-use mocap::process::{convert_units, reduce_keys, trim};
+use mocap::process::{reduce_keys, trim};
 use mocap::scene::{Node, NodeId, Scene};
-use mocap::skeleton::survey;
 use mocap::verify::verify;
-use mocap::{Code, Importer, Pose, SkeletonMesh};
+use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
 /// All that this build can write.
 fn containers() -> Vec<Compression> {
@@ -30,9 +29,7 @@ fn import(path: &str) -> Scene {
 /// In metres, as `mocap convert` brings it there.
 fn in_metres(source: &Scene) -> Scene {
     let mut scene = source.clone();
-    let found = survey(source);
-    let metres = source.metadata.metres_per_unit.unwrap_or(found.unit.value.metres());
-    convert_units(&mut scene, metres, found.up.value);
+    Conversion::new().apply(&mut scene).unwrap();
     scene
 }
 

@@ -122,12 +122,12 @@ fn options_change_the_file_and_verify_knows() {
 fn frames_that_the_motion_does_not_have_are_refused() {
     // The file has 75 frames, the last at 0.617 seconds.
     let cases = [
-        (["--trim", "75f.."], "--trim begins after the motion's end"),
-        (["--trim", "2..3"], "--trim begins after the motion's end"),
-        (["--trim", "0.5..0.25"], "--trim ends before it begins"),
+        (["--trim", "75f.."], "the part to keep begins after the last frame"),
+        (["--trim", "2..3"], "the part to keep begins after the last frame"),
+        (["--trim", "0.5..0.25"], "the part to keep ends before it begins"),
         (
             ["--rest", "frame:75"],
-            "--rest names a frame that the motion does not have",
+            "the frame of the rest pose is after the last frame",
         ),
     ];
     for (options, message) in cases {

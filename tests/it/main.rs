@@ -11,6 +11,7 @@ mod broken;
 mod bvh_out;
 mod c3d;
 mod compression;
+mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
 mod dialects;

@@ -17,7 +17,7 @@ pub(crate) use self::arrays::FkArgs;
 pub(crate) use self::arrays::{PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, FormatArg, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
-pub(crate) use self::change::{ChangeArgs, DropArg, Moment, RestArg, TrimArg, UnitArg, UpArg};
+pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg, UnitArg, UpArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};

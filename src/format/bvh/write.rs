@@ -6,6 +6,7 @@
 //! | the translation of a node's rest transform | OFFSET, where the scene was read from BVH |
 //! | the position in the first frame | OFFSET of JOINTs, where the scene was read from another format; the OFFSET of a ROOT is then zero, because some programs add it to the position |
 //! | animated positions | position channels, as [`Channels`] says; the ROOT always has them |
+//! | the unit of length | nothing: BVH has no unit, and numbers are written as they are |
 //! | rotations | three rotation channels, in the node's [`rotation_order`](crate::scene::Node::rotation_order) |
 //! | the rotation of a rest transform | nothing: OFFSETs and rotation channels give the position of every node in every frame |
 //! | a constant scale | scaled lengths below the node; an animated scale is lost |

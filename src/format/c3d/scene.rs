@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 
 use super::Header;
 use super::parameters::Parameters;
 use super::points::{Points, Track};
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
+use crate::math::up_axis::to_y_up;
 use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 /// One group with one node for each point.
@@ -48,7 +49,11 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
     let mut channels = Vec::with_capacity(points.tracks.len());
     for (name, track) in std::iter::zip(names, points.tracks) {
         report_gap(&name, &track, points.frames, warnings);
-        let positions: Vec<Vec3> = track.positions.iter().map(|&position| turned(position, up)).collect();
+        let positions: Vec<Vec3> = track
+            .positions
+            .iter()
+            .map(|&position| to_y_up(position.as_vec3(), up))
+            .collect();
         scene.nodes.push(Node {
             name: name.clone(),
             parent: Some(NodeId(0)),
@@ -97,15 +102,6 @@ fn up_axis(parameters: &Parameters) -> (UpAxis, &'static str) {
         Some("+Y" | "Y") => (UpAxis::Y, "POINT:Y_SCREEN says so"),
         Some("+Z" | "Z") => (UpAxis::Z, "POINT:Y_SCREEN says so"),
         _ => (UpAxis::Z, "the file does not say; capture systems have +Z up"),
-    }
-}
-
-/// A quarter turn about x, from +Z up to +Y up.
-fn turned(position: DVec3, up: UpAxis) -> Vec3 {
-    let DVec3 { x, y, z } = position;
-    match up {
-        UpAxis::Y => position.as_vec3(),
-        UpAxis::Z => DVec3::new(x, z, -y).as_vec3(),
     }
 }
 

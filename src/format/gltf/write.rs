@@ -17,8 +17,8 @@
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
-//! Values go out as they are: glTF is in metres with +Y up, and
-//! [`process::convert_units`](crate::process::convert_units) brings a scene there.
+//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](crate::convert::Conversion) brings a scene
+//! there. Where a scene is not known to be in metres, [`Report::warnings`] says so.
 //!
 //! Why so, and not smaller or plainer: a file without a skin gives no skeleton in Blender, Babylon and the engines; a
 //! skin without a mesh is refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a
@@ -36,7 +36,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Achieved, Compression};
-use crate::error::Result;
+use crate::error::{Code, Diagnostic, Result};
 use crate::export::write_file;
 use crate::scene::Scene;
 
@@ -105,6 +105,8 @@ pub struct Report {
     pub achieved: Option<Achieved>,
     /// Bytes of all files together.
     pub bytes: usize,
+    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be metres.
+    pub warnings: Vec<Diagnostic>,
 }
 
 /// A scene in glTF's own shape, before it is put into files.
@@ -124,7 +126,9 @@ impl Document {
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self> {
-        build::document(scene, options)
+        let mut document = build::document(scene, options)?;
+        document.report.warnings.extend(unit_warning(scene));
+        Ok(document)
     }
 
     /// What was written, and what had to change. [`Report::bytes`] is known after [`export`] only.
@@ -133,7 +137,18 @@ impl Document {
     }
 }
 
-/// The bytes of a `.glb` file.
+/// Says so where the lengths of `scene` are not known to be in metres.
+fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
+    let message = match scene.metadata.metres_per_unit {
+        Some(1.0) => return None,
+        Some(metres) => format!("glTF is in metres, and the scene is in units of {metres} m"),
+        None => "glTF is in metres, and nobody has said in which unit the scene is".to_owned(),
+    };
+    let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+    Some(Diagnostic::new(Code::UnknownUnit, message).help(help))
+}
+
+/// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.
 ///
 /// # Errors
 /// As [`Document::new`]; and [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB that the container

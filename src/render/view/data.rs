@@ -87,8 +87,6 @@ impl Floats {
 pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -> Description<'a> {
     let scene = clip.scene;
     let guesses = survey(scene);
-    let stated = scene.metadata.metres_per_unit;
-    let metres_per_unit = stated.unwrap_or(guesses.unit.value.metres());
     let channels = channels_of_nodes(scene);
     let nodes = std::iter::zip(&scene.nodes, channels);
     let frames = clip.frames();
@@ -101,7 +99,7 @@ pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -
         facts: clip.facts(),
         frames,
         ticks_per_second: clip.animation().map_or(1.0, |animation| animation.ticks_per_second),
-        metres_per_unit,
+        metres_per_unit: guesses.metres_per_unit,
         up: match guesses.up.value {
             UpAxis::Y => "+y",
             UpAxis::Z => "+z",

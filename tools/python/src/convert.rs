@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use mocap::scene::{Topic, UpAxis};
-use mocap::{SkeletonMesh, gltf, process, skeleton};
+use mocap::scene::UpAxis;
+use mocap::{Conversion, SkeletonMesh, gltf};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -27,25 +27,20 @@ pub(crate) fn convert(
         Some("z") => Some(UpAxis::Z),
         Some(other) => return Err(PyValueError::new_err(format!("up {other:?} is none of y, z"))),
     };
+    let mut conversion = Conversion::new();
+    if let Some(metres) = metres_per_unit {
+        conversion = conversion.metres_per_unit(metres);
+    }
+    if let Some(up) = up {
+        conversion = conversion.up(up);
+    }
+    if let Some(fps) = fps {
+        conversion = conversion.frame_rate(fps);
+    }
     let importer = read.importer()?.skeleton_mesh(SkeletonMesh::Skinned);
     let written = py.detach(|| {
         let mut scene = importer.import(&source)?;
-        let guess = skeleton::survey(&scene);
-        if let Some(fps) = fps {
-            process::resample(&mut scene, fps);
-        }
-        let stated = metres_per_unit.or(scene.metadata.metres_per_unit);
-        let topics = [(Topic::Unit, stated.is_none()), (Topic::Up, up.is_none())];
-        for assumption in guess.assumptions() {
-            if topics
-                .iter()
-                .any(|(topic, guessed)| *guessed && assumption.topic == *topic)
-            {
-                scene.metadata.assumptions.push(assumption);
-            }
-        }
-        let metres = stated.unwrap_or_else(|| guess.unit.value.metres());
-        process::convert_units(&mut scene, metres, up.unwrap_or(guess.up.value));
+        conversion.apply(&mut scene)?;
         gltf::export(&scene, &target, &gltf::Options::default())
     });
     written

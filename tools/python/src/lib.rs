@@ -55,8 +55,7 @@ fn read_bytes(py: Python<'_>, data: PyBackedBytes, name: &str, options: ReadOpti
 /// Metres in one unit of this name.
 #[pyfunction]
 fn metres_in(unit: &str) -> PyResult<f64> {
-    let known = Unit::ALL.into_iter().find(|known| known.as_str() == unit);
-    known.map(Unit::metres).ok_or_else(|| {
+    Unit::named(unit).map(Unit::metres).ok_or_else(|| {
         let names = Unit::ALL.map(Unit::as_str).join(", ");
         PyValueError::new_err(format!("unit {unit:?} is none of {names}, nor metres as a number"))
     })

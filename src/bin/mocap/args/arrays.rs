@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mocap::arrays::{Contacts, Moment, Options, Rotation, RotationSpace, Space};
-use mocap::scene::UpAxis;
+use mocap::arrays::{Contacts, Options, Rotation, RotationSpace, Space};
 
 #[cfg(feature = "parquet")]
 use super::SpreadArgs;
@@ -136,7 +135,6 @@ pub(crate) struct ArraysArgs {
 impl ArraysArgs {
     /// The library's options.
     pub(crate) fn options(&self) -> Options {
-        let moment = |end: fn(&TrimArg) -> Option<super::Moment>| self.trim.as_ref().and_then(end).map(Moment::from);
         let standard = Contacts::default();
         Options {
             space: self.space.into(),
@@ -144,42 +142,18 @@ impl ArraysArgs {
             rotation_space: self.rot_space.into(),
             joints: self.joints.clone(),
             frames_per_second: self.fps,
-            first: moment(|trim| trim.first),
-            last: moment(|trim| trim.last),
-            metres_per_unit: self.unit.and_then(metres),
-            file_metres_per_unit: metres(self.file_unit),
-            up: self.up.and_then(axis),
-            file_up: axis(self.file_up),
+            first: self.trim.and_then(|trim| trim.first),
+            last: self.trim.and_then(|trim| trim.last),
+            metres_per_unit: self.unit.and_then(UnitArg::metres),
+            file_metres_per_unit: self.file_unit.metres(),
+            up: self.up.and_then(UpArg::axis),
+            file_up: self.file_up.axis(),
             velocities: self.velocities,
             contacts: self.contacts.then(|| Contacts {
                 feet: self.feet.clone().unwrap_or(standard.feet),
                 height: self.contact_height.unwrap_or(standard.height),
                 speed: self.contact_speed.unwrap_or(standard.speed),
             }),
-        }
-    }
-}
-
-fn metres(unit: UnitArg) -> Option<f64> {
-    match unit {
-        UnitArg::Auto => None,
-        UnitArg::Metres(metres) => Some(metres),
-    }
-}
-
-fn axis(up: UpArg) -> Option<UpAxis> {
-    match up {
-        UpArg::Auto => None,
-        UpArg::Y => Some(UpAxis::Y),
-        UpArg::Z => Some(UpAxis::Z),
-    }
-}
-
-impl From<super::Moment> for Moment {
-    fn from(moment: super::Moment) -> Self {
-        match moment {
-            super::Moment::Seconds(seconds) => Self::Seconds(seconds),
-            super::Moment::Frame(frame) => Self::Frame(frame),
         }
     }
 }

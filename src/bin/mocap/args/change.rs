@@ -3,6 +3,9 @@
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use mocap::Conversion;
+use mocap::convert::{FirstFrame, Moment, RestPose, RootMotion};
+use mocap::scene::UpAxis;
 use mocap::skeleton::Unit;
 
 /// Changes of the motion.
@@ -35,11 +38,48 @@ pub(crate) struct ChangeArgs {
     pub(crate) root_motion: bool,
 }
 
+impl ChangeArgs {
+    /// What the library is to do.
+    pub(crate) fn conversion(&self) -> Conversion {
+        let mut conversion = Conversion::new()
+            .first_frame(self.drop_first_frame.into())
+            .rest(self.rest.into())
+            .root(match (self.in_place, self.root_motion) {
+                (true, _) => RootMotion::InPlace,
+                (false, true) => RootMotion::Extract,
+                (false, false) => RootMotion::Keep,
+            });
+        if let Some(metres) = self.unit.metres() {
+            conversion = conversion.metres_per_unit(metres);
+        }
+        if let Some(up) = self.up.axis() {
+            conversion = conversion.up(up);
+        }
+        if let Some(TrimArg { first, last }) = self.trim {
+            conversion = conversion.trim(first, last);
+        }
+        if let Some(rate) = self.fps {
+            conversion = conversion.frame_rate(rate);
+        }
+        conversion
+    }
+}
+
 /// `--unit`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum UnitArg {
     Auto,
     Metres(f64),
+}
+
+impl UnitArg {
+    /// Metres in one, where it is named.
+    pub(crate) fn metres(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Metres(metres) => Some(metres),
+        }
+    }
 }
 
 impl FromStr for UnitArg {
@@ -49,11 +89,8 @@ impl FromStr for UnitArg {
         if text == "auto" {
             return Ok(Self::Auto);
         }
-        let named = Unit::ALL
-            .into_iter()
-            .find(|unit| unit.as_str() == text)
-            .map(Unit::metres);
-        let metres = named
+        let metres = Unit::named(text)
+            .map(Unit::metres)
             .or_else(|| text.parse().ok())
             .filter(|metres: &f64| metres.is_finite() && *metres > 0.0);
         metres
@@ -71,18 +108,22 @@ pub(crate) enum UpArg {
     Z,
 }
 
+impl UpArg {
+    /// The axis, where it is named.
+    pub(crate) fn axis(self) -> Option<UpAxis> {
+        match self {
+            Self::Auto => None,
+            Self::Y => Some(UpAxis::Y),
+            Self::Z => Some(UpAxis::Z),
+        }
+    }
+}
+
 /// `--trim`: the first and the last moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TrimArg {
     pub(crate) first: Option<Moment>,
     pub(crate) last: Option<Moment>,
-}
-
-/// A time in the motion.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Moment {
-    Seconds(f64),
-    Frame(u64),
 }
 
 impl FromStr for TrimArg {
@@ -119,11 +160,30 @@ pub(crate) enum DropArg {
     No,
 }
 
+impl From<DropArg> for FirstFrame {
+    fn from(arg: DropArg) -> Self {
+        match arg {
+            DropArg::Auto => Self::DropRestPose,
+            DropArg::Yes => Self::Drop,
+            DropArg::No => Self::Keep,
+        }
+    }
+}
+
 /// `--rest`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RestArg {
     Zero,
     Frame(u64),
+}
+
+impl From<RestArg> for RestPose {
+    fn from(arg: RestArg) -> Self {
+        match arg {
+            RestArg::Zero => Self::InFile,
+            RestArg::Frame(frame) => Self::Frame(frame),
+        }
+    }
 }
 
 impl FromStr for RestArg {

@@ -15,9 +15,8 @@ use crate::{Failure, report};
 
 /// `options` says everything beside the inputs that outputs depend on.
 pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
-    if let Some(rate) = args.change.fps.filter(|rate| !(rate.is_finite() && *rate > 0.0)) {
-        return Err(Failure::Usage(format!("--fps {rate} is no frame rate")));
-    }
+    let options_are_sound = args.change.conversion().check();
+    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
     {
         return Err(Failure::Usage("--max-error 0: integers cannot be exact".to_owned()));
@@ -126,7 +125,8 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
     }
     let nodes = scene.nodes.len();
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
-    let warnings = std::mem::take(&mut scene.warnings);
+    let mut warnings = std::mem::take(&mut scene.warnings);
+    warnings.append(&mut written.warnings);
     // The keys of a long take are better gone before the file is read back.
     drop(scene);
     Ok(Converted {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
-use mocap::{Scene, SkeletonMesh, gltf, process, skeleton};
+use mocap::{Conversion, Scene, SkeletonMesh, gltf};
 
 use super::short_name;
 use crate::args::ViewArgs;
@@ -127,9 +127,9 @@ impl Read {
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let scene = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned).import(file)?;
     let mut in_metres = scene.clone();
-    let guesses = skeleton::survey(&scene);
-    let metres_per_unit = scene.metadata.metres_per_unit.unwrap_or(guesses.unit.value.metres());
-    process::convert_units(&mut in_metres, metres_per_unit, guesses.up.value);
+    Conversion::new().apply(&mut in_metres)?;
+    // The page lists what was assumed.
+    in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
     let glb = gltf::write_glb(&in_metres, &gltf::Options::default())?;
     Ok(Read {
         name: short_name(file),

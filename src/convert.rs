@@ -1,0 +1,403 @@
+//! From a file's own unit, axes and frames to those of an output.
+//!
+//! Motion files rarely say in which unit they are or which axis points up, and glTF is in metres with +Y up. A
+//! [`Conversion`] names what a caller knows, [`survey`](skeleton::survey()) guesses the rest, and
+//! [`Conversion::apply`] says what was guessed:
+//!
+//! ```
+//! use mocap::{Conversion, gltf};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+//! for assumption in Conversion::new().apply(&mut scene)? {
+//!     eprintln!("{assumption}"); // unit: cmu, because the skeleton measures 32.0 units, ...
+//! }
+//! let glb = gltf::write_glb(&scene, &gltf::Options::default())?; // in metres, with +Y up
+//! # let _ = glb;
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod moment;
+mod space;
+
+use crate::error::{Code, Result};
+use crate::limits::positive;
+use crate::process;
+use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
+use crate::skeleton;
+
+pub use self::moment::Moment;
+pub(crate) use self::moment::part_ticks;
+pub(crate) use self::space::Space;
+
+/// What to do with the first frame, which is a rest pose in some files: a conversion of the CMU database put one in front.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FirstFrame {
+    /// Keep it.
+    #[default]
+    Keep,
+    /// Drop it.
+    Drop,
+    /// Drop it where it is a rest pose that the motion jumps away from.
+    DropRestPose,
+}
+
+/// The pose in which the nodes stand without motion, and in which meshes are bound to them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum RestPose {
+    /// As the file has it; in BVH that of the OFFSETs, with all rotations zero.
+    #[default]
+    InFile,
+    /// The pose of a frame of the file, from 0.
+    Frame(u64),
+}
+
+/// What to do with the way of the figure over the ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RootMotion {
+    /// Leave it in the root joint.
+    #[default]
+    Keep,
+    /// Remove it: [`process::in_place`].
+    InPlace,
+    /// Move it to a joint of its own above the root: [`process::root_motion`].
+    Extract,
+}
+
+/// Brings a scene that comes right from its file to the unit, the axes and the frames of an output.
+///
+/// The default brings lengths to metres and +Y up, and changes nothing else. The steps are those of [`process`], in
+/// this order: rest pose, trim, frame rate, unit and axes, root motion. Each is recorded in
+/// [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) finds the way back.
+///
+/// ```
+/// use mocap::convert::{FirstFrame, Moment, RootMotion};
+/// use mocap::{Conversion, scene::Topic};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_01_01.bvh")?;
+/// let assumptions = Conversion::new()
+///     .first_frame(FirstFrame::DropRestPose)
+///     .trim(None, Moment::Seconds(2.0))
+///     .frame_rate(30.0)
+///     .root(RootMotion::InPlace)
+///     .apply(&mut scene)?;
+/// let topics: Vec<Topic> = assumptions.iter().map(|assumption| assumption.topic).collect();
+/// assert_eq!(topics, [Topic::FirstFrame, Topic::FrameRate, Topic::Unit, Topic::Up]);
+/// assert_eq!(scene.animations[0].frame_count(), 60);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conversion {
+    source: Space,
+    keep_units: bool,
+    first: Option<Moment>,
+    last: Option<Moment>,
+    frame_rate: Option<f64>,
+    first_frame: FirstFrame,
+    rest: RestPose,
+    root: RootMotion,
+}
+
+impl Conversion {
+    /// A conversion to metres with +Y up.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Metres in one unit of length of the file.
+    ///
+    /// Default: what the file states; else the unit in which the figure has the size of a person, by
+    /// [`survey`](skeleton::survey()), with an [`Assumption`] that says so.
+    ///
+    /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: name
+    /// the unit where you know it.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::skeleton::Unit;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 2.0); // the elbow, from the shoulder
+    /// let assumptions = Conversion::new().metres_per_unit(Unit::Decimetre.metres()).apply(&mut scene)?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 0.2);
+    /// assert!(assumptions.iter().all(|assumption| assumption.topic != mocap::scene::Topic::Unit));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn metres_per_unit(mut self, metres: f64) -> Self {
+        self.source.metres_per_unit = Some(metres);
+        self
+    }
+
+    /// The axis of the file that points up.
+    ///
+    /// Default: what the file states; else the axis from the feet to the head, by [`survey`](skeleton::survey()), with
+    /// an [`Assumption`] that says so.
+    ///
+    /// With [`UpAxis::Z`] the scene is turned by a quarter about X, so that +Y is up: (x, y, z) becomes (x, z, -y). The
+    /// turn goes to the root, and other joints keep their rotations.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::glam::Vec3;
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let first = |scene: &mocap::Scene| scene.animations[0].channels[0].position_keys.values[9];
+    /// assert_eq!(first(&scene), Vec3::new(1.0, 0.18, 0.0));
+    /// Conversion::new().metres_per_unit(1.0).up(UpAxis::Z).apply(&mut scene)?;
+    /// assert_eq!(first(&scene), Vec3::new(1.0, 0.0, -0.18));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn up(mut self, up: UpAxis) -> Self {
+        self.source.up = Some(up);
+        self
+    }
+
+    /// Whether the file's own unit and axes stay where [`metres_per_unit`](Self::metres_per_unit) and [`up`](Self::up)
+    /// do not name them.
+    ///
+    /// Default: no, the output is in metres with +Y up.
+    ///
+    /// For BVH, which has no unit and no up axis: numbers that nobody asked to change stay as they are.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let before = scene.clone();
+    /// Conversion::new().keep_units(true).apply(&mut scene)?;
+    /// assert_eq!((scene.nodes, scene.animations), (before.nodes, before.animations));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn keep_units(mut self, keep: bool) -> Self {
+        self.keep_units = keep;
+        self
+    }
+
+    /// The first and the last moment to keep; `None` for the start and the end of the motion.
+    ///
+    /// Default: the whole motion.
+    ///
+    /// Both ends are included. A first moment after the last frame, and a last one before the first, are errors; a last
+    /// moment after the last frame stands for it.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::convert::Moment;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().trim(Moment::Frame(2), Moment::Seconds(0.5)).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), 4); // 2, 3, 4, 5 of ten frames a second
+    ///
+    /// let late = Conversion::new().trim(Moment::Frame(9), None).apply(&mut scene).unwrap_err();
+    /// assert!(late.to_string().contains("at most frame 3"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn trim(mut self, first: impl Into<Option<Moment>>, last: impl Into<Option<Moment>>) -> Self {
+        self.first = first.into();
+        self.last = last.into();
+        self
+    }
+
+    /// Frames per second of the output.
+    ///
+    /// Default: the file's own frames.
+    ///
+    /// Between two frames, positions are interpolated on a line and rotations by slerp, but not across a
+    /// [cut](skeleton::cuts). Where the file's frame time is a rounded one, and the frames of both rates only fall
+    /// together without the rounding, the rate that was meant is taken, and an [`Assumption`] says so.
+    ///
+    /// ```
+    /// use mocap::{Conversion, scene::Topic};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames, Frame Time: .0083333
+    /// let assumptions = Conversion::new().frame_rate(30.0).apply(&mut scene)?;
+    /// let rate = assumptions.iter().find(|assumption| assumption.topic == Topic::FrameRate).unwrap();
+    /// assert_eq!(rate.choice, "120");
+    /// assert_eq!(scene.animations[0].frame_count(), 19); // every fourth frame
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn frame_rate(mut self, frames_per_second: f64) -> Self {
+        self.frame_rate = Some(frames_per_second);
+        self
+    }
+
+    /// What to do with the first frame.
+    ///
+    /// Default: [`FirstFrame::Keep`].
+    ///
+    /// A rest pose in front of a motion makes it begin with a jump. Frames that other options name keep their numbers.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::convert::FirstFrame;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// assert_eq!(scene.animations[0].frame_count(), 75);
+    /// Conversion::new().first_frame(FirstFrame::DropRestPose).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), 74);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn first_frame(mut self, first_frame: FirstFrame) -> Self {
+        self.first_frame = first_frame;
+        self
+    }
+
+    /// The rest pose of the output.
+    ///
+    /// Default: [`RestPose::InFile`].
+    ///
+    /// The motion stays the same. Targets that want a T-pose at rest get one from a motion that has it in some frame.
+    ///
+    /// ```
+    /// use mocap::convert::RestPose;
+    /// use mocap::{Conversion, Pose, scene::NodeId};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let ninth = Pose::at_tick(&scene, 0, 9.0).unwrap();
+    /// Conversion::new().keep_units(true).rest(RestPose::Frame(9)).apply(&mut scene)?;
+    /// assert_eq!(Pose::rest(&scene).position(NodeId(3)), ninth.position(NodeId(3)));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn rest(mut self, rest: RestPose) -> Self {
+        self.rest = rest;
+        self
+    }
+
+    /// What to do with the way of the figure over the ground.
+    ///
+    /// Default: [`RootMotion::Keep`].
+    ///
+    /// Engines that move characters themselves want clips in place, or the way in a joint of its own.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::convert::RootMotion;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// Conversion::new().root(RootMotion::Extract).apply(&mut scene)?;
+    /// assert_eq!((&*scene.nodes[0].name, &*scene.nodes[1].name), ("Root", "Hips"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn root(mut self, root: RootMotion) -> Self {
+        self.root = root;
+        self
+    }
+
+    /// Checks what can be checked without a scene: numbers that no unit, frame rate or time can be.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    ///
+    /// let error = Conversion::new().frame_rate(0.0).check().unwrap_err();
+    /// assert_eq!(error.diagnostic().message, "frame rate must be finite and above 0, got 0");
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::UnknownOption`].
+    pub fn check(&self) -> Result<()> {
+        self.source.check()?;
+        if let Some(rate) = self.frame_rate {
+            positive(Code::UnknownOption, "frame rate", rate)?;
+        }
+        for moment in [self.first, self.last].into_iter().flatten() {
+            moment.check()?;
+        }
+        Ok(())
+    }
+
+    /// Converts `scene`, and returns what was decided for it that the file does not say, each with its reason.
+    ///
+    /// What is guessed about the file is added to [`Metadata::assumptions`](crate::scene::Metadata::assumptions), so
+    /// that it travels into the output: unit, up axis and first frame. The frame rate that a rounded frame time means
+    /// is returned alone.
+    ///
+    /// A scene that was converted is in metres with +Y up and says so; converting it again changes neither.
+    ///
+    /// # Errors
+    /// As [`Conversion::check`]; and [`Code::UnknownOption`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
+    /// frames that the motion does not have. `scene` is then as it was.
+    pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
+        self.check()?;
+        let survey = skeleton::survey(scene);
+        let drops = match self.first_frame {
+            FirstFrame::Keep => false,
+            FirstFrame::Drop => true,
+            FirstFrame::DropRestPose => survey.first_frame_is_rest_pose,
+        };
+        let start = if drops { 1.0 } else { 0.0 };
+        let animation = scene.animations.first();
+        let (first, last) = part_ticks(animation, self.first, self.last, start)?;
+        if let RestPose::Frame(frame) = self.rest {
+            let message = "the frame of the rest pose is after the last frame";
+            moment::check_within(animation, frame as f64, message)?;
+        }
+
+        let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
+        if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
+            guesses.extend(survey.assumption(Topic::FrameRate));
+        }
+        if !self.keep_units {
+            let topics = [Topic::Unit, Topic::Up];
+            guesses.extend(topics.into_iter().filter_map(|topic| self.source.guess(topic, &survey)));
+        }
+        let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
+        scene.metadata.assumptions.extend(recorded.cloned());
+
+        if let RestPose::Frame(frame) = self.rest {
+            process::rest_pose(scene, frame as f64);
+        }
+        if first > 0.0 || last.is_finite() {
+            process::trim(scene, first, last);
+        }
+        if let Some(rate) = self.frame_rate {
+            process::resample(scene, rate);
+        }
+        self.convert_units(scene, &survey);
+        match self.root {
+            RootMotion::Keep => {}
+            RootMotion::InPlace => process::in_place(scene),
+            RootMotion::Extract => process::root_motion(scene),
+        }
+        Ok(guesses)
+    }
+
+    fn convert_units(&self, scene: &mut Scene, survey: &skeleton::Survey) {
+        if self.keep_units && self.source == Space::default() {
+            return;
+        }
+        let stated = (scene.metadata.metres_per_unit, scene.metadata.up);
+        let source = match self.keep_units {
+            true => self.source,
+            false => self.source.or_found(&scene.metadata, Some(survey)),
+        };
+        let (metres, up) = (source.metres_per_unit.unwrap_or(1.0), source.up.unwrap_or_default());
+        if self.keep_units && (metres, up) == (1.0, UpAxis::Y) {
+            return;
+        }
+        process::convert_units(scene, metres, up);
+        // What was not converted is still what it was.
+        if source.metres_per_unit.is_none() {
+            scene.metadata.metres_per_unit = stated.0;
+        }
+        if source.up.is_none() {
+            scene.metadata.up = stated.1;
+        }
+    }
+}
+
+/// Whether resampling takes another rate for the motion's own: the one that its rounded frame time means.
+fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
+    animation.is_some_and(|animation| {
+        let stated = animation.ticks_per_second;
+        skeleton::rate_before(stated, rate) != stated
+    })
+}

@@ -1,0 +1,83 @@
+//! Which part of a motion to keep.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::Animation;
+
+/// A time in the motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Moment {
+    /// Seconds from the start, not negative; the nearest frame is meant.
+    Seconds(f64),
+    /// A frame of the file, from 0.
+    Frame(u64),
+}
+
+impl Moment {
+    /// Refuses seconds that are negative or not a number.
+    pub(super) fn check(self) -> Result<()> {
+        match self {
+            Self::Seconds(seconds) if seconds.is_nan() || seconds < 0.0 => {
+                let message = format!("a time must be at least 0 seconds, got {seconds}");
+                Err(Diagnostic::new(Code::UnknownOption, message).into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn tick(self, ticks_per_second: f64) -> f64 {
+        match self {
+            Self::Seconds(seconds) => (seconds * ticks_per_second).round(),
+            Self::Frame(frame) => frame as f64,
+        }
+    }
+}
+
+/// The first and the last tick of the part from `first` to `last`, without the ticks before `start`. The last may be
+/// after the end of the motion; it is infinite where there is no `last`.
+///
+/// # Errors
+/// [`Code::UnknownOption`] where the part begins after the end of `animation`, or ends before it begins.
+pub(crate) fn part_ticks(
+    animation: Option<&Animation>,
+    first: Option<Moment>,
+    last: Option<Moment>,
+    start: f64,
+) -> Result<(f64, f64)> {
+    for moment in [first, last].into_iter().flatten() {
+        moment.check()?;
+    }
+    let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
+    let first_tick = first.map_or(start, |moment| moment.tick(rate).max(start));
+    let last_tick = last.map_or(f64::INFINITY, |moment| moment.tick(rate));
+    if first.is_some() || last.is_some() {
+        check_within(animation, first_tick, "the part to keep begins after the last frame")?;
+    }
+    if last_tick < first_tick {
+        let message = "the part to keep ends before it begins";
+        let diagnostic = Diagnostic::new(Code::UnknownOption, message).expected_found(
+            format!("frame {first_tick} or a later one"),
+            format!("frame {last_tick}"),
+        );
+        return Err(diagnostic.into());
+    }
+    Ok((first_tick, last_tick))
+}
+
+/// Refuses a tick after the last; a scene without motion has none to be after.
+pub(super) fn check_within(animation: Option<&Animation>, tick: f64, message: &str) -> Result<()> {
+    match animation {
+        Some(animation) if tick > animation.duration => {
+            let last = animation.duration;
+            let seconds = last / animation.ticks_per_second;
+            let diagnostic = Diagnostic::new(Code::UnknownOption, message).expected_found(
+                format!("at most frame {last}, {seconds:.3} seconds from the start"),
+                format!("frame {tick}"),
+            );
+            Err(diagnostic.into())
+        }
+        _ => Ok(()),
+    }
+}
