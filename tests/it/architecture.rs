@@ -21,7 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "format",
         &["error", "limits", "export", "scene", "math", "pose", "compress"],
     ),
-    ("import", &["error", "limits", "scene", "process", "format"]),
+    ("import", &["error", "limits", "scene", "pose", "process", "format"]),
     ("dump", &["error", "scene", "pose"]),
     (
         "arrays",
