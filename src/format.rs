@@ -72,9 +72,9 @@ pub const FORMATS: &[FormatInfo] = &[
 /// Options of a format's reader.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct ReadOptions {
-    /// What to do with the root's OFFSET when the root has position channels too.
+    /// How the root's OFFSET and its position channels combine.
     pub root_offset: RootOffset,
-    /// Frames per second to take in place of the file's own.
+    /// Frames per second, in place of the file's own.
     pub frame_rate: Option<f64>,
     /// Read every row of the motion, also those beyond the declared count.
     pub all_rows: bool,

@@ -17,7 +17,7 @@ thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call goes to the system's allocator as it is. The default `realloc` and `alloc_zeroed` call `alloc`,
+// SAFETY: every call goes unchanged to the system's allocator. The default `realloc` and `alloc_zeroed` call `alloc`,
 // so they are counted too.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {

@@ -96,7 +96,7 @@ impl FromStr for Format {
     }
 }
 
-/// A format in JSON: its name, and an empty text where there is none, or none that this version knows.
+/// A format in JSON: its name, or an empty text for an unknown format.
 pub(crate) mod format_name {
     use serde::{Deserialize, Deserializer, Serializer};
 

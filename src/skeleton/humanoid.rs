@@ -30,7 +30,7 @@ use crate::scene::{NodeId, Scene};
 pub struct HumanoidJoint {
     /// The joint: where the bone begins.
     pub joint: NodeId,
-    /// How far to trust it.
+    /// The confidence.
     pub confidence: Confidence,
     /// Why, as one phrase.
     pub reason: String,

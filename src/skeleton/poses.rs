@@ -3,10 +3,10 @@
 use crate::pose::{Binding, Pose};
 use crate::scene::Scene;
 
-/// Frames to look at, spread evenly over the motion.
+/// The number of frames examined, spread evenly over the motion.
 const FRAMES: usize = 16;
 
-/// Poses spread over the first animation, or the rest pose where there is none.
+/// Poses spread over the first animation, or the rest pose without one.
 pub(super) fn poses(scene: &Scene) -> Vec<Pose> {
     let mut pose = Pose::rest(scene);
     let Some(animation) = scene.animations.first() else {

@@ -19,7 +19,7 @@ export function placesOfSource(path, change) {
 }
 
 /** The ways in which clients read a file. The one that is farther from the source counts. */
-const READINGS = ["as it is", "normalised"];
+const READINGS = ["unchanged", "normalised"];
 
 /**
  * The largest distance of a joint from its place, and the root of the mean square of all, in metres.

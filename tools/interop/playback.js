@@ -39,10 +39,10 @@ function trackOf(file, { input, output, interpolation = "LINEAR" }, path) {
 }
 
 /**
- * What a client makes of a rotation that is not of length 1, as coarse ones are not: Babylon takes it as it is, so that it
+ * How a client treats a quaternion whose length is not 1, as after coarse quantization: Babylon uses it unchanged, so that it
  * stretches; three.js normalises what it has interpolated over a small angle.
  *
- * @typedef {"as it is" | "normalised"} Reading
+ * @typedef {"unchanged" | "normalised"} Reading
  */
 
 function normalised(quaternion) {
@@ -74,7 +74,7 @@ export async function open(path) {
       tracks[target.node][target.path] = trackOf(file, samplers[sampler], target.path);
     }
   }
-  const placesAt = (seconds, reading = "as it is") => {
+  const placesAt = (seconds, reading = "unchanged") => {
     const worlds = [];
     for (const index of order) {
       const node = nodes[index];

@@ -282,7 +282,7 @@ fn check_meshes(json: &gltf::json::Root) -> Result<()> {
     Ok(())
 }
 
-/// The `gltf` crate takes some words of animations on trust, and panics later where they are none of glTF's.
+/// The `gltf` crate does not check some words of animations, and panics later on unknown ones.
 fn check_words(document: &Document) -> Result<()> {
     for animation in &document.as_json().animations {
         let targets = animation

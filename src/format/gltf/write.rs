@@ -66,7 +66,7 @@ pub struct Options {
     /// How far any joint or end site may be from its place in the scene, in metres, at any whole tick and at any key of
     /// the scene, for a reader of the file. Where this is given, keys are left out, and numbers are rounded as
     /// [`Options::compression`] says, as long as it holds; what was reached is in [`Report::achieved`]. Default: none
-    /// for [`Compression::None`], which then keeps every key as it is, else [`DEFAULT_MAX_ERROR`].
+    /// for [`Compression::None`], which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`].
     pub max_error: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ pub struct Report {
     /// Keys whose time is the same 32-bit number as the key before, and which no file can hold. Not 0 only in takes
     /// of more than 16 million frames.
     pub dropped_keys: usize,
-    /// How far the file is from the scene, of all animations the worst. Absent where every key was kept as it is.
+    /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
     pub achieved: Option<Achieved>,
     /// Bytes of all files together.
     pub bytes: usize,
@@ -122,7 +122,7 @@ impl Document {
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// rotation is none; [`Code::FrameTime`](crate::Code::FrameTime) where ticks have no length;
+    /// quaternion is not a rotation; [`Code::FrameTime`](crate::Code::FrameTime) where ticks per second are not above 0;
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self> {

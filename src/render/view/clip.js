@@ -119,7 +119,7 @@ class Clip {
     if (!(this.reach > 0)) this.reach = 1;
   }
 
-  // The curves of a joint over all frames: rows of numbers, a row a frame.
+  // The curves of a joint over all frames: rows of numbers, one row per frame.
   curves(id) {
     if (this.curvesOf === id) return this.cachedCurves;
     const frames = Math.max(1, this.frames);

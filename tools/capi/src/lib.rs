@@ -374,7 +374,7 @@ fn path_from(text: &CStr) -> Result<&Path, Failure> {
     }
 }
 
-/// A question to an animation, and the answer where there is none.
+/// Calls a function with an animation; returns the default if there is no such animation.
 ///
 /// # Safety
 /// `scene` is NULL or an open scene.

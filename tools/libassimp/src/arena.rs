@@ -13,7 +13,7 @@ pub(crate) struct Arena {
 }
 
 impl Arena {
-    /// Moves values here and returns where the first one is; NULL if there are none, as Assimp has it. The place is
+    /// Moves values here and returns a pointer to the first; NULL if there are none, as in Assimp. The place is
     /// valid as long as the arena.
     pub(crate) fn keep<T: Copy>(&mut self, values: Vec<T>) -> *mut T {
         let values = values.into_boxed_slice();

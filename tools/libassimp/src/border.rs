@@ -52,7 +52,7 @@ pub(crate) unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a CSt
     Ok(unsafe { CStr::from_ptr(text) })
 }
 
-/// The `count` values at a pointer; none where there are none.
+/// The `count` values at a pointer; an empty slice for a count of 0.
 ///
 /// # Safety
 /// `count` is 0, or `first` is NULL or points to `count` values.

@@ -110,7 +110,7 @@ impl<'a> Case<'a> {
         }
     }
 
-    /// Whether a track of ours has as many keys as the file says: one a frame, or one in all where it never changes.
+    /// Whether a track of ours has the file's number of keys: one per frame, or one in total for a constant track.
     fn our_count_is_right(&self, joint: &Joint, track: Track, count: usize) -> bool {
         let first = self.value(joint, track, 0);
         let constant = || (1..self.frames()).all(|frame| same_value(track, &first, &self.value(joint, track, frame)));

@@ -26,7 +26,7 @@ pub struct Motion {
     pub frames: f64,
     /// The word after `Frame Time:`.
     pub frame_time: f64,
-    /// The motion's numbers up to the first word that is none.
+    /// The numbers of the motion up to the first other word.
     pub values: Vec<f64>,
     /// How many values each line of the motion has.
     pub line_lengths: Vec<usize>,

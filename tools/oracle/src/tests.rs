@@ -112,7 +112,7 @@ fn rotations_farther_from_double_precision_than_assimps_are_unexplained() {
 fn unit_normals_are_explained_where_they_only_change_length() {
     let normals = |scene: &mut Scene| scene.meshes[0].normals.iter_mut().for_each(|normal| unit(normal));
     assert_eq!(explanations(RAW, normals), [Some("normal-not-unit"); 48]);
-    // Debone leaves the root's mesh as it is, because the root is near the origin.
+    // Debone does not change the root's mesh, because the root is near the origin.
     assert_eq!(explanations(PROCESSED, normals), [Some("normal-not-unit"); 12]);
     let turned = |scene: &mut Scene| {
         normals(scene);

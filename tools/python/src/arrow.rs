@@ -94,7 +94,7 @@ pub(crate) fn table(
         "clips" => false,
         "inventory" => true,
         other => {
-            let message = format!("shape {other:?} is none of clips, inventory");
+            let message = format!("shape must be clips or inventory, got {other:?}");
             return Err(PyValueError::new_err(message));
         }
     };

@@ -25,7 +25,7 @@ pub(crate) fn convert(
         None => None,
         Some("y") => Some(UpAxis::Y),
         Some("z") => Some(UpAxis::Z),
-        Some(other) => return Err(PyValueError::new_err(format!("up {other:?} is none of y, z"))),
+        Some(other) => return Err(PyValueError::new_err(format!("up must be y or z, got {other:?}"))),
     };
     let mut conversion = Conversion::new();
     if let Some(metres) = metres_per_unit {

@@ -57,7 +57,9 @@ fn read_bytes(py: Python<'_>, data: PyBackedBytes, name: &str, options: ReadOpti
 fn metres_in(unit: &str) -> PyResult<f64> {
     Unit::named(unit).map(Unit::metres).ok_or_else(|| {
         let names = Unit::ALL.map(Unit::as_str).join(", ");
-        PyValueError::new_err(format!("unit {unit:?} is none of {names}, nor metres as a number"))
+        PyValueError::new_err(format!(
+            "unit must be one of {names}, or metres as a number, got {unit:?}"
+        ))
     })
 }
 
@@ -79,7 +81,7 @@ impl ReadOptions {
             "replace" => RootOffset::Replace,
             "add" => RootOffset::Add,
             other => {
-                let message = format!("root_offset {other:?} is none of auto, replace, add");
+                let message = format!("root_offset must be auto, replace or add, got {other:?}");
                 return Err(PyValueError::new_err(message));
             }
         };

@@ -364,7 +364,7 @@ trait Value<const N: usize>: Copy {
     /// The values as they go into the file; nothing if one is not finite.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
 
-    /// A value as it is in the file.
+    /// A value in the units of the file.
     fn from(array: [f32; N]) -> Self;
 }
 

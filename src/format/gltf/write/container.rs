@@ -82,7 +82,7 @@ impl Document {
         self.with_uri(|| format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bin)))
     }
 
-    /// The bytes of a `.gltf` file, and those of the file `bin_name` beside it; the latter are none where the scene has
+    /// The bytes of a `.gltf` file, and those of the file `bin_name` beside it, which are empty if the scene has
     /// neither meshes nor motion.
     ///
     /// # Errors

@@ -53,7 +53,7 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Options:
-    """What to put into the arrays. The default is the file as it is.
+    """Options of the arrays. By default nothing is converted.
 
     Attributes:
         rot: What the numbers of a rotation are: ``"quat"`` is x, y, z, w; ``"6d"`` the first two columns of the

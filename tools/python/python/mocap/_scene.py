@@ -24,7 +24,7 @@ class Motion:
         velocities: float32, (F, J, 3), units a second; ``None`` unless asked for.
         contacts: bool, (F, J): whether a foot stands on the ground; ``None`` unless asked for.
         names: The names of the joints; they may repeat.
-        parents: int32, (J,): places in ``names``; -1 where there is none.
+        parents: int32, (J,): indices into ``names``; -1 for a joint without a parent.
         offsets: float32, (J, 3): from the parent at rest, in its axes, in the unit of the output.
         frame_rate: Frames per second; 0 where there is no motion.
         header_json: ``header`` as JSON.
@@ -99,7 +99,7 @@ class Scene:
             space: ``"world"`` for node to world, ``"local"`` for node to parent.
         """
         if space not in ("world", "local"):
-            raise ValueError(f"space {space!r} is none of world, local")
+            raise ValueError(f"space must be world or local, got {space!r}")
         return self._native.pose_matrices(tick, space == "world")
 
     def to_numpy(self, options: Options = Options(), **changes: Any) -> Motion:
