@@ -5,8 +5,10 @@
 use std::fs;
 
 use crate::kinematics::{Capture, Root, distance};
+use crate::sample::Sample;
 use mocap::bvh::{Channels, Options, write};
 use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::process::trim;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 use mocap::{Binding, Code, Importer, Pose, SkeletonMesh, Trs};
 
@@ -25,14 +27,24 @@ fn written(scene: &Scene, options: &Options) -> String {
     String::from_utf8(write(scene, options).unwrap()).unwrap()
 }
 
-/// Every BVH of the fixtures that is not refused.
+/// The longest motion that goes from file to file in whole.
+const WHOLE: usize = 400;
+
+/// Every BVH of the fixtures that is not refused: motions of at most [`WHOLE`] frames in whole, of longer ones as many
+/// frames from anywhere.
 fn real_files() -> Vec<(String, Scene)> {
+    let mut random = Sample::new();
     let mut files = Vec::new();
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     for entry in fs::read_dir("fixtures/real").unwrap() {
         let path = entry.unwrap().path();
         let is_bvh = path.extension().is_some_and(|extension| extension == "bvh");
-        if let (true, Ok(scene)) = (is_bvh, importer.import(&path)) {
+        if let (true, Ok(mut scene)) = (is_bvh, importer.import(&path)) {
+            let frames = scene.animations.first().map_or(0, Animation::frame_count);
+            if frames > WHOLE {
+                let first = random.below(frames - WHOLE);
+                trim(&mut scene, first as f64, (first + WHOLE - 1) as f64);
+            }
             files.push((path.display().to_string(), scene));
         }
     }

@@ -29,6 +29,7 @@ mod process;
 mod properties;
 #[cfg(feature = "render")]
 mod render;
+mod sample;
 mod schema;
 mod survey;
 mod threads;

@@ -12,7 +12,7 @@ fn long_take(change: impl Fn(usize, &str) -> String) -> String {
     let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
     let rows: Vec<&str> = motion.lines().skip(3).filter(|row| !row.trim().is_empty()).collect();
-    let frames = 9_000_000 / rows[0].len();
+    let frames = 5_000_000 / rows[0].len();
     let mut take = format!("{hierarchy}MOTION\nFrames: {frames}\nFrame Time: 0.01\n");
     for frame in 0..frames {
         let row = rows[frame % rows.len()].replacen('.', &format!(".{frame}"), 1);
@@ -31,21 +31,16 @@ fn read(text: &str, threads: usize) -> Scene {
 /// Reads with 1, 2 and 7 threads, from memory and from a file, and gives the scene that all of them give.
 fn read_alike(text: &str) -> Scene {
     let expected = read(text, 1);
-    let glb = gltf::write_glb(&expected, &Options::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("take.bvh");
     fs::write(&path, text).unwrap();
-    for threads in [1, 2, 7] {
-        for scene in [
-            read(text, threads),
-            Importer::new().threads(threads).import(&path).unwrap(),
-        ] {
-            assert!(scene == expected, "{threads} threads give another scene");
-            assert!(
-                gltf::write_glb(&scene, &Options::default()).unwrap() == glb,
-                "{threads} threads"
-            );
-        }
+    for threads in [2, 7] {
+        let scene = read(text, threads);
+        assert!(scene == expected, "{threads} threads give another scene");
+    }
+    for threads in [1, 7] {
+        let scene = Importer::new().threads(threads).import(&path).unwrap();
+        assert!(scene == expected, "{threads} threads give another scene of a file");
     }
     expected
 }
@@ -55,6 +50,9 @@ fn plain_rows() {
     let text = long_take(|_, row| row.to_owned());
     let scene = read_alike(&text);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    // Scenes that are equal may differ in the sign of a zero, and files may not.
+    let glb = |scene: &Scene| gltf::write_glb(scene, &Options::default()).unwrap();
+    assert!(glb(&read(&text, 7)) == glb(&scene));
     let frames = text.lines().count() - text.lines().position(|line| line.starts_with("Frame Time")).unwrap() - 1;
     assert_eq!(scene.animations[0].frame_count(), frames);
     // Every row has another first number, so that a row that is lost or out of place is seen.

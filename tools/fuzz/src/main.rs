@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use std::{env, fs, panic, thread};
 
-use mocap_fuzz::{FORMATS, Input, fixture};
+use mocap_fuzz::{BVH, FORMATS, Input, fixture};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -21,6 +21,9 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// An input that takes longer is taken for an endless loop.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// Bytes of the longest file of which every byte is tried.
+const SHORT: usize = 320;
+
 /// The input that is being tried, what it is called, and since when.
 static CURRENT: Mutex<Option<(Vec<u8>, &str, Instant)>> = Mutex::new(None);
 
@@ -28,9 +31,22 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let usage = || {
         let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
-        eprintln!("usage: fuzz SECONDS [all|{}] [SEED]", names.join("|"));
+        eprintln!(
+            "usage: fuzz SECONDS [all|{}] [SEED], or fuzz every-byte",
+            names.join("|")
+        );
         ExitCode::from(2)
     };
+    if arguments == ["every-byte"] {
+        thread::spawn(watch);
+        return match every_byte() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(finding) => {
+                eprintln!("{finding}");
+                ExitCode::FAILURE
+            }
+        };
+    }
     let number = |place: usize, default| arguments.get(place).map_or(default, |text| text.parse().ok());
     let (Some(seconds), Some(seed)) = (number(0, None), number(2, Some(1))) else {
         return usage();
@@ -51,6 +67,29 @@ fn main() -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// Tries the small BVH files with each of their bytes replaced by each of the 256 in turn.
+fn every_byte() -> Result<(), String> {
+    let mut files = 0;
+    let mut tried = 0_u64;
+    for original in seeds(&BVH).into_iter().filter(|bytes| bytes.len() <= SHORT) {
+        for place in 0..original.len() {
+            let mut bytes = original.clone();
+            for byte in 0..=u8::MAX {
+                bytes[place] = byte;
+                note(&BVH, &bytes);
+                panic::catch_unwind(|| BVH.survive(&bytes)).map_err(|_| {
+                    let kept = keep(&bytes, BVH.name);
+                    format!("the panic is above; the input is in {}", kept.display())
+                })?;
+                tried += 1;
+            }
+        }
+        files += 1;
+    }
+    println!("bvh: {tried} inputs, each byte of {files} files as every other, no finding");
+    Ok(())
 }
 
 /// Tries a format for a while. An error says what was found and where the input is.
@@ -105,8 +144,13 @@ fn seeds(input: &Input) -> Vec<Vec<u8>> {
     seeds
 }
 
-fn try_input(input: &'static Input, bytes: &[u8]) -> Result<(), String> {
+/// Notes what is tried now, for [`watch`].
+fn note(input: &'static Input, bytes: &[u8]) {
     *CURRENT.lock().expect("no one panics with the lock") = Some((bytes.to_owned(), input.name, Instant::now()));
+}
+
+fn try_input(input: &'static Input, bytes: &[u8]) -> Result<(), String> {
+    note(input, bytes);
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();
     panic::catch_unwind(|| input.hold(bytes)).map_err(|_| "the panic is above".to_owned())?;
