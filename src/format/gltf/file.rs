@@ -1,5 +1,5 @@
 //! A glTF file in memory, and its animation tracks. The `gltf` crate reads the structure; the numbers are read here,
-//! because every count and offset of a file is a claim that has to be held against the bytes that are there.
+//! because every count and offset must be checked against the bytes of the file.
 
 use std::collections::HashMap;
 use std::path::{Component, Path, PathBuf};
@@ -23,7 +23,7 @@ const GLB_HEADERS: u32 = 12 + 8;
 pub(crate) struct File {
     pub(crate) document: Document,
     buffers: Vec<Vec<u8>>,
-    /// The bytes of those views that were compressed.
+    /// The decompressed bytes of compressed views.
     views: HashMap<usize, Vec<u8>>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Track {
     /// In seconds, strictly increasing.
     pub(crate) times: Vec<f32>,
     pub(crate) values: Values,
-    /// Whether the way between two keys is other than straight.
+    /// Whether the interpolation is not linear.
     pub(crate) is_bent: bool,
 }
 
@@ -61,7 +61,7 @@ impl File {
         bytes.starts_with(b"glTF") || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
     }
 
-    /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
+    /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.
     pub(crate) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
         check_length(bytes)?;
         let Gltf { document, mut blob } =
@@ -102,14 +102,14 @@ impl File {
         })
     }
 
-    /// What this crate wrote about where the file comes from; absent in the files of others.
+    /// The provenance that this crate wrote; absent in files of other programs.
     pub(crate) fn provenance(&self) -> Option<Provenance> {
         let extras = self.document.as_json().asset.extras.as_ref()?;
         let mut extras: HashMap<String, serde_json::Value> = serde_json::from_str(extras.get()).ok()?;
         serde_json::from_value(extras.remove("mocap")?).ok()
     }
 
-    /// The name that a node has in the scene that the file was written from; in the files of others, its name.
+    /// The name of a node in the scene from which the file was written; in files of other programs, its name.
     pub(crate) fn source_name(&self, node: &gltf::Node) -> String {
         let extras = node
             .extras()
@@ -131,12 +131,13 @@ impl File {
     /// The nodes of the default scene, parents before children, each with its parent's place in this list.
     ///
     /// # Errors
-    /// Where a node hangs on two parents, or on itself.
+    /// Where a node has two parents, or is its own ancestor.
     pub(crate) fn nodes(&self) -> Result<Vec<(gltf::Node<'_>, Option<usize>)>> {
         let scene = self.document.default_scene().or_else(|| self.document.scenes().next());
         let mut is_listed = vec![false; self.document.nodes().len()];
         let mut listed: Vec<(gltf::Node<'_>, Option<usize>)> = Vec::with_capacity(is_listed.len());
-        // A stack, for the depth of a file is a claim too. The last comes first, so children are put in backwards.
+        // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
+        // are pushed in reverse.
         let mut open: Vec<_> = scene
             .iter()
             .flat_map(gltf::Scene::nodes)
@@ -156,7 +157,7 @@ impl File {
         Ok(listed)
     }
 
-    /// The tracks of an animation that move nodes.
+    /// The tracks of an animation that animate nodes.
     pub(crate) fn tracks(&self, animation: &gltf::Animation) -> Result<Vec<Track>> {
         let moves_nodes = |channel: &Channel| channel.target().property() != Property::MorphTargetWeights;
         animation
@@ -203,7 +204,7 @@ impl File {
         })
     }
 
-    /// The numbers of an accessor with `columns` components, normalised integers as the floats that they stand for.
+    /// The numbers of an accessor with `columns` components; normalised integers are converted to floats.
     fn numbers(&self, accessor: &Accessor, columns: usize) -> Result<Vec<f32>> {
         let outside = || invalid(format!("accessor {} reaches beyond its buffer", accessor.index()));
         if accessor.sparse().is_some() || accessor.dimensions().multiplicity() != columns {
@@ -251,7 +252,7 @@ impl Values {
     }
 }
 
-/// The `gltf` crate takes the length in a `.glb` header on trust.
+/// Checks the length in a `.glb` header, which the `gltf` crate does not.
 fn check_length(bytes: &[u8]) -> Result<()> {
     let length = bytes
         .get(8..12)
@@ -266,7 +267,7 @@ fn check_length(bytes: &[u8]) -> Result<()> {
     }
 }
 
-/// The validation of the `gltf` crate looks the accessors of positions up before it knows that they are there.
+/// Checks the accessors of positions, which the validation of the `gltf` crate indexes without a check.
 fn check_meshes(json: &gltf::json::Root) -> Result<()> {
     for primitive in json.meshes.iter().flat_map(|mesh| &mesh.primitives) {
         let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
@@ -310,7 +311,8 @@ pub(crate) fn invalid(message: impl Into<String>) -> Error {
     Diagnostic::new(Code::InvalidGltf, message).into()
 }
 
-/// The file in the same folder, or below, that a relative URI names. No input file makes us read elsewhere.
+/// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
+/// files.
 fn beside(uri: &str) -> Result<PathBuf> {
     let path = PathBuf::from(percent_decoded(uri));
     if path.components().all(|part| matches!(part, Component::Normal(_))) && path.file_name().is_some() {
@@ -322,7 +324,7 @@ fn beside(uri: &str) -> Result<PathBuf> {
     }
 }
 
-/// A relative URI as a path: `%` and two digits stand for a byte.
+/// A relative URI as a path, with percent-encoding decoded.
 fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

@@ -1,13 +1,12 @@
 //! The codec of `EXT_meshopt_compression` and `KHR_meshopt_compression`: streams of elements, and filters on them.
 //!
-//! The extension's bytes are claims as all others: the size of what comes out is held against what a stream of that
-//! length can hold before anything is allocated.
+//! The size of the output is checked against the capacity of a stream of that length, before anything is allocated.
 
 #[cfg(not(feature = "meshopt"))]
 use crate::error::Result;
 use crate::error::{Code, Diagnostic, Error};
 
-/// How the elements of a stream become what accessors read.
+/// The filter of a stream's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
     /// As they are.
@@ -29,7 +28,7 @@ impl Filter {
     }
 }
 
-/// What a build without the feature says.
+/// The error of a build without the feature.
 #[cfg_attr(feature = "meshopt", allow(dead_code, reason = "for builds without the feature"))]
 pub(super) fn missing() -> Error {
     Diagnostic::new(
@@ -51,11 +50,12 @@ mod codec {
     use crate::error::Result;
     use crate::format::gltf::file::invalid;
 
-    /// The smallest stream of so many bytes: of 256 elements every four bytes take at least one.
+    /// The most bytes that one byte of a stream decodes to: 256 elements take at least one byte for every four bytes of
+    /// an element.
     const MOST_PER_BYTE: usize = 1024;
-    /// What a stream may hold beyond that: its last block.
+    /// The bytes that the last block may add.
     const LAST_BLOCK: usize = 256 * 256;
-    /// The slowest and best of the encoder's levels; they are for version 1 alone.
+    /// The slowest and best level of the encoder; levels exist only in version 1.
     const LEVEL: i32 = 3;
 
     /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
@@ -72,7 +72,7 @@ mod codec {
         stream.map_err(|error| invalid(format!("meshopt: {error}")))
     }
 
-    /// What accessors read of the `count` elements of `stride` bytes in `stream`.
+    /// Decodes the `count` elements of `stride` bytes in `stream`.
     pub(in crate::format::gltf) fn decode(
         stream: &[u8],
         count: usize,

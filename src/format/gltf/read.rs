@@ -1,4 +1,4 @@
-//! glTF 2.0: the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras stay behind.
+//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras are not read.
 //!
 //! | glTF | scene |
 //! |---|---|
@@ -9,8 +9,8 @@
 //! | `extras.source_name`, else `name` | the name |
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
-//! Ticks: a file of this crate says its frame time; elsewhere the shortest step between two keys is taken for it.
-//! Times within a float's rounding of a whole tick are that tick.
+//! Ticks: a file of this crate states its frame time; for others it is the shortest step between two keys. Times within
+//! a float's rounding of a whole tick become that tick.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
@@ -23,10 +23,11 @@ use crate::format::{ReadOptions, Source};
 use crate::limits::limit_exceeded;
 use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
 
-/// How far a time may be from a whole tick, as a share of the time, to be that tick: twice the rounding of a float.
+/// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
+/// rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
 
-/// Seconds between frames that can be meant; from other claims no ticks could be made.
+/// The range of valid frame times, in seconds.
 const PLAUSIBLE_FRAME_TIMES: RangeInclusive<f64> = 1e-6..=1e6;
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
@@ -84,7 +85,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     Ok(scene)
 }
 
-/// Fills [`Scene::nodes`], and says which of them each node of the file is.
+/// Fills [`Scene::nodes`], and returns the index of each node of the file.
 fn build_nodes(
     file: &File,
     listed: &[(gltf::Node<'_>, Option<usize>)],
@@ -148,7 +149,7 @@ fn build_nodes(
     Ok(node_of)
 }
 
-/// Gathers the tracks of each node in one channel. What a node has no track for is a constant one, its own.
+/// Collects the tracks of each node in one channel. A missing track becomes a constant one with the node's own value.
 fn build_animation(
     name: String,
     tracks: Vec<Track>,
@@ -197,8 +198,8 @@ fn build_animation(
     }
 }
 
-/// The time between two keys: that of the track with the most keys where they are even, else the shortest of all; a
-/// thirtieth of a second where no track has two.
+/// The frame time: the step of the track with the most keys if it is even, or else the shortest step of all; 1/30 s if
+/// no track has two keys.
 fn shortest_step(tracks: &[Track]) -> f64 {
     let longest = tracks
         .iter()
@@ -206,7 +207,7 @@ fn shortest_step(tracks: &[Track]) -> f64 {
         .max_by_key(|times| times.len())
         .unwrap_or_default();
     if let [first, .., last] = longest {
-        // Single steps are rounded too coarsely to tell a whole take by: their mean is not.
+        // Single steps are rounded too coarsely for a long take; their mean is not.
         let mean = (f64::from(*last) - f64::from(*first)) / (longest.len() - 1) as f64;
         let expected = (0..longest.len()).map(|key| f64::from(*first) + key as f64 * mean);
         let is_even = longest
@@ -235,7 +236,7 @@ fn tick_of(time: f32, step: f64) -> f64 {
     }
 }
 
-/// In double precision: the squares of tiny components are no numbers in single.
+/// In double precision, because the squares of tiny components underflow in single.
 fn unit(rotation: Quat) -> Quat {
     let rotation = rotation.as_dquat().normalize().as_quat();
     if rotation.is_finite() { rotation } else { Quat::IDENTITY }

@@ -1,4 +1,4 @@
-//! Views of a file that is read whose bytes are compressed.
+//! Reads compressed buffer views.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use super::file::invalid;
 use super::meshopt::{self, Filter};
 use crate::error::Result;
 
-/// What a view says of its stream, in both extensions alike.
+/// The description of a view's stream, equal in both extensions.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Settings {
@@ -27,12 +27,12 @@ struct Settings {
     filter: Option<String>,
 }
 
-/// What one of the two extensions says, of a buffer or of a view.
+/// The object of one of the two extensions, of a buffer or of a view.
 fn settings(extensions: &Map<String, Value>) -> Option<&Value> {
     [EXT, KHR].into_iter().find_map(|name| extensions.get(name))
 }
 
-/// The document, valid but for the extensions that are read here although the `gltf` crate does not know them.
+/// The document, validated except for extensions that this crate reads and the `gltf` crate does not know.
 pub(super) fn known(mut root: Root) -> Result<Document> {
     let is_meshopt = |name: &String| name == EXT || name == KHR;
     if cfg!(not(feature = "meshopt")) && root.extensions_required.iter().any(is_meshopt) {
@@ -42,7 +42,7 @@ pub(super) fn known(mut root: Root) -> Result<Document> {
     Document::from_json(root).map_err(|error| invalid(error.to_string()))
 }
 
-/// Whether a buffer only stands for what the streams hold, and has no bytes.
+/// Whether a buffer is a fallback without bytes.
 pub(super) fn is_placeholder(document: &Document, buffer: &buffer::Buffer) -> bool {
     let json = &document.as_json().buffers[buffer.index()];
     let settings = json.extensions.as_ref().and_then(|json| settings(&json.others));
@@ -65,7 +65,7 @@ pub(super) fn decode(document: &Document, buffers: &[Vec<u8>]) -> Result<HashMap
         let (Some(settings), false) = (settings, views.contains_key(&view.index())) else {
             continue;
         };
-        // Who has no decoder takes what the file has for such readers, if it has it.
+        // Without a decoder, use the fallback of the file, if it has one.
         if cfg!(not(feature = "meshopt")) && !buffers[view.buffer().index()].is_empty() {
             continue;
         }

@@ -9,20 +9,20 @@
 //! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
 //! | meshes without bones | the mesh of their node; then no skin is written |
 //! | meshes without any area, the joints all being in one place | an octahedron of 1 cm on the first joint, with the skin |
-//! | normals that only say what the flat faces say | left out: a glTF mesh without normals is flat |
+//! | normals equal to those of flat faces | left out: a glTF mesh without normals has flat shading |
 //! | [`Scene::materials`] | `materials`, in [`BASE_COLOR`] |
-//! | a channel's track that moves | a `LINEAR` sampler of 32-bit floats |
-//! | a track that does not move | the node's own translation, rotation or scale |
-//! | with a [`Compression`] or a largest error | fewer keys, and integers that a reader takes for floats |
+//! | an animated track | a `LINEAR` sampler of 32-bit floats |
+//! | a constant track | the node's own translation, rotation or scale |
+//! | tracks with a [`Compression`] or a largest error | fewer keys, and normalised integers |
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
 //! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](crate::convert::Conversion) brings a scene
 //! there. Where a scene is not known to be in metres, [`Report::warnings`] says so.
 //!
-//! Why so, and not smaller or plainer: a file without a skin gives no skeleton in Blender, Babylon and the engines; a
-//! skin without a mesh is refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a
-//! duplicate name, a matrix or a repeated time is each refused or misread by some client.
+//! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
+//! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
+//! repeated time is refused or misread by some client.
 
 mod animation;
 mod buffer;
@@ -40,40 +40,40 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::export::write_file;
 use crate::scene::Scene;
 
-/// The colour of every material: an orange that stands out on white, grey and black, as linear red, green, blue and alpha.
+/// The colour of every material, an orange visible on white, grey and black: linear red, green, blue and alpha.
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
-/// Where a `.gltf` file has its numbers.
+/// Where a `.gltf` file has its buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BufferPlace {
     /// In a `.bin` file beside it.
     #[default]
     Beside,
-    /// In the file itself, as a data URI; a third larger.
+    /// In the file itself, as a data URI, which takes a third more bytes.
     Embedded,
 }
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Write a track that does not move as a channel with one key too, for engines that blend clips channel by
-    /// channel. Default: off, its value stands in the node.
+    /// Write constant tracks as channels too, for engines that blend clips channel by channel. Default: `false`,
+    /// constant values are only in the node.
     pub keep_constant: bool,
-    /// Where a `.gltf` file has its numbers. A `.glb` file has them inside.
+    /// Where a `.gltf` file has its buffer. A `.glb` file always contains it.
     pub buffer: BufferPlace,
     /// How the keys are stored.
     pub compression: Compression,
-    /// How far any joint or end site may be from its place in the scene, in metres, at any whole tick and at any key of
-    /// the scene, for a reader of the file. Where this is given, keys are left out, and numbers are rounded as
-    /// [`Options::compression`] says, as long as it holds; what was reached is in [`Report::achieved`]. Default: none
-    /// for [`Compression::None`], which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`].
+    /// The largest distance of any joint or end site from its position in the scene, in metres, at any whole tick and
+    /// at any key of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
+    /// [`Options::compression`] says; [`Report::achieved`] has the result. Default: none for [`Compression::None`],
+    /// which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`].
     pub max_error: Option<f64>,
 }
 
 /// A node whose name had to change.
 ///
-/// Clients find animated nodes by name or by a path of names, so that a duplicate moves the wrong node. three.js
-/// strips `[ ] . : /` and joins words by `_`, so names stay unique after that too.
+/// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
+/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Renamed {
     /// Index into [`Scene::nodes`], and into the file's nodes.
@@ -94,12 +94,12 @@ pub struct Report {
     pub joints: usize,
     /// Vertices of all meshes, after equal ones were joined.
     pub vertices: usize,
-    /// Tracks that move, each an animation channel.
+    /// Animated tracks, each an animation channel.
     pub animated_tracks: usize,
-    /// Tracks that do not move, now part of a node.
+    /// Constant tracks, now part of a node.
     pub constant_tracks: usize,
-    /// Keys whose time is the same 32-bit number as the key before, and which no file can hold. Not 0 only in takes
-    /// of more than 16 million frames.
+    /// Keys that were dropped because their time rounds to the same 32-bit number as the key before. Above 0 only in
+    /// takes of more than 16 million frames.
     pub dropped_keys: usize,
     /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
     pub achieved: Option<Achieved>,
@@ -109,7 +109,7 @@ pub struct Report {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A scene in glTF's own shape, before it is put into files.
+/// A scene as a glTF document, before it is written to files.
 #[derive(Clone, Debug)]
 pub struct Document {
     root: ::gltf::json::Root,
@@ -118,7 +118,7 @@ pub struct Document {
 }
 
 impl Document {
-    /// Brings `scene` into glTF's shape.
+    /// Makes the glTF document of `scene`.
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
@@ -131,7 +131,7 @@ impl Document {
         Ok(document)
     }
 
-    /// What was written, and what had to change. [`Report::bytes`] is known after [`export`] only.
+    /// The report. [`Report::bytes`] is set only by [`export`].
     pub fn report(&self) -> &Report {
         &self.report
     }
@@ -157,9 +157,9 @@ pub fn write_glb(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
     Document::new(scene, options)?.to_glb()
 }
 
-/// Writes `scene` to `path`: as `.gltf` where it is called so, else as `.glb`.
+/// Writes `scene` to `path`: as `.gltf` if it has that extension, otherwise as `.glb`.
 ///
-/// Every file is whole or absent. The `.bin` beside a `.gltf` has the same name and is written first.
+/// After an error no file is partial. The `.bin` beside a `.gltf` has the same name and is written first.
 ///
 /// # Errors
 /// As [`write_glb`], and [`Code::Io`](crate::Code::Io).

@@ -1,4 +1,4 @@
-//! Channels as glTF tracks: what moves becomes a sampler, what does not becomes part of its node.
+//! Writes channels: animated tracks become samplers, constant tracks become part of the node.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
 
-/// A node's place at rest.
+/// The rest transform of a node.
 #[derive(Clone, Copy)]
 pub(super) struct Rest {
     pub(super) translation: Vec3,
@@ -26,7 +26,7 @@ pub(super) struct Rest {
 }
 
 impl Rest {
-    /// Writes what is not glTF's default into `node`.
+    /// Writes the values that differ from glTF's defaults into `node`.
     pub(super) fn apply(&self, node: &mut Node) {
         node.translation = Some(self.translation).filter(|t| *t != Vec3::ZERO).map(Into::into);
         node.rotation = Some(self.rotation)
@@ -59,9 +59,9 @@ struct Clock<'a> {
     kept: Option<Vec<usize>>,
 }
 
-/// Writes `animation`, and moves what is constant in it to `rest`, the places of the scene's nodes.
+/// Writes `animation`, and moves its constant tracks to `rest`, the rest transforms of the scene's nodes.
 ///
-/// Gives nothing where no node of the scene has a key.
+/// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
     scene: &Scene,
     animation: &scene::Animation,
@@ -105,7 +105,7 @@ pub(super) fn write(
                 place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
             }
         }
-        // A scale that does not move is part of the node even where constant tracks are kept.
+        // A constant scale is part of the node even where constant tracks are kept.
         let moves = !is_constant(&channel.scaling_keys);
         if moves || !options.keep_constant {
             place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?;
@@ -162,7 +162,7 @@ impl Report {
 }
 
 impl<'a> Writer<'a> {
-    /// Writes one track if it moves, and gives the value that the node has at rest.
+    /// Writes one track if it is animated, and returns the rest value of the node.
     fn track<T: Value<N>, const N: usize>(
         &mut self,
         node: usize,
@@ -198,7 +198,7 @@ impl<'a> Writer<'a> {
         Ok(rest)
     }
 
-    /// A track that moves nothing, so that a take that stands still keeps its length and a pose stays an animation.
+    /// A constant track, so that a take without motion keeps its length and a pose stays an animation.
     fn hold(&mut self, node: usize, rotation: Quat, duration: f64) {
         let ticks = if duration > 0.0 { vec![0.0, duration] } else { vec![0.0] };
         let times: Vec<_> = ticks
@@ -246,7 +246,7 @@ impl<'a> Writer<'a> {
         self.sampler(node, property, input, output);
     }
 
-    /// Writes what drives one node, and gives it the values that do not move.
+    /// Writes the tracks of one node, and sets its constant values.
     fn compressed(&mut self, node: usize, clip: &CompressedClip, place: &mut Rest) {
         let track = &clip.tracks[node];
         match &track.translation {
@@ -302,7 +302,7 @@ impl<'a> Writer<'a> {
 
     fn constant<const N: usize>(&mut self, node: usize, property: Property, value: &[[f32; N]]) {
         self.report.constant_tracks += 1;
-        // A node has one rest pose, and what stands still in one take may stand elsewhere in the next.
+        // A node has one rest transform, but a constant track may have another value in the next animation.
         if self.options.keep_constant || self.scene.animations.len() > 1 {
             let clock = self.clock(None, 1);
             self.channel(node, property, clock, value);
@@ -356,12 +356,12 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// What a track can hold: `N` floats in the file.
+/// A value of a track: `N` floats in the file.
 trait Value<const N: usize>: Copy {
-    /// Whether two values put a node in the same place.
+    /// Whether two values give the same transform.
     fn is_same(self, other: Self) -> bool;
 
-    /// The values as they go into the file; nothing if one is not finite.
+    /// The values for the file; `None` if one is not finite.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
 
     /// A value in the units of the file.
@@ -420,7 +420,7 @@ fn name_of(property: Property) -> &'static str {
     }
 }
 
-/// `rotation` normalised in double precision and rounded once, without minus zeros; nothing if it is no rotation.
+/// `rotation` normalised in double precision and rounded once, without minus zeros; `None` if it is not a rotation.
 pub(super) fn unit(rotation: Quat) -> Option<Quat> {
     let rotation = rotation.as_dquat();
     let length = rotation.length();

@@ -10,7 +10,7 @@ use super::super::compression::{Compression, KHR};
 use super::super::meshopt::{self, Filter};
 use crate::error::Result;
 
-/// What values are for. glTF wants views to keep to one use, and only vertex data to say so.
+/// The use of values. In glTF a view has one use, and only views of vertex data state it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Usage {
     /// Times and values of animation tracks; all of them share one view.
@@ -41,7 +41,7 @@ macro_rules! components {
 }
 components!(f32 => F32, u8 => U8, i16 => I16, u16 => U16, u32 => U32);
 
-/// Grows the buffer of a file.
+/// Builds the buffer of a file.
 #[derive(Default)]
 pub(super) struct Buffer {
     bytes: Vec<u8>,
@@ -51,8 +51,8 @@ pub(super) struct Buffer {
     streams: [Stream; STREAMS.len()],
 }
 
-/// Elements that go into one stream: those of all tracks that have the same filter, for a stream and its view cost some
-/// 200 bytes.
+/// The elements of one stream: those of all tracks with the same filter, because a stream and its view take some 200
+/// bytes.
 #[derive(Default)]
 struct Stream {
     /// Before any filter.
@@ -84,7 +84,7 @@ impl Buffer {
         Index::new(accessor as u32)
     }
 
-    /// An accessor that has no place yet.
+    /// An accessor without an offset yet.
     fn accessor(&mut self, component: ComponentType, components: usize, count: usize) -> usize {
         self.accessors.push(Accessor {
             buffer_view: None,
@@ -114,8 +114,8 @@ impl Buffer {
         accessor.byte_offset = Some(USize64::from(offset)).filter(|offset| offset.0 > 0);
     }
 
-    /// Appends elements of `N` numbers to the stream with `filter`, as they are before it. Where a reader has numbers of
-    /// another type than these, that is `component`.
+    /// Appends elements of `N` numbers to the stream with `filter`, before filtering. `component` is the type that a
+    /// reader decodes, if it is another.
     pub(super) fn push_stream<T: Component, const N: usize>(
         &mut self,
         filter: Filter,
@@ -134,7 +134,7 @@ impl Buffer {
         Index::new(accessor as u32)
     }
 
-    /// Inverse bind matrices, in a stream where `compression` has streams; nothing is lost of them.
+    /// Appends inverse bind matrices, in a lossless stream if `compression` has streams.
     pub(super) fn push_matrices(&mut self, compression: Compression, matrices: &[[f32; 16]]) -> Index<Accessor> {
         match compression.extension() {
             None => self.push(Usage::BindMatrices, matrices),
@@ -142,7 +142,7 @@ impl Buffer {
         }
     }
 
-    /// As [`Self::push_bounded`], with the times in a stream where `compression` has streams.
+    /// As [`Self::push_bounded`], with the times in a stream if `compression` has streams.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
         if compression.extension().is_none() {
             return self.push_bounded(Usage::Keys, times);
@@ -180,7 +180,7 @@ impl Buffer {
         index
     }
 
-    /// The view that holds the bytes from `start` on: the last one where keys follow keys, else a new one.
+    /// The view for the bytes from `start` on: the last one for consecutive keys, otherwise a new one.
     fn view(&mut self, usage: Usage, start: usize) -> usize {
         if usage != Usage::Keys || self.last_usage != Some(Usage::Keys) {
             self.views.push(View {
@@ -206,8 +206,8 @@ impl Buffer {
         last
     }
 
-    /// Compresses the streams. The views say where their elements would stand in a buffer without compression, which is
-    /// not there: it is marked as the fallback that only readers without the extension would need.
+    /// Compresses the streams. Their views refer to an uncompressed buffer that is not written: it is marked as the
+    /// fallback, which only readers without the extension need.
     fn finish_streams(&mut self, root: &mut Root, extension: &str) -> Result<()> {
         let version = i32::from(extension == KHR);
         let mut fallback = 0;
@@ -256,7 +256,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// Hands views, accessors and the buffer to `root`, and gives the bytes.
+    /// Moves views, accessors and the buffer to `root`, and returns the bytes.
     pub(super) fn finish(mut self, root: &mut Root, compression: Compression) -> Result<Vec<u8>> {
         if let Some(extension) = compression.extension() {
             self.finish_streams(root, extension)?;
@@ -277,7 +277,7 @@ impl Buffer {
     }
 }
 
-/// A buffer that is not there, and says so.
+/// A fallback buffer without bytes.
 fn placeholder(length: usize, extension: &str) -> gltf::json::Buffer {
     let mut others = serde_json::Map::new();
     others.insert(extension.to_owned(), json!({ "fallback": true }));

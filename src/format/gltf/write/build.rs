@@ -16,7 +16,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
 use crate::scene::{self, NodeId, NodeKind, Scene};
 
-/// Everything that grows while a scene is written.
+/// The state of the writer.
 struct Builder<'a> {
     scene: &'a Scene,
     options: &'a Options,
@@ -60,7 +60,7 @@ impl Builder<'_> {
         };
     }
 
-    /// The materials, where there is a face to show them.
+    /// The materials, if a face uses them.
     fn materials(&mut self) {
         if self.root.meshes.is_empty() {
             return;
@@ -135,7 +135,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// The meshes without bones, on the nodes that hold them. Gives those with bones.
+    /// Writes the meshes without bones, on their nodes. Returns those with bones.
     fn rigid_meshes(&mut self) -> Result<Vec<usize>> {
         let mut skinned = Vec::new();
         for (index, node) in self.scene.nodes.iter().enumerate() {
@@ -154,9 +154,9 @@ impl Builder<'_> {
         Ok(skinned)
     }
 
-    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with rigid meshes alone needs
-    /// none: a skin that nothing uses is what optimisers drop and validators report. Where the scene's meshes have no
-    /// area, as those of a single joint, a marker stands in for them.
+    /// The skin, and a mesh node at the scene's root for every mesh with bones. A scene with only rigid meshes has no
+    /// skin: optimisers drop an unused skin, and validators report it. If the scene's meshes have no area, as those of
+    /// a single joint, a marker replaces them.
     fn skins(&mut self, skinned: &[usize]) -> Result<()> {
         let scene = self.scene;
         let mut joints = Vec::new();
@@ -194,7 +194,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A node at the scene's root with a primitive of so many vertices, and a skin.
+    /// Adds a node at the scene's root with a primitive and a skin.
     fn skinned_mesh(&mut self, name: &str, (primitive, vertices): (Primitive, usize), skin: Index<Skin>) {
         self.report.vertices += vertices;
         let name = self.names.unique(if name.is_empty() { "SkeletonMesh" } else { name });
@@ -209,10 +209,10 @@ impl Builder<'_> {
         self.root.scenes[0].nodes.push(node);
     }
 
-    /// A skin of all joints. A joint with a bone is bound where the bone says, the others where they stand at rest.
+    /// A skin of all joints. A joint with a bone has the bone's bind pose, the others have the rest pose.
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
-        // As affine maps: the last row of an inverse bind matrix has to be 0 0 0 1 to the last digit.
+        // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
         let inverse = |matrix: &Mat4| Mat4::from(Affine3A::from_mat4(*matrix).inverse());
         let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
         for bone in bones {
@@ -249,7 +249,7 @@ impl Builder<'_> {
     }
 }
 
-/// Where a node stands without animation, as translation, rotation and scale.
+/// The rest transform of a node, as translation, rotation and scale.
 fn rest_of(node: &scene::Node) -> Result<Rest> {
     let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
     let (scale, translation) = (scale + Vec3::ZERO, translation + Vec3::ZERO);
@@ -268,7 +268,7 @@ fn rest_of(node: &scene::Node) -> Result<Rest> {
     }
 }
 
-/// What a node's own fields cannot say.
+/// The extras of a node.
 fn node_extras(node: &scene::Node, name: &str) -> Option<Box<RawValue>> {
     let mut extras_of_node = serde_json::Map::new();
     if node.name != name {

@@ -1,4 +1,4 @@
-//! A document as bytes: one `.glb`, a `.gltf` that carries its buffer, or a `.gltf` with a `.bin`.
+//! Writes a document as one `.glb`, a `.gltf` with an embedded buffer, or a `.gltf` with a `.bin`.
 
 use std::borrow::Cow;
 use std::io::{self, BufWriter, Write};
@@ -29,7 +29,7 @@ impl Document {
         self.glb()?.to_vec().map_err(|error| unwritable(&error))
     }
 
-    /// How many bytes [`Self::to_glb`] would give, without making them.
+    /// The number of bytes of [`Self::to_glb`], without making them.
     ///
     /// # Errors
     /// As [`Self::to_glb`].
@@ -39,7 +39,7 @@ impl Document {
         Ok(GLB_HEADER + chunk(&glb.json) + glb.bin.as_deref().map_or(0, chunk))
     }
 
-    /// Writes a `.glb` file, and gives its length.
+    /// Writes a `.glb` file, and returns its length.
     pub(super) fn write_glb(&self, path: &Path) -> Result<u64> {
         let glb = self.glb()?;
         write_file_with(path, |file| {
@@ -74,10 +74,10 @@ impl Document {
         })
     }
 
-    /// The bytes of a `.gltf` file that carries its buffer as a data URI.
+    /// The bytes of a `.gltf` file with its buffer as a data URI.
     ///
     /// # Errors
-    /// None that a document of this crate is known to bring about.
+    /// None is known for a document of this crate.
     pub fn to_embedded(&self) -> Result<Vec<u8>> {
         self.with_uri(|| format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bin)))
     }
@@ -86,7 +86,7 @@ impl Document {
     /// neither meshes nor motion.
     ///
     /// # Errors
-    /// None that a document of this crate is known to bring about.
+    /// None is known for a document of this crate.
     pub fn to_text_and_bin(&self, bin_name: &str) -> Result<(Vec<u8>, &[u8])> {
         Ok((self.with_uri(|| percent_encoded(bin_name))?, &self.bin))
     }

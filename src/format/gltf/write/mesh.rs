@@ -1,4 +1,5 @@
-//! Meshes as glTF primitives: equal vertices joined, normals only where they say more than the faces.
+//! Writes meshes as glTF primitives: equal vertices are joined, and normals are written only where they differ from
+//! those of the faces.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -11,21 +12,21 @@ use super::buffer::{Buffer, Usage};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{Mesh, Primitive};
 
-/// The largest count of joints that 8-bit joint indices can tell apart.
+/// The largest number of joints with 8-bit joint indices.
 const JOINTS_IN_8_BITS: usize = 256;
 
-/// Cosine between a vertex normal and its face's normal from which on the two are the same direction.
+/// The cosine between a vertex normal and its face's normal above which the two count as equal.
 const SAME_DIRECTION: f32 = 0.999;
 
 /// From the middle of a [`marker`] to its tips, in metres.
 const MARKER_RADIUS: f32 = 0.01;
 
-/// The joints that move a vertex, by their place in the skin, and their shares in 255ths.
+/// The joints of a vertex, as indices into the skin, and their weights in 255ths.
 type Influences = ([u16; 4], [u8; 4]);
 
-/// Writes `mesh`; with `joints`, the place of every node in the skin, as a skinned one.
+/// Writes `mesh`; with `joints`, the index of every node in the skin, as a skinned mesh.
 ///
-/// Gives the primitive and how many vertices it has, or nothing where no face has an area.
+/// Returns the primitive and the number of its vertices, or `None` if no face has an area.
 pub(super) fn write(
     mesh: &Mesh,
     joints: Option<&[Option<u16>]>,
@@ -139,8 +140,8 @@ pub(super) fn marker(place: Vec3, material_index: usize) -> Mesh {
     }
 }
 
-/// For each vertex its strongest four joints, the shares adding up to 255; a vertex that nothing moves follows the
-/// first joint.
+/// For each vertex its four strongest joints, with weights that sum to 255; a vertex without weights follows the first
+/// joint.
 fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
     let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {
@@ -156,7 +157,7 @@ fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
         ties.truncate(4);
         let sum: f32 = ties.iter().map(|tie| tie.0).sum();
         let (mut places, mut shares) = ([0; 4], [0; 4]);
-        // The strongest takes what rounding leaves over, so that the sum is exact.
+        // The strongest weight takes the rounding error, so that the sum is exact.
         let mut left: u8 = 255;
         for (slot, (weight, place)) in ties.iter().enumerate().skip(1) {
             let share = (weight / sum * 255.0).round() as u8;
@@ -177,8 +178,7 @@ fn face_normal(mesh: &Mesh, face: &[u32]) -> Vec3 {
     (b - a).cross(c - a)
 }
 
-/// Whether the normals of a face say that its corners run clockwise, as Assimp's skeleton mesh has them; glTF wants
-/// them counter-clockwise.
+/// Whether the normals show that a face is clockwise, as in Assimp's skeleton mesh; glTF needs counter-clockwise faces.
 fn faces_inward(mesh: &Mesh, face: &[u32]) -> bool {
     mesh.normals.len() == mesh.vertices.len() && face_normal(mesh, face).dot(mesh.normals[face[0] as usize]) < 0.0
 }

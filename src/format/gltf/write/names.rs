@@ -8,11 +8,11 @@ use crate::scene::{NodeKind, Scene};
 /// Characters that some client strips or takes for a separator: three.js `[ ] . : /`, Unity and Bevy `/`, Godot `. : /`.
 const RESERVED: [char; 5] = ['[', ']', '.', ':', '/'];
 
-/// Hands out names, each once.
+/// Makes unique names.
 #[derive(Default)]
 pub(super) struct Names {
     taken: HashSet<String>,
-    /// The last suffix tried for a name, so that a thousand equal names cost a thousand steps and no more.
+    /// The last suffix tried for each name, so that making names unique takes linear time.
     last_suffix: HashMap<String, u32>,
 }
 
@@ -32,7 +32,7 @@ impl Names {
         }
     }
 
-    /// A name for every node of `scene`, in its order, and those that had to change.
+    /// A name for every node of `scene`, in its order, and the changed ones.
     pub(super) fn of_nodes(&mut self, scene: &Scene) -> (Vec<String>, Vec<Renamed>) {
         let mut renamed = Vec::new();
         let names = scene.nodes.iter().enumerate().map(|(index, node)| {
@@ -59,7 +59,7 @@ fn harmless(name: &str) -> String {
     name.chars().map(|c| if is_bad(c) { '_' } else { c }).collect()
 }
 
-/// three.js binds tracks to nodes by names whose white space became `_`.
+/// three.js binds tracks to nodes by names in which white space is replaced by `_`.
 fn as_three_js_sees_it(name: &str) -> String {
     name.chars().map(|c| if c.is_whitespace() { '_' } else { c }).collect()
 }
