@@ -1,13 +1,28 @@
 //! Parquet files of Arrow tables, compressed with Snappy.
 
+use std::fs::File;
+
 use arrow_array::RecordBatch;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::Compression;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ParquetMetaDataReader;
 use parquet::file::properties::WriterProperties;
 
 use crate::arrays::{Arrays, table};
 use crate::error::{Code, Diagnostic, Result};
+
+/// What the metadata of a file begin with that says who wrote it.
+const CREATOR: &str = "mocap ";
+
+/// Whether `file` is a Parquet file that says that this crate wrote it.
+pub fn has_provenance(file: &File) -> bool {
+    let Ok(metadata) = ParquetMetaDataReader::new().parse_and_finish(file) else {
+        return false;
+    };
+    let creator = metadata.file_metadata().created_by();
+    creator.is_some_and(|creator| creator.starts_with(CREATOR))
+}
 
 /// The file with the [long table](table::long) of `motion`, and its header in the metadata of the file.
 ///
@@ -26,7 +41,7 @@ pub fn write_tables(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        .set_created_by(format!("mocap {}", env!("CARGO_PKG_VERSION")))
+        .set_created_by(format!("{CREATOR}{}", env!("CARGO_PKG_VERSION")))
         .build();
     let mut bytes = Vec::new();
     let write = || -> Result<(), ParquetError> {

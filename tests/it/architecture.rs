@@ -379,7 +379,7 @@ fn the_program_uses_only_the_public_interface() {
 }
 
 #[test]
-fn only_import_opens_an_input_and_only_export_writes_an_output() {
+fn only_import_opens_an_input_and_only_export_looks_at_an_output() {
     let mut failures = Vec::new();
     for source in sources() {
         let module = source.module();
@@ -389,7 +389,7 @@ fn only_import_opens_an_input_and_only_export_writes_an_output() {
         for (number, line) in &source.code {
             let reads = line.contains("File::open") || line.contains("fs::read") || line.contains("fs::metadata");
             let writes = line.contains("File::create") || line.contains("fs::write") || line.contains("tempfile");
-            if (reads && module != "import") || (writes && module != "export") {
+            if (reads && module != "import" && module != "export") || (writes && module != "export") {
                 failures.push(format!("{}:{number}: {line}", source.path.display()));
             }
         }

@@ -25,6 +25,8 @@ mod hostile;
 mod humanoid;
 mod kinematics;
 mod motion_steps;
+#[cfg(feature = "cli")]
+mod outputs;
 mod process;
 mod properties;
 #[cfg(feature = "render")]

@@ -15,7 +15,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{PackArgs, TableArg};
-pub(crate) use self::batch::{BatchArgs, FormatArg, MergeManifestArgs, SpreadArgs};
+pub(crate) use self::batch::{BatchArgs, FormatArg, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg, UnitArg, UpArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
@@ -85,6 +85,11 @@ pub(crate) struct ConvertArgs {
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
+    /// Replace a file that may be a source: a BVH, ASF, AMC, C3D, FBX, glTF, VRM or .bin file that is not known as an
+    /// output of this program. Known are glTF files that say so, unchanged outputs in the manifest of a folder, and files
+    /// with the same bytes as the output; a BVH file does not say who wrote it. An input is never replaced
+    #[arg(long)]
+    pub(crate) force: bool,
     #[command(flatten)]
     pub(crate) compress: CompressArgs,
     #[command(flatten)]
@@ -180,6 +185,8 @@ pub(crate) struct CheckArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
 }

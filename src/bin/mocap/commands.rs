@@ -31,6 +31,11 @@ fn print_json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
+/// Refuses an output that would replace an input or a file that may be a source.
+fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path) -> mocap::Result<()> {
+    mocap::export::ReplacePolicy::new(inputs).check(output)
+}
+
 /// Writes a picture in the format of the file's extension.
 fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), crate::Failure> {
     let bytes = match extension(path).as_str() {

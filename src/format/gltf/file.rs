@@ -15,6 +15,7 @@ use gltf::{Accessor, Document, Gltf, buffer};
 
 use super::{Provenance, streams};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::export::percent_decoded;
 
 /// Bytes of the header of a `.glb` file, and of the header of its first chunk.
 const GLB_HEADERS: u32 = 12 + 8;
@@ -322,27 +323,4 @@ fn beside(uri: &str) -> Result<PathBuf> {
             "a buffer is not in the folder of the file, but at \"{uri}\""
         )))
     }
-}
-
-/// A relative URI as a path, with percent-encoding decoded.
-fn percent_decoded(uri: &str) -> String {
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let Some((&byte, after)) = rest.split_first() {
-        let digits = after
-            .get(..2)
-            .filter(|_| byte == b'%')
-            .and_then(|digits| std::str::from_utf8(digits).ok());
-        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
-            Some(decoded) => {
-                bytes.push(decoded);
-                rest = &after[2..];
-            }
-            None => {
-                bytes.push(byte);
-                rest = after;
-            }
-        }
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
 }

@@ -37,7 +37,7 @@ use serde::Serialize;
 
 use super::{Achieved, Compression};
 use crate::error::{Code, Diagnostic, Result};
-use crate::export::write_file;
+use crate::export::{write_file, write_files};
 use crate::scene::Scene;
 
 /// The colour of every material, an orange visible on white, grey and black: linear red, green, blue and alpha.
@@ -159,7 +159,7 @@ pub fn write_glb(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
 
 /// Writes `scene` to `path`: as `.gltf` if it has that extension, otherwise as `.glb`.
 ///
-/// After an error no file is partial. The `.bin` beside a `.gltf` has the same name and is written first.
+/// After an error no file is partial, and a `.gltf` and the `.bin` beside it, which has the same name, are as before.
 ///
 /// # Errors
 /// As [`write_glb`], and [`Code::Io`](crate::Code::Io).
@@ -180,10 +180,11 @@ pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &Options) -> Resul
             let bin_path = path.with_extension("bin");
             let name = bin_path.file_name().unwrap_or_default().to_string_lossy();
             let (text, bin) = document.to_text_and_bin(&name)?;
-            if !bin.is_empty() {
-                write_file(&bin_path, bin)?;
+            if bin.is_empty() {
+                write_file(path, &text)?;
+            } else {
+                write_files(&[(&bin_path, bin), (path, &text)])?;
             }
-            write_file(path, &text)?;
             text.len() + bin.len()
         }
     };

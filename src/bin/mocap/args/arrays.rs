@@ -6,7 +6,7 @@ use clap::ValueEnum;
 use mocap::arrays::{Contacts, Options, Rotation, RotationSpace, Space};
 
 #[cfg(feature = "parquet")]
-use super::SpreadArgs;
+use super::{InputArgs, SpreadArgs};
 use super::{ReadArgs, TrimArg, UnitArg, UpArg};
 
 #[derive(Debug, clap::Args)]
@@ -48,6 +48,8 @@ pub(crate) struct PackArgs {
     pub(crate) resume: bool,
     #[command(flatten)]
     pub(crate) arrays: ArraysArgs,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
     #[command(flatten)]

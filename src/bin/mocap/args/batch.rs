@@ -23,7 +23,18 @@ pub(crate) struct BatchArgs {
     #[arg(long, requires = "out_dir")]
     pub(crate) resume: bool,
     #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    #[command(flatten)]
     pub(crate) spread: SpreadArgs,
+}
+
+/// Which files to read.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Many files")]
+pub(crate) struct InputArgs {
+    /// Accept a folder or a wildcard without motion files; by default that is an error
+    #[arg(long)]
+    pub(crate) allow_empty: bool,
 }
 
 /// How to distribute the work.
@@ -93,7 +104,9 @@ impl Args {
             && let Some(subcommand) = command.find_subcommand(name)
         {
             let batch = BatchArgs::augment_args(clap::Command::default());
-            let is_of_batch = |arg: &clap::Arg| batch.get_arguments().any(|other| other.get_id() == arg.get_id());
+            let is_of_batch = |arg: &clap::Arg| {
+                arg.get_id() == "force" || batch.get_arguments().any(|other| other.get_id() == arg.get_id())
+            };
             for arg in subcommand.get_arguments() {
                 let id = arg.get_id().as_str();
                 if !arg.is_positional()

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use super::FrameRateArgs;
+use super::{FrameRateArgs, InputArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
     /// The motion files, shown together, or one folder, whose clips are listed
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// The page to write [default: a temporary file, opened in the browser]
+    /// The page to write: .html [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

@@ -12,3 +12,8 @@ pub(crate) fn sha256(path: &Path) -> io::Result<String> {
     io::copy(&mut File::open(path)?, &mut hasher)?;
     Ok(format!("{:x}", hasher.finalize()))
 }
+
+/// The SHA-256 of bytes.
+pub(crate) fn sha256_of(bytes: &[u8]) -> String {
+    format!("{:x}", Sha256::digest(bytes))
+}

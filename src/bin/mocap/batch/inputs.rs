@@ -1,11 +1,13 @@
 //! Makes a list of files from paths of files and folders, and from wildcards.
 
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
-use mocap::FORMATS;
+use mocap::{Code, Diagnostic, FORMATS};
 use walkdir::WalkDir;
 
 use crate::Failure;
+use crate::args::InputArgs;
 
 /// An input file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +18,8 @@ pub(crate) struct Input {
     pub(crate) relative: String,
     /// Its size when it was found.
     pub(crate) bytes: u64,
+    /// Why it cannot be read, if that is known: a link without a target, a folder without permission.
+    pub(crate) problem: Option<String>,
 }
 
 impl Input {
@@ -29,23 +33,52 @@ impl Input {
             relative: parts.collect::<Vec<_>>().join("/"),
             bytes: path.metadata().map_or(0, |metadata| metadata.len()),
             path,
+            problem: None,
+        }
+    }
+
+    /// The path of the file.
+    ///
+    /// # Errors
+    /// If it is known that the file cannot be read.
+    pub(crate) fn path(&self) -> mocap::Result<&Path> {
+        match &self.problem {
+            None => Ok(&self.path),
+            Some(problem) => {
+                let error = mocap::Error::from(Diagnostic::new(Code::Io, problem));
+                Err(error.with_path(&self.path))
+            }
         }
     }
 }
 
 /// The files that `paths` name, sorted by their relative paths: files with any extension; in folders and from wildcards
-/// only files with the extension of a known format.
+/// only files with the extension of a known format, and entries that cannot be read.
 ///
 /// A path that does not exist is an input too, and fails as one of many.
-pub(crate) fn find(paths: &[PathBuf]) -> Result<Vec<Input>, Failure> {
+pub(crate) fn find(paths: &[PathBuf], args: &InputArgs) -> Result<Vec<Input>, Failure> {
+    find_except(paths, args, |_| false)
+}
+
+/// [`find`] without the entries of folders for which `is_excluded` is true.
+pub(crate) fn find_except(
+    paths: &[PathBuf],
+    args: &InputArgs,
+    is_excluded: impl Fn(&Path) -> bool,
+) -> Result<Vec<Input>, Failure> {
     let mut inputs = Vec::new();
     for path in paths {
+        let found = inputs.len();
         if path.is_dir() {
-            add_folder(path, path, &mut inputs)?;
+            add_folder(path, path, &is_excluded, &mut inputs);
         } else if !path.exists() && has_wildcard(path) {
-            add_matches(path, &mut inputs)?;
+            add_matches(path, &is_excluded, &mut inputs)?;
         } else {
             inputs.push(Input::new(path.clone(), path.parent().unwrap_or(Path::new(""))));
+        }
+        if inputs.len() == found && !args.allow_empty {
+            let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());
+            return Err(Failure::Usage(message));
         }
     }
     inputs.sort_by(|a, b| (&a.relative, &a.path).cmp(&(&b.relative, &b.path)));
@@ -53,19 +86,43 @@ pub(crate) fn find(paths: &[PathBuf]) -> Result<Vec<Input>, Failure> {
     Ok(inputs)
 }
 
-/// Adds the motion files at any depth of `folder`.
-fn add_folder(folder: &Path, base: &Path, inputs: &mut Vec<Input>) -> Result<(), Failure> {
-    for entry in WalkDir::new(folder).follow_links(true) {
-        let entry = entry.map_err(|error| Failure::Usage(error.to_string()))?;
-        if entry.file_type().is_file() && has_known_extension(entry.path()) {
-            inputs.push(Input::new(entry.into_path(), base));
+/// Adds the motion files at any depth of `folder`, and the entries that cannot be read.
+fn add_folder(folder: &Path, base: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mut Vec<Input>) {
+    let entries = WalkDir::new(folder).follow_links(true).into_iter();
+    for entry in entries.filter_entry(|entry| entry.depth() == 0 || !is_excluded(entry.path())) {
+        match entry {
+            Ok(entry) => {
+                if entry.file_type().is_file() && has_known_extension(entry.path()) {
+                    inputs.push(Input::new(entry.into_path(), base));
+                }
+            }
+            Err(error) => {
+                let path = error.path().unwrap_or(folder).to_owned();
+                // A link without a target whose extension is unknown is ignored, as its target would be.
+                if path.extension().is_none() || has_known_extension(&path) || path.is_dir() {
+                    inputs.push(Input {
+                        problem: Some(problem(&error)),
+                        ..Input::new(path, base)
+                    });
+                }
+            }
         }
     }
-    Ok(())
+}
+
+fn problem(error: &walkdir::Error) -> String {
+    match (error.loop_ancestor(), error.io_error()) {
+        (Some(ancestor), _) => format!("the link points to {}, which contains it", ancestor.display()),
+        (None, Some(error)) if error.kind() == io::ErrorKind::NotFound => {
+            "the target of the link does not exist".to_owned()
+        }
+        (None, Some(error)) => error.to_string(),
+        (None, None) => error.to_string(),
+    }
 }
 
 /// Adds the files that a wildcard pattern matches; their relative paths begin at its first wildcard.
-fn add_matches(pattern: &Path, inputs: &mut Vec<Input>) -> Result<(), Failure> {
+fn add_matches(pattern: &Path, is_excluded: &impl Fn(&Path) -> bool, inputs: &mut Vec<Input>) -> Result<(), Failure> {
     let base: PathBuf = pattern
         .components()
         .take_while(|part| !has_wildcard(Path::new(part)))
@@ -75,11 +132,15 @@ fn add_matches(pattern: &Path, inputs: &mut Vec<Input>) -> Result<(), Failure> {
         .ok_or_else(|| Failure::Usage(format!("{} is not UTF-8", pattern.display())))?;
     let matches = glob::glob(text).map_err(|error| Failure::Usage(format!("{text}: {error}")))?;
     for found in matches {
-        let path = found.map_err(|error| Failure::Usage(error.to_string()))?;
-        if path.is_dir() {
-            add_folder(&path, &base, inputs)?;
-        } else if has_known_extension(&path) {
-            inputs.push(Input::new(path, &base));
+        match found {
+            Ok(path) if is_excluded(&path) => {}
+            Ok(path) if path.is_dir() => add_folder(&path, &base, is_excluded, inputs),
+            Ok(path) if has_known_extension(&path) => inputs.push(Input::new(path, &base)),
+            Ok(_) => {}
+            Err(error) => inputs.push(Input {
+                problem: Some(error.error().to_string()),
+                ..Input::new(error.path().to_owned(), &base)
+            }),
         }
     }
     Ok(())

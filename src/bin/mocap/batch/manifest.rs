@@ -3,7 +3,7 @@
 //! During a run, a line is appended after every file, so that a killed run can be continued. At the end the file is
 //! written again, sorted by input. The run of a shard has its own manifest, and `mocap merge-manifest` merges them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -25,6 +25,9 @@ pub(crate) struct Record {
     pub(crate) bytes: u64,
     /// The path of the output below the output folder; absent if nothing was written.
     pub(crate) output: Option<String>,
+    /// The SHA-256 of the output, if its contents do not tell which program wrote it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) output_sha256: Option<String>,
     /// The program's version and options: everything except the input that the output depends on.
     pub(crate) version: String,
     pub(crate) options: String,
@@ -46,6 +49,7 @@ impl Record {
             sha256: None,
             bytes: input.bytes,
             output: None,
+            output_sha256: None,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             options: options.to_owned(),
             warnings: Vec::new(),
@@ -63,6 +67,8 @@ const EXTENSION: &str = "jsonl";
 pub(crate) struct Manifest {
     path: PathBuf,
     file: File,
+    /// Length of the file.
+    bytes: u64,
     records: BTreeMap<String, Record>,
 }
 
@@ -75,21 +81,33 @@ impl Manifest {
         })
     }
 
-    /// Opens the manifest in `folder`: empty, or with the records of former runs.
-    pub(crate) fn open(folder: &Path, shard: Option<Shard>, resume: bool) -> io::Result<Self> {
+    /// Opens the manifest in `folder` with the records of former runs for the inputs that `is_kept` accepts; empty if
+    /// `is_kept` is absent.
+    pub(crate) fn open(
+        folder: &Path,
+        shard: Option<Shard>,
+        is_kept: Option<&dyn Fn(&str) -> bool>,
+    ) -> io::Result<Self> {
         let (whole, path) = (Self::path(folder, None), Self::path(folder, shard));
         let mut records = BTreeMap::new();
-        if resume {
+        if let Some(is_kept) = is_kept {
             // A shard may have been merged since it ran.
             read(&whole, &mut records)?;
             if path != whole {
                 read(&path, &mut records)?;
             }
+            records.retain(|input, _| is_kept(input));
         }
         // A partial line of a killed run must not become the start of the next line.
         write(&path, &records)?;
         let file = OpenOptions::new().append(true).open(&path)?;
-        Ok(Self { path, file, records })
+        let bytes = file.metadata()?.len();
+        Ok(Self {
+            path,
+            file,
+            bytes,
+            records,
+        })
     }
 
     /// The records so far, by input.
@@ -99,7 +117,13 @@ impl Manifest {
 
     /// Appends the result of a file.
     pub(crate) fn add(&mut self, record: Record) -> io::Result<()> {
-        self.file.write_all(line(&record)?.as_bytes())?;
+        let line = line(&record)?;
+        if let Err(error) = self.file.write_all(line.as_bytes()) {
+            // Remove the part of a line.
+            let _ = self.file.set_len(self.bytes);
+            return Err(error);
+        }
+        self.bytes += line.len() as u64;
         self.records.insert(record.input.clone(), record);
         Ok(())
     }
@@ -111,19 +135,38 @@ impl Manifest {
     }
 }
 
-/// Merges the manifests in `folder`, and returns the records.
-pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
-    let whole = Manifest::path(folder, None);
+/// The manifests of shards in `folder`, sorted.
+fn shards(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut parts = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_manifest = name.starts_with(START) && path.extension().is_some_and(|found| found == EXTENSION);
-        if is_manifest && path != whole {
+        let shard = name.strip_prefix(START).and_then(|rest| rest.strip_suffix(EXTENSION));
+        if shard.is_some_and(|shard| Shard::of_name(shard.trim_matches('.')).is_some()) {
             parts.push(path);
         }
     }
     parts.sort();
+    Ok(parts)
+}
+
+/// The outputs that the manifests in `folder` name; none if they cannot be read.
+pub(crate) fn outputs(folder: &Path) -> HashSet<String> {
+    let mut records = BTreeMap::new();
+    let whole = Manifest::path(folder, None);
+    for path in shards(folder).unwrap_or_default().iter().chain([&whole]) {
+        let _ = read(path, &mut records);
+    }
+    records.into_values().filter_map(|record| record.output).collect()
+}
+
+/// Makes one manifest of all in `folder`, and gives its records.
+pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
+    let whole = Manifest::path(folder, None);
+    let parts = shards(folder)?;
+    if parts.is_empty() && !whole.exists() {
+        return Err(io::Error::new(io::ErrorKind::NotFound, "the folder has no manifest"));
+    }
     let mut records = BTreeMap::new();
     read(&whole, &mut records)?;
     for part in &parts {

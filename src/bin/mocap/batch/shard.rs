@@ -27,6 +27,11 @@ impl Shard {
     pub(crate) fn name(self) -> String {
         format!("{}-of-{}", self.part, self.parts)
     }
+
+    /// The shard of this [`name`](Self::name).
+    pub(crate) fn of_name(name: &str) -> Option<Self> {
+        name.replacen("-of-", "/", 1).parse().ok()
+    }
 }
 
 impl FromStr for Shard {
@@ -56,6 +61,7 @@ mod tests {
                 path: "anywhere".into(),
                 relative: format!("takes/{number}.bvh"),
                 bytes: 0,
+                problem: None,
             };
             let of: Vec<usize> = (0..5).filter(|&part| parts[part].has(&input)).collect();
             assert_eq!(of.len(), 1);

@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use crate::Failure;
 use crate::args::CheckArgs;
+use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Outcome, Progress};
-use crate::batch::{self, InOrder, inputs, thread_count};
+use crate::batch::{self, InOrder, thread_count};
 use crate::report::{self, Severity};
 
 /// The report of one file: one line of JSON.
@@ -44,7 +45,7 @@ struct Finding {
 }
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
-    let mut inputs = inputs::find(&args.paths)?;
+    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     let mut progress = Progress::new(args.spread.progress(), &inputs);
     let mut in_order = InOrder::new();
@@ -61,7 +62,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         Ok(())
     };
     let threads = thread_count(args.spread.threads);
-    batch::for_each(&inputs, threads, |input| check(args, &input.path), print)?;
+    batch::for_each(&inputs, threads, |input| check(args, input), print)?;
     let counts = progress.finish();
     match counts.failed {
         0 => Ok(()),
@@ -86,7 +87,8 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
     writeln!(out, "{}", summary(checked))
 }
 
-fn check(args: &CheckArgs, file: &Path) -> Checked {
+fn check(args: &CheckArgs, input: &Input) -> Checked {
+    let file = input.path.as_path();
     // `--strict` is applied here and not by the importer, so that all warnings are reported.
     let importer = args
         .read
@@ -95,7 +97,7 @@ fn check(args: &CheckArgs, file: &Path) -> Checked {
         .threads(1)
         .hash(false)
         .skeleton_mesh(SkeletonMesh::None);
-    let (warnings, error, assumptions) = match importer.import(file) {
+    let (warnings, error, assumptions) = match input.path().and_then(|file| importer.import(file)) {
         Ok(scene) => {
             let assumptions = assumptions(&scene);
             (scene.warnings, None, assumptions)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use mocap::bvh;
+use mocap::export::{ReplacePolicy, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Scene, Topic};
 use mocap::verify::{Verification, verify_files};
@@ -10,6 +11,7 @@ use mocap::{Code, Diagnostic, Importer};
 
 use super::{change, convert_many, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg};
+use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report};
 
@@ -42,7 +44,8 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
         return Err(Failure::Usage("--verify compares glTF files, not BVH".to_owned()));
     }
     refuse_bvh(args, format)?;
-    let converted = convert(args, input, &output)?;
+    let policy = ReplacePolicy::new([input]).force(args.force);
+    let converted = convert(args, input, &output, &policy, &|| false)?;
     report::warnings(Some(input), &converted.warnings);
     if !args.batch.spread.quiet {
         tell(input, &output, &converted);
@@ -80,6 +83,8 @@ fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
 pub(crate) struct Converted {
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) verification: Option<Verification>,
+    /// The SHA-256 of a BVH output in a folder: its contents do not say who wrote it.
+    pub(crate) hash: Option<String>,
     /// What was chosen of how to store keys.
     choice: Option<String>,
     decisions: Vec<String>,
@@ -93,15 +98,38 @@ pub(crate) struct Converted {
     frames: usize,
 }
 
-/// Converts one file, and says nothing.
-pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap::Result<Converted> {
+/// Converts one file, without printing anything. An existing file at `output` is replaced if `policy` allows it or if it
+/// `is_known` as an output of a former run.
+pub(crate) fn convert(
+    args: &ConvertArgs,
+    input: &Path,
+    output: &Path,
+    policy: &ReplacePolicy,
+    is_known: &dyn Fn() -> bool,
+) -> mocap::Result<Converted> {
+    let format = FormatArg::of(output);
+    let is_bvh = matches!(format, Some(FormatArg::Bvh));
+    // Whether a BVH file may be replaced depends on the bytes of the output.
+    policy.check_inputs(output)?;
+    if !is_bvh {
+        policy.check(output)?;
+    }
+    if matches!(format, Some(FormatArg::Gltf)) && !args.embed {
+        policy.check(&output.with_extension("bin"))?;
+    }
     let mut scene = import(args, input)?;
-    let is_bvh = matches!(FormatArg::of(output), Some(FormatArg::Bvh));
     let decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
     let mut plain_bytes = None;
     let mut written = gltf::Report::default();
+    let mut hash = None;
     if is_bvh {
-        written.bytes = bvh::export(&scene, output, &args.bvh.options())?.bytes;
+        let text = bvh::write(&scene, &args.bvh.options())?;
+        if !is_known() {
+            policy.check_bytes(output, &text)?;
+        }
+        write_file(output, &text)?;
+        written.bytes = text.len();
+        hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
     } else {
         let options = gltf::Options {
             keep_constant: args.keep_constant,
@@ -132,6 +160,7 @@ pub(crate) fn convert(args: &ConvertArgs, input: &Path, output: &Path) -> mocap:
     Ok(Converted {
         warnings,
         verification: args.verify.then(|| verify_files(input, output)).transpose()?,
+        hash,
         choice: choice(args),
         decisions,
         renamed: written.renamed,

@@ -7,14 +7,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use mocap::export::unfinished_target;
+use mocap::export::{ReplacePolicy, has_provenance, unfinished_target};
 use walkdir::WalkDir;
 
 use super::{convert, verify};
-use crate::args::{ConvertArgs, FormatArg};
+use crate::args::ConvertArgs;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
-use crate::batch::manifest::{Manifest, Record};
+use crate::batch::manifest::{self, Manifest, Record};
 use crate::batch::progress::{Counts, Outcome, Progress};
 use crate::batch::{self, thread_count};
 use crate::{Failure, report};
@@ -29,6 +29,7 @@ struct Run<'a> {
     outputs: HashMap<String, String>,
     /// What former runs say of their inputs.
     former: BTreeMap<String, Record>,
+    policy: ReplacePolicy,
 }
 
 /// How a file ended, and what is new to say of it.
@@ -41,24 +42,28 @@ struct Ended {
 pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<(), Failure> {
     let spread = &args.batch.spread;
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
+    // The input folder may contain outputs of a former run.
+    let known = KnownOutputs::of(folder);
+    let mut inputs = inputs::find_except(&args.paths, &args.batch.inputs, |path| known.has(path))?;
     // Outputs are named before the shard is taken, so that every shard names them alike.
-    let mut inputs = inputs::find(&args.paths)?;
-    // The outputs of a former run may stand in the very folder that is converted.
-    let is_output = |path: &Path| matches!(FormatArg::of(path), Some(FormatArg::Glb | FormatArg::Gltf));
-    inputs.retain(|input| !is_output(&input.path));
     let outputs = name_outputs(&inputs, args.batch.to.extension())?;
+    let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path)).force(args.force);
     inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
     fs::create_dir_all(folder).map_err(in_folder)?;
-    let own = inputs.iter().map(|input| folder.join(&outputs[&input.relative]));
+    let own = inputs.iter().filter_map(|input| outputs.get(&input.relative));
+    let own = own.map(|output| folder.join(output));
     let own = own.chain([Manifest::path(folder, spread.shard)]);
     remove_unfinished(folder, own).map_err(in_folder)?;
-    let mut manifest = Manifest::open(folder, spread.shard, args.batch.resume).map_err(in_folder)?;
+    let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
+    let is_input = |input: &str| names.contains(input);
+    let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
     let run = Run {
         args,
         folder,
         options,
         outputs,
         former: manifest.records().clone(),
+        policy,
     };
     let mut progress = Progress::new(spread.progress(), &inputs);
     let mut failures = Vec::new();
@@ -72,9 +77,7 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<()
     };
     batch::for_each(&inputs, thread_count(spread.threads), |input| run.convert(input), end).map_err(in_folder)?;
     let counts = progress.finish();
-    manifest
-        .finish(|input| run.outputs.contains_key(input))
-        .map_err(in_folder)?;
+    manifest.finish(is_input).map_err(in_folder)?;
     if !spread.quiet {
         report::say(&summary(&counts));
         tell_failures(failures);
@@ -103,7 +106,8 @@ impl Run<'_> {
     /// Converts a file, and notes in `record` what comes to light.
     fn fill(&self, input: &Input, record: &mut Record) -> Result<Outcome, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
-        record.sha256 = Some(sha256(&input.path).map_err(|error| in_file(&input.path, error))?);
+        let file = input.path().map_err(|error| error.to_string())?;
+        record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);
         let output = &self.outputs[&input.relative];
         let path = self.folder.join(output);
         if self.is_done(record, output) && path.exists() {
@@ -114,9 +118,12 @@ impl Run<'_> {
         if !folder.is_dir() {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
-        let converted = convert::convert(self.args, &input.path, &path).map_err(|error| error.to_string())?;
+        let is_known = || self.is_known(input, output, &path);
+        let converted =
+            convert::convert(self.args, file, &path, &self.policy, &is_known).map_err(|error| error.to_string())?;
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output = Some(output.clone());
+        record.output_sha256 = converted.hash;
         record.max_error = converted.achieved.map(|achieved| achieved.max_error);
         let allowed = self.args.compress.tolerance();
         if let Some(verification) = converted
@@ -128,9 +135,21 @@ impl Run<'_> {
         Ok(Outcome::Done)
     }
 
+    /// Whether a former run has written the file at `path`, according to the manifest, and it has not changed since.
+    fn is_known(&self, input: &Input, output: &str, path: &Path) -> bool {
+        self.former.get(&input.relative).is_some_and(|former| {
+            let written = former
+                .output_sha256
+                .as_ref()
+                .filter(|_| former.output.as_deref() == Some(output));
+            written.is_some_and(|written| sha256(path).is_ok_and(|found| found == *written))
+        })
+    }
+
     /// Whether a former run has made `output` of the same bytes in the same way.
     fn is_done(&self, record: &Record, output: &str) -> bool {
-        self.former.get(&record.input).is_some_and(|former| {
+        let former = self.former.get(&record.input).filter(|_| self.args.batch.resume);
+        former.is_some_and(|former| {
             former.error.is_none()
                 && former.sha256 == record.sha256
                 && former.options == record.options
@@ -140,22 +159,59 @@ impl Run<'_> {
     }
 }
 
+/// The files that former runs have written to a folder.
+struct KnownOutputs {
+    folder: Option<PathBuf>,
+    outputs: HashSet<String>,
+}
+
+impl KnownOutputs {
+    fn of(folder: &Path) -> Self {
+        Self {
+            folder: folder.canonicalize().ok(),
+            outputs: manifest::outputs(folder),
+        }
+    }
+
+    /// A glTF file says who wrote it; for other files the manifest says it.
+    fn has(&self, path: &Path) -> bool {
+        let is_listed = || {
+            let whole = path.canonicalize().ok()?;
+            let below = whole.strip_prefix(self.folder.as_ref()?).ok()?;
+            let parts: Vec<_> = below
+                .components()
+                .map(|part| part.as_os_str().to_string_lossy())
+                .collect();
+            Some(self.outputs.contains(&parts.join("/")))
+        };
+        path.is_file() && (has_provenance(path) || (!self.outputs.is_empty() && is_listed() == Some(true)))
+    }
+}
+
 /// The output of every input, both as relative paths: with the new extension in place of the old, or behind it where
 /// two inputs would get the same output.
 fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
+    // An entry that cannot be read has no output, so that it does not change the name of another output.
+    let inputs = || inputs.iter().filter(|input| input.problem.is_none());
     let replaced = |input: &Input| Path::new(&input.relative).with_extension(extension);
     let mut claims = HashMap::<PathBuf, usize>::new();
-    for input in inputs {
+    for input in inputs() {
         *claims.entry(replaced(input)).or_default() += 1;
     }
     let mut outputs = HashMap::new();
-    for input in inputs {
+    let mut taken = HashSet::new();
+    for input in inputs() {
         let output = match replaced(input) {
             output if claims[&output] == 1 => output.to_string_lossy().into_owned(),
             _ => format!("{}.{extension}", input.relative),
         };
+        let is_new = taken.insert(output.clone());
         if outputs.insert(input.relative.clone(), output).is_some() {
             let message = "two inputs are called this below the folders that were named; name a folder above both";
+            return Err(Failure::Usage(format!("{}: {message}", input.relative)));
+        }
+        if !is_new {
+            let message = "another input has the same output; rename one of the two";
             return Err(Failure::Usage(format!("{}: {message}", input.relative)));
         }
     }

@@ -6,11 +6,13 @@ use mocap::arrays::{Arrays, arrays, csv, npz};
 use mocap::export::write_file;
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
+use super::check_output;
 use crate::args::FkArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
     let write = writer(&args.output)?;
+    check_output(&[&args.input], &args.output)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     let motion = arrays(&scene, &args.arrays.options()).map_err(|error| error.with_path(&args.input))?;

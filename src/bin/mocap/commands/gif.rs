@@ -3,11 +3,12 @@
 use mocap::SkeletonMesh;
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{extension, short_name, unknown_extension};
+use super::{check_output, extension, short_name, unknown_extension};
 use crate::args::GifArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
+    check_output(&[&args.file], &args.output)?;
     let scene = args
         .read
         .importer()

@@ -1,10 +1,10 @@
 //! `mocap pack`: writes many motion files into Parquet files.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
@@ -51,14 +51,17 @@ struct Parts<'a> {
 pub(crate) fn run(args: &PackArgs, options_text: &str) -> Result<(), Failure> {
     let folder = args.out_dir.as_path();
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
-    let mut inputs = inputs::find(&args.paths)?;
+    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
     fs::create_dir_all(folder).map_err(in_folder)?;
-    let manifest = Manifest::open(folder, args.spread.shard, args.resume).map_err(in_folder)?;
     let prefix = match args.spread.shard {
         Some(shard) => format!("part-{}-", shard.name()),
         None => "part-".to_owned(),
     };
+    refuse_parts_of_others(folder, &prefix)?;
+    let all = |_: &str| true;
+    let is_kept = args.resume.then_some(&all as &dyn Fn(&str) -> bool);
+    let manifest = Manifest::open(folder, args.spread.shard, is_kept).map_err(in_folder)?;
     let former = manifest.records().clone();
     let kept = kept_parts(&former, &inputs, folder, options_text);
     remove_parts(folder, &prefix, &kept).map_err(in_folder)?;
@@ -151,7 +154,7 @@ impl Packer<'_> {
     fn rows(&self, input: &Input, record: &mut Record) -> Option<RecordBatch> {
         let clip = input.relative.as_str();
         record.sha256 = sha256(&input.path).ok();
-        let scene = self.importer.import(&input.path);
+        let scene = input.path().and_then(|path| self.importer.import(path));
         if let Ok(scene) = &scene {
             record.warnings = scene.warnings.iter().map(ToString::to_string).collect();
         }
@@ -233,19 +236,41 @@ fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
-/// Removes the files of former runs that are not kept, and temporary files of killed runs.
-fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Result<()> {
+/// The Parquet files in `folder` that are named as those of a run, and temporary files of killed runs: the path of each,
+/// and the path that it has or was to get.
+fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
+    let mut parts = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        let target = unfinished_target(&path);
-        let name = target
-            .as_ref()
-            .unwrap_or(&path)
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy();
-        let is_own = name.starts_with(prefix) && name.ends_with(".parquet");
-        if is_own && (target.is_some() || !kept.contains(name.as_ref())) {
+        let target = unfinished_target(&path).unwrap_or_else(|| path.clone());
+        let name = target.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with(prefix) && name.ends_with(".parquet") {
+            parts.push((path, target));
+        }
+    }
+    Ok(parts)
+}
+
+/// Refuses a folder with Parquet files of other programs: readers take all files of the folder as one table, and parts of
+/// former runs are removed.
+fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
+    let parts = parts(folder, prefix).map_err(|error| Failure::Folder(folder.to_owned(), error))?;
+    let is_ours = |path: &Path| File::open(path).is_ok_and(|file| parquet::has_provenance(&file));
+    let is_of_others = |(path, target): &&(PathBuf, PathBuf)| path == target && !is_ours(path);
+    match parts.iter().find(is_of_others) {
+        None => Ok(()),
+        Some((path, _)) => {
+            let message = "this program did not write this Parquet file; name another folder";
+            Err(Failure::Usage(format!("{}: {message}", path.display())))
+        }
+    }
+}
+
+/// Removes the files of former runs that are not kept, and what a killed run has left under temporary names.
+fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Result<()> {
+    for (path, target) in parts(folder, prefix)? {
+        let name = target.file_name().unwrap_or_default().to_string_lossy();
+        if path != target || !kept.contains(name.as_ref()) {
             fs::remove_file(path)?;
         }
     }

@@ -4,11 +4,12 @@ use mocap::SkeletonMesh;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::NodeId;
 
-use super::{short_name, write_drawing};
+use super::{check_output, short_name, write_drawing};
 use crate::args::PlotArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
+    check_output(&[&args.file], &args.output)?;
     let scene = args
         .read
         .importer()

@@ -3,11 +3,12 @@
 use mocap::render::{Clip, SheetOptions, sheet};
 use mocap::{Scene, SkeletonMesh};
 
-use super::{short_name, write_drawing};
+use super::{check_output, short_name, write_drawing};
 use crate::args::SheetArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
+    check_output(&args.files, &args.output)?;
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {

@@ -7,14 +7,20 @@ use std::path::{Path, PathBuf};
 use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
 use mocap::{Conversion, Scene, SkeletonMesh, gltf};
 
-use super::short_name;
+use super::{check_output, extension, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report};
 
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let output = match &args.output {
-        Some(output) => output.clone(),
+        Some(output) if !["html", "htm"].contains(&extension(output).as_str()) => {
+            return Err(unknown_extension(output, ".html"));
+        }
+        Some(output) => {
+            check_output(&args.files, output)?;
+            output.clone()
+        }
         None => temporary_folder()?.join(format!("{}.html", short_name(&args.files[0]))),
     };
     let viewed = match args.files.as_slice() {
@@ -52,18 +58,14 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
 
 /// Writes the list to `output`, and the players into a folder beside it.
 fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Failure> {
-    let inputs = inputs::find(&[folder.to_owned()])?;
-    if inputs.is_empty() {
-        let message = format!("{}: the folder holds no motion files", folder.display());
-        return Err(Failure::Usage(message));
-    }
+    let inputs = inputs::find(&[folder.to_owned()], &args.inputs)?;
     let players = format!("{}_files", short_name(output));
     let link = |input: &Input| format!("{players}/{}.html", input.relative);
     for input in &inputs {
         create_folder_of(&output.with_file_name(link(input)))?;
     }
     let write_player = |input: &Input| -> Result<ListingEntry, mocap::Error> {
-        let read = read(args, &input.path)?;
+        let read = read(args, input.path()?)?;
         let player = output.with_file_name(link(input));
         mocap::export::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
         let clip = Clip {

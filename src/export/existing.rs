@@ -1,0 +1,282 @@
+//! What an output may replace.
+
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::Target;
+use crate::error::{Code, Diagnostic, Error, Result};
+
+/// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
+pub const SOURCE_EXTENSIONS: &[&str] = &["bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip"];
+
+const GLTF_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma"];
+
+/// Which files an output may replace.
+///
+/// An input is never replaced, also not through a link. A file with one of the [`SOURCE_EXTENSIONS`] may be somebody's
+/// source, and is replaced only with [`force`](Self::force). There are three exceptions, so that a command can be run
+/// again: an empty file, a file with the same bytes as the output, and a glTF file that this crate wrote, according to
+/// its `asset.extras.mocap`. If an input is glTF too, that must also name an input as the source of the file: if a shell
+/// expands `*.glb` to two files, the second is not an output.
+///
+/// ```
+/// use mocap::export::ReplacePolicy;
+///
+/// let walk = "fixtures/real/cmu_12_01_walk.bvh";
+/// let policy = ReplacePolicy::new([walk]);
+/// let error = policy.check("fixtures/real/../real/cmu_12_01_walk.bvh".as_ref()).unwrap_err();
+/// assert_eq!(error.code().as_str(), "output-is-input");
+/// let error = policy.check("fixtures/real/cmu_short.bvh".as_ref()).unwrap_err();
+/// assert_eq!(error.code().as_str(), "output-exists");
+/// assert!(policy.check("fixtures/real/cmu_12_01_walk.glb".as_ref()).is_ok());
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct ReplacePolicy {
+    inputs: HashSet<FileId>,
+    /// The names of the inputs, if one of them is glTF.
+    source_names: Option<HashSet<String>>,
+    force: bool,
+}
+
+impl ReplacePolicy {
+    /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too.
+    pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
+        let mut policy = Self::default();
+        let mut names = HashSet::new();
+        let mut has_gltf = false;
+        for input in inputs {
+            let input = input.as_ref();
+            policy.inputs.extend(FileId::of(input));
+            names.extend(input.file_name().map(|name| name.to_string_lossy().into_owned()));
+            has_gltf |= has_extension(input, GLTF_EXTENSIONS);
+            if has_extension(input, &["gltf"])
+                && let Ok(asset) = Asset::of(input)
+            {
+                for buffer in asset.buffers.iter().filter_map(Buffer::file_name) {
+                    policy.inputs.extend(FileId::of(&input.with_file_name(buffer)));
+                }
+            }
+        }
+        policy.source_names = has_gltf.then_some(names);
+        policy
+    }
+
+    /// Whether to replace files that may be somebody's source. Inputs are never replaced. Default: no.
+    #[must_use]
+    pub fn force(mut self, force: bool) -> Self {
+        self.force = force;
+        self
+    }
+
+    /// Checks whether an output may go to `path`.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`].
+    pub fn check(&self, path: &Path) -> Result<()> {
+        self.check_or(path, || false)
+    }
+
+    /// Checks whether an output with these bytes may go to `path`; a file with the same bytes may be replaced.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    pub fn check_bytes(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        self.check_or(path, || has_bytes(path, bytes))
+    }
+
+    fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
+        self.check_inputs(path)?;
+        let is_replaceable = match fs::metadata(path) {
+            Ok(found) if found.is_file() && found.len() > 0 => self.force || !self.may_be_source(path) || is_same(),
+            // Folders, pipes and devices are not replaced.
+            _ => true,
+        };
+        if is_replaceable {
+            return Ok(());
+        }
+        let message = "the output would replace a file that this program did not write";
+        let diagnostic = Diagnostic::new(Code::OutputExists, message)
+            .help("name another output (for several inputs a folder, with -o), or replace the file with --force");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
+    /// Checks that `path` is not an input.
+    ///
+    /// # Errors
+    /// [`Code::OutputIsInput`].
+    pub fn check_inputs(&self, path: &Path) -> Result<()> {
+        if FileId::of(path).is_none_or(|id| !self.inputs.contains(&id)) {
+            return Ok(());
+        }
+        let diagnostic = Diagnostic::new(Code::OutputIsInput, "the output would replace one of the inputs")
+            .help("name another output");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
+    /// Whether the file at `path`, which is not empty, may be somebody's source.
+    fn may_be_source(&self, path: &Path) -> bool {
+        // A link and its target may have different extensions.
+        let target = match Target::of(path) {
+            Ok(Target::File(target)) => target,
+            _ => path.to_owned(),
+        };
+        if has_extension(path, &["bin"]) || has_extension(&target, &["bin"]) {
+            return !is_our_buffer(&target);
+        }
+        let is_source = |path: &Path| has_extension(path, SOURCE_EXTENSIONS);
+        (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
+    }
+
+    fn is_output(&self, asset: &Asset) -> bool {
+        let has_source = |names: &HashSet<String>| asset.source_name().is_some_and(|name| names.contains(name));
+        asset.is_ours() && self.source_names.as_ref().is_none_or(has_source)
+    }
+}
+
+/// Whether the file at `path` is a glTF file that this crate wrote, according to the file.
+pub fn has_provenance(path: &Path) -> bool {
+    has_extension(path, GLTF_EXTENSIONS) && Asset::of(path).is_ok_and(|asset| asset.is_ours())
+}
+
+/// Identifies a file: two paths to one file have the same.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum FileId {
+    #[cfg(unix)]
+    Inode { device: u64, inode: u64 },
+    #[cfg(not(unix))]
+    Path(PathBuf),
+}
+
+impl FileId {
+    /// None if there is no file.
+    #[cfg(unix)]
+    fn of(path: &Path) -> Option<Self> {
+        use std::os::unix::fs::MetadataExt;
+        let metadata = fs::metadata(path).ok()?;
+        Some(Self::Inode {
+            device: metadata.dev(),
+            inode: metadata.ino(),
+        })
+    }
+
+    /// None if there is no file.
+    #[cfg(not(unix))]
+    fn of(path: &Path) -> Option<Self> {
+        fs::canonicalize(path).ok().map(Self::Path)
+    }
+}
+
+/// Whether a `.gltf` file of this crate beside `path` has it as its buffer.
+fn is_our_buffer(path: &Path) -> bool {
+    let is_buffer_of = |asset: &Asset| {
+        let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
+        asset.is_ours() && names.any(|name| path.ends_with(name))
+    };
+    Asset::of(&path.with_extension("gltf")).is_ok_and(|asset| is_buffer_of(&asset))
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+fn has_bytes(path: &Path, bytes: &[u8]) -> bool {
+    let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == bytes.len() as u64);
+    let has_bytes = || -> io::Result<bool> {
+        let mut file = File::open(path)?;
+        let mut block = [0; 1 << 16];
+        let mut rest = bytes;
+        loop {
+            match file.read(&mut block)? {
+                0 => return Ok(rest.is_empty()),
+                length => match rest.strip_prefix(&block[..length]) {
+                    Some(after) => rest = after,
+                    None => return Ok(false),
+                },
+            }
+        }
+    };
+    has_length && has_bytes().unwrap_or(false)
+}
+
+/// The part of a glTF file that says who wrote it. It is not read with the reader for glTF, because errors in the rest of
+/// a file do not matter here.
+#[derive(Deserialize)]
+struct Asset {
+    asset: Extras,
+    #[serde(default)]
+    buffers: Vec<Buffer>,
+}
+
+#[derive(Deserialize)]
+struct Extras {
+    extras: Option<serde_json::Map<String, serde_json::Value>>,
+}
+
+#[derive(Deserialize)]
+struct Buffer {
+    uri: Option<String>,
+}
+
+impl Buffer {
+    /// The file with the buffer, relative to the folder of the glTF file.
+    fn file_name(&self) -> Option<PathBuf> {
+        let uri = self.uri.as_deref().filter(|uri| !uri.starts_with("data:"))?;
+        Some(PathBuf::from(percent_decoded(uri)))
+    }
+}
+
+impl Asset {
+    fn of(path: &Path) -> io::Result<Self> {
+        let mut file = BufReader::new(File::open(path)?);
+        let mut header = [0; 20];
+        file.read_exact(&mut header)?;
+        let asset = if header.starts_with(b"glTF") {
+            let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
+            serde_json::from_reader(file.take(length.into()))
+        } else {
+            serde_json::from_reader(header.chain(file))
+        };
+        Ok(asset?)
+    }
+
+    fn provenance(&self) -> Option<&serde_json::Value> {
+        self.asset.extras.as_ref()?.get("mocap")
+    }
+
+    fn is_ours(&self) -> bool {
+        self.provenance()
+            .is_some_and(|provenance| provenance.get("version").is_some())
+    }
+
+    fn source_name(&self) -> Option<&str> {
+        self.provenance()?.get("source")?.get("name")?.as_str()
+    }
+}
+
+/// Decodes a relative URI: `%` and two digits stand for a byte.
+pub(crate) fn percent_decoded(uri: &str) -> String {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&byte, after)) = rest.split_first() {
+        let digits = after
+            .get(..2)
+            .filter(|_| byte == b'%')
+            .and_then(|digits| std::str::from_utf8(digits).ok());
+        match digits.and_then(|digits| u8::from_str_radix(digits, 16).ok()) {
+            Some(decoded) => {
+                bytes.push(decoded);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(byte);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,303 @@
+//! What outputs may replace: never an input, and no file that may be a source. Entries that cannot be read are failed rows.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder to run the program in.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// With copies of real captures under these names.
+    fn with(names: &[&str]) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        for (index, name) in names.iter().enumerate() {
+            let source = ["lecture_Test.bvh", "cmu_short.bvh"][index % 2];
+            folder.write(name, &fs::read(Path::new("fixtures/real").join(source)).unwrap());
+        }
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
+    /// Runs the program with arguments that are separated by spaces.
+    fn run(&self, arguments: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_mocap"))
+            .args(arguments.split(' '))
+            .current_dir(self.0.path())
+            .output()
+            .unwrap()
+    }
+
+    /// Checks that a command succeeds.
+    fn succeeds(&self, arguments: &str) {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", words(&output));
+    }
+
+    /// Checks that a command fails with `code` and changes no file.
+    fn is_refused(&self, arguments: &str, code: &str) {
+        let before = self.contents();
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", words(&output));
+        assert!(words(&output).contains(code), "{arguments}: {}", words(&output));
+        assert!(self.contents() == before, "{arguments} changed a file");
+    }
+
+    fn contents(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        let mut contents = Vec::new();
+        let mut folders = vec![self.0.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                match path.is_dir() && !path.is_symlink() {
+                    true => folders.push(path),
+                    false => contents.push((path.clone(), fs::read(path).unwrap_or_default())),
+                }
+            }
+        }
+        contents.sort();
+        contents
+    }
+
+    fn manifest(&self, folder: &str) -> Vec<serde_json::Value> {
+        let text = String::from_utf8(self.read(&format!("{folder}/mocap-manifest.jsonl"))).unwrap();
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+#[test]
+fn the_second_file_of_a_wildcard_is_not_an_output() {
+    let folder = Folder::with(&["a.bvh", "b.bvh"]);
+    folder.is_refused("convert a.bvh b.bvh", "error[output-exists]");
+    assert!(words(&folder.run("convert a.bvh b.bvh")).contains("a folder, with -o"));
+    folder.succeeds("convert a.bvh");
+    folder.succeeds("convert b.bvh");
+    folder.is_refused("convert a.glb b.glb", "error[output-exists]");
+    folder.succeeds("convert a.bvh b.bvh --force");
+    assert!(folder.run("info b.bvh").status.success());
+}
+
+#[test]
+fn an_output_that_is_an_input_is_refused() {
+    let folder = Folder::with(&["w.bvh", "in/w.bvh"]);
+    let code = "error[output-is-input]";
+    for arguments in [
+        "convert w.bvh w.bvh --trim 0..1",
+        "convert w.bvh w.bvh --force",
+        "convert w.bvh in/../w.bvh --force",
+    ] {
+        folder.is_refused(arguments, code);
+    }
+    fs::copy(folder.path("w.bvh"), folder.path("w.html")).unwrap();
+    folder.is_refused("view w.html -o w.html", code);
+    folder.is_refused("view w.bvh w.html -o w.html", code);
+    for output in ["w.csv", "w.npz", "w.png", "w.svg", "w.gif"] {
+        fs::rename(folder.path("w.html"), folder.path(output)).unwrap();
+        let command = match output {
+            "w.png" => "sheet w.bvh",
+            "w.svg" => "plot --joint Elbow",
+            "w.gif" => "gif",
+            _ => "fk",
+        };
+        folder.is_refused(&format!("{command} {output} -o {output}"), code);
+        fs::rename(folder.path(output), folder.path("w.html")).unwrap();
+    }
+    folder.succeeds("convert w.bvh pair.gltf");
+    folder.is_refused("convert pair.gltf pair.gltf --force", code);
+    // The buffer of an input is an input.
+    fs::rename(folder.path("pair.gltf"), folder.path("other.gltf")).unwrap();
+    folder.is_refused("convert other.gltf pair.gltf --force", code);
+
+    let before = folder.read("in/w.bvh");
+    let output = folder.run("convert in -o in --to bvh --force");
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(folder.read("in/w.bvh"), before);
+    let record = &folder.manifest("in")[0];
+    assert!(
+        record["error"].as_str().unwrap().contains("replace one of the inputs"),
+        "{record}"
+    );
+    assert!(record["output"].is_null());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_output_that_is_an_input_through_a_link_is_refused() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::with(&["w.bvh", "in/a.bvh"]);
+    symlink("w.bvh", folder.path("link.bvh")).unwrap();
+    symlink("w.bvh", folder.path("link.png")).unwrap();
+    symlink("in", folder.path("out")).unwrap();
+    fs::hard_link(folder.path("w.bvh"), folder.path("hard.bvh")).unwrap();
+    for arguments in [
+        "convert w.bvh link.bvh --force",
+        "convert link.bvh w.bvh --force",
+        "convert w.bvh hard.bvh --force",
+        "sheet w.bvh -o link.png",
+    ] {
+        folder.is_refused(arguments, "error[output-is-input]");
+    }
+    folder.is_refused("sheet in/a.bvh -o link.png", "error[output-exists]");
+    let before = folder.read("in/a.bvh");
+    assert_eq!(folder.run("convert in -o out --to bvh --force").status.code(), Some(1));
+    assert_eq!(folder.read("in/a.bvh"), before);
+}
+
+#[test]
+fn a_command_can_be_run_again() {
+    let folder = Folder::with(&["w.bvh", "in/a.bvh", "in/b.bvh"]);
+    for arguments in [
+        "convert w.bvh w.glb",
+        "convert w.bvh w.glb --trim 0f..3f",
+        "convert w.bvh pair.gltf",
+        "convert w.bvh pair.gltf --trim 0f..3f",
+        "convert in/a.bvh pair.gltf",
+        "convert w.bvh inside.gltf --embed",
+        "convert w.glb again.glb",
+        "convert w.bvh again.bvh",
+        "convert in -o out",
+        "convert in -o in",
+        "convert in -o bvh --to bvh",
+        "convert in -o bvh --to bvh --digits 3",
+        "convert in -o in",
+        "convert . -o out",
+        "fk w.bvh -o w.csv",
+        "view w.bvh -o w.html",
+        "view in -o list.html",
+        "sheet w.bvh -o w.png",
+    ] {
+        folder.succeeds(arguments);
+        folder.succeeds(arguments);
+    }
+    // A BVH file has no place to say who wrote it.
+    folder.is_refused("convert w.bvh again.bvh --digits 3", "error[output-exists]");
+    folder.succeeds("convert w.bvh again.bvh --digits 3 --force");
+    fs::write(folder.path("empty.bvh"), "").unwrap();
+    folder.succeeds("convert w.bvh empty.bvh");
+    // What was changed by hand since is not replaced, and stops nothing else.
+    fs::write(folder.path("bvh/a.bvh"), "changed").unwrap();
+    let output = folder.run("convert in -o bvh --to bvh --digits 5");
+    assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+    assert_eq!(folder.read("bvh/a.bvh"), b"changed");
+}
+
+#[test]
+fn a_file_of_another_program_is_replaced_by_force_alone() {
+    let folder = Folder::with(&["w.bvh"]);
+    for name in ["a.glb", "a.gltf", "a.GLB", "a.bin"] {
+        folder.write(name, br#"{"asset": {"version": "2.0", "extras": {"title": "mocap"}}}"#);
+        let output = name.replace("bin", "gltf");
+        folder.is_refused(&format!("convert w.bvh {output}"), "error[output-exists]");
+        folder.succeeds(&format!("convert w.bvh {output} --force"));
+        folder.succeeds(&format!("convert w.bvh {output}"));
+        for name in ["a.glb", "a.gltf", "a.GLB", "a.bin"] {
+            let _ = fs::remove_file(folder.path(name));
+        }
+    }
+}
+
+#[test]
+fn inputs_that_claim_one_output_are_refused() {
+    let folder = Folder::with(&["a/w.bvh", "b/w.bvh", "c/w.bvh", "c/w.bvh.bvh"]);
+    fs::write(folder.path("c/w.asf"), "").unwrap();
+    for arguments in [
+        "convert a/w.bvh b/w.bvh -o out",
+        "convert c/w.bvh c/w.asf c/w.bvh.bvh -o out",
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+        assert!(words(&output).contains("name"), "{}", words(&output));
+        assert!(!folder.path("out").exists());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_without_a_target_and_loops_are_rows_of_the_manifest() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::with(&["in/a.bvh", "in/sub/b.bvh"]);
+    symlink("nowhere.bvh", folder.path("in/gone.bvh")).unwrap();
+    symlink("nowhere.txt", folder.path("in/notes.txt")).unwrap();
+    symlink("..", folder.path("in/sub/up")).unwrap();
+    let output = folder.run("convert in -o out");
+    assert_eq!(output.status.code(), Some(3), "{}", words(&output));
+    let rows = folder.manifest("out");
+    let errors: Vec<_> = rows
+        .iter()
+        .map(|row| (row["input"].as_str().unwrap(), row["error"].as_str().unwrap_or("")))
+        .collect();
+    assert_eq!(errors.len(), 4, "{errors:?}");
+    assert_eq!(errors[0], ("a.bvh", ""));
+    assert!(
+        errors[1].0 == "gone.bvh" && errors[1].1.contains("does not exist"),
+        "{errors:?}"
+    );
+    assert_eq!(errors[2], ("sub/b.bvh", ""));
+    assert!(
+        errors[3].0 == "sub/up" && errors[3].1.contains("which contains it"),
+        "{errors:?}"
+    );
+    for arguments in ["check in", "check in --json", "view in -o list.html"] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(3), "{arguments}: {}", words(&output));
+    }
+}
+
+#[test]
+fn an_empty_folder_is_an_error_unless_it_is_allowed() {
+    let folder = Folder::with(&["w.bvh"]);
+    folder.write("in/notes.txt", b"no motion");
+    for arguments in [
+        "convert in -o out",
+        "convert w.bvh in -o out",
+        "convert in/*.bvh -o out",
+        "check in",
+        "view in -o list.html",
+    ] {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {}", words(&output));
+        assert!(words(&output).contains("--allow-empty"), "{}", words(&output));
+        folder.succeeds(&format!("{arguments} --allow-empty"));
+    }
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn pack_removes_no_file_of_another_program() {
+    let folder = Folder::with(&["in/a.bvh"]);
+    folder.succeeds("pack in -o out");
+    folder.succeeds("pack in -o out");
+    folder.write("out/part-00007.parquet", b"PAR1 of another program PAR1");
+    let before = folder.contents();
+    let output = folder.run("pack in -o out");
+    assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+    assert!(folder.contents() == before);
+}
+
+#[test]
+fn merging_manifests_removes_no_other_file() {
+    let folder = Folder::with(&["in/a.bvh", "in/b.bvh"]);
+    folder.succeeds("convert in -o out --shard 1/2");
+    folder.succeeds("convert in -o out --shard 2/2");
+    folder.write("out/mocap-manifest.old.jsonl", b"notes of mine");
+    folder.succeeds("merge-manifest out");
+    assert_eq!(folder.read("out/mocap-manifest.old.jsonl"), b"notes of mine");
+    assert_eq!(folder.manifest("out").len(), 2);
+    assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
+}
