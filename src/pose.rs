@@ -1,8 +1,8 @@
 //! From a tick to the matrices of every node.
 //!
 //! An animation's channels say how each node stands to its parent at a tick ([`Binding`] finds out which node). Forward
-//! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: what a joint does to its own space, then the
-//! way to the next joint. In a node both are one matrix, translation x rotation, so the chain is one product a node,
+//! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a joint, then the offset of the
+//! next. In a node both are one matrix, translation x rotation, so the chain is one product a node,
 //! and since parents stand before children it is one loop.
 //!
 //! The results are matrices, not translation, rotation and scale, because a product of those may shear.

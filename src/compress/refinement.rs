@@ -87,10 +87,7 @@ impl Refinement<'_> {
             "the numbers of this kind of compression are too coarse for the largest error that is allowed",
         )
         .in_joint(&scene.nodes[best.node].name)
-        .expected_found(
-            format!("an error of at most {}", millimetres(*bound)),
-            millimetres(best.max),
-        )
+        .expected_found(millimetres(*bound), millimetres(best.max))
         .help("allow a larger error, or store 32-bit floats")
         .into())
     }

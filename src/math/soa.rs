@@ -443,7 +443,16 @@ impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
 
     #[inline(always)]
     fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
-        self.0[0] * vector.x + self.0[1] * vector.y + self.0[2] * vector.z
+        // Row by row, so that few intermediate values are alive at once.
+        let [a, b, c] = &self.0;
+        let row = |a: &Lanes<T, N>, b: &Lanes<T, N>, c: &Lanes<T, N>| {
+            Lanes::of(|lane| a.0[lane] * vector.x.0[lane] + b.0[lane] * vector.y.0[lane] + c.0[lane] * vector.z.0[lane])
+        };
+        Vectors {
+            x: row(&a.x, &b.x, &c.x),
+            y: row(&a.y, &b.y, &c.y),
+            z: row(&a.z, &b.z, &c.z),
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! Smaller files keep their promise. Every file is read back and compared with its source in double precision by
-//! `verify`, which knows nothing of how it was made.
+//! Compressed files keep their error bound. Every file is read back and compared with its source in double precision by
+//! `verify`, which has its own forward kinematics.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,8 +13,8 @@ use mocap::scene::{Node, NodeId, Scene};
 use mocap::verify::verify;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
-/// All that this build can write.
-fn containers() -> Vec<Compression> {
+/// The kinds of compression that this build can write.
+fn compressions() -> Vec<Compression> {
     let mut all = vec![Compression::None, Compression::Int16];
     if cfg!(feature = "meshopt") {
         all.extend([Compression::Meshopt, Compression::MeshoptKhr]);
@@ -69,7 +69,7 @@ fn the_bound_holds_on_every_real_file() {
     let mut random = Sample::new();
     for (name, source) in &motions {
         let scene = in_metres(source);
-        for compression in containers() {
+        for compression in compressions() {
             let millimetres = [0.1, 1.0, 5.0, 20.0][random.below(4)];
             let what = format!("{name}, {compression:?}, {millimetres} mm");
             let bound = millimetres / 1000.0;
@@ -154,7 +154,7 @@ fn a_node_by_itself_stays_where_it_is() {
         ..Node::default()
     });
     let scene = in_metres(&source);
-    for compression in containers() {
+    for compression in compressions() {
         let glb = write_glb(&scene, &options(compression, 0.005)).unwrap();
         let verified = verify(&source, &glb).unwrap();
         assert!(verified.max_error <= 0.005, "{compression:?}: {verified:?}");
@@ -164,7 +164,7 @@ fn a_node_by_itself_stays_where_it_is() {
 #[test]
 fn what_cannot_be_kept_is_an_error() {
     let scene = in_metres(&import("cmu_short.bvh"));
-    for compression in containers() {
+    for compression in compressions() {
         let error = write_glb(&scene, &options(compression, 1e-8)).unwrap_err();
         assert_eq!(error.code(), Code::ErrorBound, "{compression:?}: {error}");
         assert!(error.joint().is_some());
@@ -181,7 +181,7 @@ fn what_cannot_be_kept_is_an_error() {
 fn a_cut_stays_between_its_two_frames() {
     let source = import("cmu_short.bvh");
     let scene = in_metres(&source);
-    for compression in containers() {
+    for compression in compressions() {
         let glb = write_glb(&scene, &options(compression, 0.02)).unwrap();
         let read = Importer::new().read(&glb, "cut.glb").unwrap();
         let arm = |channel: &&mocap::scene::Channel| channel.node_name == "LeftArm";
@@ -192,7 +192,7 @@ fn a_cut_stays_between_its_two_frames() {
             keys.tick(0),
             keys.tick(1)
         );
-        // Frame 1 is the second frame of the motion itself, and not the end of a way from the T-pose.
+        // Frame 1 is the second frame of the motion itself, and not interpolated from the T-pose.
         let mut motion_alone = in_metres(&source);
         trim(&mut motion_alone, 1.0, f64::INFINITY);
         let (here, there) = (
@@ -314,7 +314,7 @@ fn the_bound_holds_on_generated_motions() {
             channels,
             ..Animation::default()
         });
-        for compression in containers() {
+        for compression in compressions() {
             for bound in [0.002, 0.02] {
                 let what = format!("round {round}, {compression:?}, {bound} m");
                 let glb =

@@ -4,7 +4,7 @@
 //! |---|---|---|---|---|
 //! | [`Compression::None`] | 32-bit floats | 32-bit floats | 32-bit floats | everyone |
 //! | [`Compression::Int16`] | 16-bit normalised integers | 32-bit floats | 32-bit floats | readers of all of core glTF |
-//! | [`Compression::Meshopt`] | QUATERNION filter, 5 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
+//! | [`Compression::Meshopt`] | QUATERNION filter, 4 to 16 bits | EXPONENTIAL filter | 32-bit floats | readers of EXT_meshopt_compression |
 //! | [`Compression::MeshoptKhr`] | the same | the same | the same | readers of KHR_meshopt_compression |
 //!
 //! Times are 32-bit floats, as glTF requires, and not rounded further. The bit rate of a joint depends on the distance

@@ -26,7 +26,7 @@ fn fill_lanes(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
     for (keys, start) in keys.chunks_mut(LANES).zip((0..).step_by(LANES)) {
         let mut rotations = Quaternions::IDENTITY;
         if let Some((&(axis, column), others)) = columns.split_first() {
-            rotations = about_axis(axis, lanes(&column[start..frames]));
+            begin(&mut rotations, axis, lanes(&column[start..frames]));
             for &(axis, column) in others {
                 rotate(&mut rotations, axis, lanes(&column[start..frames]));
             }
@@ -51,18 +51,16 @@ fn lanes(column: &[f64]) -> Lanes {
     }))
 }
 
-/// The rotation about one axis: `cos(a/2) + sin(a/2) axis`.
+/// Sets identities to the rotation about one axis: `cos(a/2) + sin(a/2) axis`.
 #[inline(always)]
-fn about_axis(axis: Axis, degrees: Lanes) -> Quaternions {
+fn begin(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
     let (sin, cos) = sin_cos_of_half(degrees);
-    let mut rotations = Quaternions::IDENTITY;
     *match axis {
         Axis::X => &mut rotations.x,
         Axis::Y => &mut rotations.y,
         Axis::Z => &mut rotations.z,
     } = sin;
     rotations.w = cos;
-    rotations
 }
 
 /// Multiplies by the rotation about one axis, from the right.
@@ -78,10 +76,10 @@ fn rotate(rotations: &mut Quaternions, axis: Axis, degrees: Lanes) {
         Axis::Z => (z, x, y),
     };
     let (a, n, l, r) = (*about, *next, *last, *w);
-    *about = a * cos + r * sin;
-    *next = n * cos + l * sin;
-    *last = l * cos - n * sin;
-    *w = r * cos - a * sin;
+    *about = Lanes::of(|i| a.0[i] * cos.0[i] + r.0[i] * sin.0[i]);
+    *next = Lanes::of(|i| n.0[i] * cos.0[i] + l.0[i] * sin.0[i]);
+    *last = Lanes::of(|i| l.0[i] * cos.0[i] - n.0[i] * sin.0[i]);
+    *w = Lanes::of(|i| r.0[i] * cos.0[i] - a.0[i] * sin.0[i]);
 }
 
 /// Of a rotation's two quaternions, the one that Assimp takes.
