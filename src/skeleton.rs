@@ -7,6 +7,7 @@ mod bone;
 mod cuts;
 mod figure;
 mod humanoid;
+mod measure;
 mod poses;
 
 use serde::Serialize;
@@ -17,6 +18,7 @@ pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, Sides, humanoid};
+pub use self::measure::{Axis, RestPose};
 
 /// The confidence in a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -48,10 +50,12 @@ pub enum Unit {
     Centimetre,
     /// Millimetres.
     Millimetre,
+    /// No known unit: so many micrometres, in which the bones are those of a usual person.
+    Measured(u32),
 }
 
 impl Unit {
-    /// All of them, from the longest to the shortest.
+    /// The known ones, from the longest to the shortest.
     pub const ALL: [Self; 6] = [
         Self::Metre,
         Self::Decimetre,
@@ -70,6 +74,7 @@ impl Unit {
             Self::Inch => 0.0254,
             Self::Centimetre => 0.01,
             Self::Millimetre => 0.001,
+            Self::Measured(micrometres) => micrometres as f64 * 1e-6,
         }
     }
 
@@ -94,7 +99,21 @@ impl Unit {
             Self::Inch => "inch",
             Self::Centimetre => "cm",
             Self::Millimetre => "mm",
+            Self::Measured(_) => "measured",
         }
+    }
+
+    /// What a user types for it: its name, or its metres.
+    pub fn choice(self) -> String {
+        match self {
+            Self::Measured(_) => self.metres().to_string(),
+            unit => unit.as_str().to_owned(),
+        }
+    }
+
+    /// A unit of so many metres that has no name, rounded to a micrometre.
+    fn measured(metres: f64) -> Self {
+        Self::Measured((metres * 1e6).round().clamp(1.0, f64::from(u32::MAX)) as u32)
     }
 }
 
@@ -147,19 +166,91 @@ pub struct Survey {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub fn survey(scene: &Scene) -> Survey {
-    let figure = figure::Figure::new(scene);
-    let unit = figure.unit();
-    Survey {
-        metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
-        unit,
-        unit_is_stated: scene.metadata.metres_per_unit.is_some(),
-        up: scene.metadata.up.map_or_else(|| figure.up(), stated),
-        up_is_stated: scene.metadata.up.is_some(),
-        frame_rate: scene
-            .animations
-            .first()
-            .and_then(|animation| frame_rate(animation.ticks_per_second)),
-        first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+    Skeleton::new(scene).survey
+}
+
+/// A skeleton with everything that is known and guessed about it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Skeleton {
+    /// What the file does not state.
+    pub survey: Survey,
+    /// The axis that points up in the world of the motion, with its sign.
+    pub up: Guess<Axis>,
+    /// Where the figure of the rest pose looks.
+    pub facing: Guess<Axis>,
+    /// The kind of the rest pose.
+    pub rest_pose: Guess<RestPose>,
+    /// Which joint is which bone.
+    pub humanoid: Humanoid,
+}
+
+impl Skeleton {
+    /// Examines the skeleton of `scene`.
+    pub fn new(scene: &Scene) -> Self {
+        Self::of(scene, humanoid(scene))
+    }
+
+    /// Examines the skeleton of `scene` with bones that are known already.
+    pub fn of(scene: &Scene, humanoid: Humanoid) -> Self {
+        let body = measure::Figure::new(scene, &humanoid);
+        let extents = std::cell::OnceCell::new();
+        let figure = || extents.get_or_init(|| figure::Figure::new(scene));
+        let stated_axis = scene.metadata.up.map(|up| Guess {
+            value: match up {
+                UpAxis::Y => Axis::Y,
+                UpAxis::Z => Axis::Z,
+            },
+            ..stated(up).map(Axis::Y)
+        });
+        let axis = stated_axis.or_else(|| body.up());
+        let up = match (&axis, scene.metadata.up) {
+            (_, Some(up)) => stated(up),
+            (Some(axis), None) => {
+                let is_z = matches!(axis.value, Axis::Z | Axis::NegZ);
+                axis.clone().map(if is_z { UpAxis::Z } else { UpAxis::Y })
+            }
+            (None, None) => figure().up(),
+        };
+        let axis = axis.unwrap_or_else(|| {
+            up.clone().map(match up.value {
+                UpAxis::Y => Axis::Y,
+                UpAxis::Z => Axis::Z,
+            })
+        });
+        let facing = body.facing();
+        let rest_pose = body.rest_pose(axis.value);
+        let unit = body.unit().unwrap_or_else(|| figure().unit());
+        let survey = Survey {
+            metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
+            unit,
+            unit_is_stated: scene.metadata.metres_per_unit.is_some(),
+            up,
+            up_is_stated: scene.metadata.up.is_some(),
+            frame_rate: scene
+                .animations
+                .first()
+                .and_then(|animation| frame_rate(animation.ticks_per_second)),
+            first_frame_is_rest_pose: first_frame_is_rest_pose(scene),
+        };
+        Self {
+            survey,
+            up: axis,
+            facing,
+            rest_pose,
+            humanoid,
+        }
+    }
+}
+
+impl<T> Guess<T> {
+    /// Another value with the same confidence and reason.
+    fn map<U>(self, value: U) -> Guess<U> {
+        Guess {
+            value,
+            confidence: self.confidence,
+            reason: self.reason,
+        }
     }
 }
 
@@ -194,7 +285,7 @@ impl Survey {
         let mut all = Vec::new();
         if !self.unit_is_stated {
             let reason = format!("{} ({})", self.unit.reason, sure(self.unit.confidence));
-            all.push(assumption(Topic::Unit, self.unit.value.as_str().to_owned(), reason));
+            all.push(assumption(Topic::Unit, self.unit.value.choice(), reason));
         }
         if !self.up_is_stated {
             let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));

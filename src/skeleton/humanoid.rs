@@ -21,6 +21,7 @@ use serde::Serialize;
 
 use self::sides::Found;
 use self::topology::Tree;
+pub(super) use self::topology::rest_positions;
 use super::Confidence;
 use super::bone::HumanoidBone;
 use crate::scene::{NodeId, Scene};
@@ -46,6 +47,17 @@ pub enum Sides {
     Opposite,
     /// The names have no sides, or the body does not show them.
     Unknown,
+}
+
+impl Sides {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Agree => "agree",
+            Self::Opposite => "opposite",
+            Self::Unknown => "unknown",
+        }
+    }
 }
 
 /// The joints of a scene that are bones of the VRM humanoid.
@@ -86,6 +98,38 @@ impl Humanoid {
     pub fn missing(&self) -> Vec<HumanoidBone> {
         let required = HumanoidBone::REQUIRED.into_iter();
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
+    }
+
+    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A skeleton with a
+    /// joint for each required bone is a humanoid then.
+    ///
+    /// # Errors
+    /// The bone and the name where no joint has the name.
+    pub fn with_map(
+        mut self,
+        scene: &Scene,
+        map: impl IntoIterator<Item = (HumanoidBone, Option<String>)>,
+    ) -> Result<Self, (HumanoidBone, String)> {
+        for (bone, name) in map {
+            let Some(name) = name else {
+                self.bones.remove(&bone);
+                continue;
+            };
+            let Some(joint) = scene.nodes.iter().position(|node| node.name == name) else {
+                return Err((bone, name));
+            };
+            let joint = HumanoidJoint {
+                joint: NodeId::new(joint),
+                confidence: Confidence::Sure,
+                reason: "the map says so".to_owned(),
+            };
+            self.bones.insert(bone, joint);
+        }
+        if !self.found && self.missing().is_empty() {
+            self.found = true;
+            self.reason = "the map says so".to_owned();
+        }
+        Ok(self)
     }
 
     fn refused(reason: String) -> Self {

@@ -5,7 +5,7 @@ use std::fs;
 
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind};
-use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, Sides, humanoid};
+use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, humanoid};
 use mocap::{Importer, Pose, Scene};
 use serde_json::Value;
 
@@ -265,5 +265,89 @@ fn broken_lengths_are_survived() {
             channel.position_keys = Keys::constant(Vec3::splat(broken));
         }
         let _ = humanoid(&scene);
+    }
+}
+
+/// Unit, up axis, facing and rest pose of every file of the truth.
+#[test]
+fn units_and_axes_are_right() {
+    let axis = |value: &Value| {
+        value
+            .as_str()
+            .map_or("unknown".to_owned(), |axis| axis.trim_start_matches('+').to_lowercase())
+    };
+    for (file, truth) in truth() {
+        if truth["humanoid"] == false {
+            continue;
+        }
+        let scene = import(&file);
+        let found = Skeleton::new(&scene);
+        assert_eq!(
+            found.up.value.as_str(),
+            axis(&truth["up"]),
+            "{file}: {}",
+            found.up.reason
+        );
+        assert_eq!(
+            found.facing.value.as_str(),
+            axis(&truth["facing_rest"]),
+            "{file}: {}",
+            found.facing.reason
+        );
+        let pose = truth["rest_pose"].as_str().unwrap();
+        let expected = match pose {
+            _ if pose.starts_with("T-pose") => RestPose::TPose,
+            _ if pose.starts_with("A-pose") => RestPose::APose,
+            _ if pose.starts_with("I-pose") => RestPose::IPose,
+            "collapsed" => RestPose::Collapsed,
+            _ => RestPose::Other,
+        };
+        assert_eq!(found.rest_pose.value, expected, "{file}: {}", found.rest_pose.reason);
+        if scene.metadata.metres_per_unit.is_some() {
+            continue;
+        }
+        let metres = found.survey.unit.value.metres();
+        match truth["unit_confidence"].as_str() {
+            Some("sure" | "likely") => {
+                let expected = truth["unit_m"].as_f64().unwrap();
+                assert!(
+                    (metres / expected - 1.0).abs() < 1e-6,
+                    "{file}: {metres}, not {expected}"
+                );
+            }
+            _ => {
+                let range: [f64; 2] = serde_json::from_value(truth["unit_range_m"].clone()).unwrap();
+                assert!((range[0]..=range[1]).contains(&metres), "{file}: {metres}");
+            }
+        }
+    }
+}
+
+/// The unit rests on the bones: poses of every kind change nothing.
+#[test]
+fn clips_of_one_skeleton_have_one_unit() {
+    for file in [
+        "real/cmu_12_01_walk.bvh",
+        "real/rokoko_dance.bvh",
+        "skeletons/bvhtoolbox_walk01.bvh",
+    ] {
+        let scene = import(file);
+        let unit = Skeleton::new(&scene).survey.unit;
+        for angle in [-2.4_f32, 0.9, 2.0] {
+            let mut posed = scene.clone();
+            for channel in posed
+                .animations
+                .iter_mut()
+                .flat_map(|animation| &mut animation.channels)
+            {
+                for rotation in &mut channel.rotation_keys.values {
+                    *rotation *= mocap::glam::Quat::from_rotation_x(angle);
+                }
+            }
+            assert_eq!(Skeleton::new(&posed).survey.unit, unit, "{file}");
+        }
+        let mut still = scene.clone();
+        still.animations.clear();
+        assert_eq!(Skeleton::new(&still).survey.unit, unit, "{file}");
     }
 }

@@ -43,6 +43,8 @@ pub(crate) enum Command {
     Pack(PackArgs),
     /// Print the node matrices at a tick
     Pose(PoseArgs),
+    /// Print unit, axes, rest pose, and which joint is which bone of a humanoid
+    Skeleton(SkeletonArgs),
     /// Report errors and warnings of files
     Check(CheckArgs),
     /// Print a scene in the layout of the graphics course
@@ -148,6 +150,20 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SkeletonArgs {
+    /// The motion file
+    pub(crate) file: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Take the bones of this JSON file, of the shape that --json prints; those that it does not name are searched for
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

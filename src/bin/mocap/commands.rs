@@ -15,6 +15,7 @@ pub(crate) mod pack;
 pub(crate) mod plot;
 pub(crate) mod pose;
 pub(crate) mod sheet;
+pub(crate) mod skeleton;
 pub(crate) mod verify;
 pub(crate) mod view;
 

@@ -53,6 +53,7 @@ fn main() -> ExitCode {
         #[cfg(feature = "parquet")]
         Command::Pack(args) => commands::pack::run(args, &options),
         Command::Pose(args) => commands::pose::run(args),
+        Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),

@@ -1,0 +1,218 @@
+//! `mocap skeleton`: unit, axes and rest pose of a file, and which joint is which bone of a humanoid.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use mocap::scene::RootOffset;
+use mocap::skeleton::{Axis, Confidence, Guess, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, humanoid};
+use mocap::{Scene, SkeletonMesh};
+use serde::{Deserialize, Serialize};
+
+use super::print_json;
+use crate::args::SkeletonArgs;
+use crate::{Failure, report};
+
+#[derive(Serialize)]
+struct Report {
+    file: String,
+    unit: UnitReport,
+    up: Guess<Axis>,
+    facing: Guess<Axis>,
+    root_offset: Option<Guess<&'static str>>,
+    rest_pose: Guess<RestPose>,
+    sides: Guess<Sides>,
+    humanoid: HumanoidReport,
+}
+
+#[derive(Serialize)]
+struct UnitReport {
+    metres: f64,
+    name: String,
+    confidence: Confidence,
+    reason: String,
+}
+
+#[derive(Serialize)]
+struct HumanoidReport {
+    found: bool,
+    reason: String,
+    bones: BTreeMap<HumanoidBone, BoneReport>,
+    missing: Vec<HumanoidBone>,
+}
+
+#[derive(Serialize)]
+struct BoneReport {
+    joint: String,
+    confidence: Confidence,
+    reason: String,
+}
+
+impl Report {
+    fn new(file: &Path, scene: &Scene, found: &Skeleton) -> Self {
+        let guess = &found.survey.unit;
+        let unit = match scene.metadata.metres_per_unit {
+            Some(metres) => UnitReport {
+                metres,
+                name: mocap::skeleton::Unit::ALL
+                    .into_iter()
+                    .find(|unit| unit.metres() == metres)
+                    .map_or_else(|| metres.to_string(), |unit| unit.as_str().to_owned()),
+                confidence: Confidence::Sure,
+                reason: "the file says so, or its format does".to_owned(),
+            },
+            None => UnitReport {
+                metres: guess.value.metres(),
+                name: guess.value.as_str().to_owned(),
+                confidence: guess.confidence,
+                reason: guess.reason.clone(),
+            },
+        };
+        let root_offset = scene.metadata.root_offset.as_ref().map(|used| Guess {
+            value: if used.policy == RootOffset::Add {
+                "add"
+            } else {
+                "replace"
+            },
+            confidence: Confidence::Likely,
+            reason: used.reason.clone(),
+        });
+        let humanoid = &found.humanoid;
+        let bone = |joint: &mocap::skeleton::HumanoidJoint| BoneReport {
+            joint: scene.nodes[joint.joint.index()].name.clone(),
+            confidence: joint.confidence,
+            reason: joint.reason.clone(),
+        };
+        Self {
+            file: file.display().to_string(),
+            unit,
+            up: found.up.clone(),
+            facing: found.facing.clone(),
+            root_offset,
+            rest_pose: found.rest_pose.clone(),
+            sides: Guess {
+                value: humanoid.sides,
+                confidence: humanoid.sides_confidence,
+                reason: humanoid.sides_reason.clone(),
+            },
+            humanoid: HumanoidReport {
+                found: humanoid.found,
+                reason: humanoid.reason.clone(),
+                bones: humanoid
+                    .bones
+                    .iter()
+                    .map(|(name, joint)| (*name, bone(joint)))
+                    .collect(),
+                missing: humanoid.missing(),
+            },
+        }
+    }
+}
+
+pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
+    let scene = args
+        .read
+        .importer()
+        .skeleton_mesh(SkeletonMesh::None)
+        .import(&args.file)?;
+    report::warnings(Some(&args.file), &scene.warnings);
+    let mut bones = humanoid(&scene);
+    if let Some(map) = &args.map {
+        bones = mapped(bones, &scene, map)?;
+    }
+    let found = Report::new(&args.file, &scene, &Skeleton::of(&scene, bones));
+    if args.json {
+        print_json(&found)?;
+    } else {
+        print(&found)?;
+    }
+    Ok(())
+}
+
+/// What `--map` reads: what `--json` prints, or its part `humanoid`.
+#[derive(Deserialize)]
+struct MapFile {
+    humanoid: Option<Box<MapFile>>,
+    bones: Option<BTreeMap<HumanoidBone, Option<MapBone>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum MapBone {
+    Name(String),
+    Bone { joint: String },
+}
+
+/// The bones with those of a file in their place.
+fn mapped(found: Humanoid, scene: &Scene, map: &Path) -> Result<Humanoid, Failure> {
+    let wrong = |what: String| Failure::Usage(format!("{}: {what}", map.display()));
+    let text = fs::read_to_string(map).map_err(|error| wrong(error.to_string()))?;
+    let file: MapFile = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);
+    let bones = bones.ok_or_else(|| wrong("there is no object \"bones\"".to_owned()))?;
+    let names = bones.into_iter().map(|(bone, joint)| {
+        let name = joint.map(|joint| match joint {
+            MapBone::Name(joint) | MapBone::Bone { joint } => joint,
+        });
+        (bone, name)
+    });
+    found
+        .with_map(scene, names)
+        .map_err(|(bone, name)| wrong(format!("{}: no joint is called {name:?}", bone.as_str())))
+}
+
+fn print(found: &Report) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
+        writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", in_word(*confidence))
+    };
+    let unit = match found.unit.name.as_str() {
+        "measured" => format!("{} m", found.unit.metres),
+        name => name.to_owned(),
+    };
+    line("unit", &unit, &found.unit.confidence, &found.unit.reason)?;
+    line("up", found.up.value.as_str(), &found.up.confidence, &found.up.reason)?;
+    line(
+        "facing at rest",
+        found.facing.value.as_str(),
+        &found.facing.confidence,
+        &found.facing.reason,
+    )?;
+    if let Some(used) = &found.root_offset {
+        line("root OFFSET", used.value, &used.confidence, &used.reason)?;
+    }
+    let pose = &found.rest_pose;
+    line("rest pose", pose.value.as_str(), &pose.confidence, &pose.reason)?;
+    line(
+        "names of the sides",
+        found.sides.value.as_str(),
+        &found.sides.confidence,
+        &found.sides.reason,
+    )?;
+    for (bone, joint) in &found.humanoid.bones {
+        line(
+            bone.as_str(),
+            &joint.joint.escape_debug().to_string(),
+            &joint.confidence,
+            &joint.reason,
+        )?;
+    }
+    let humanoid = &found.humanoid;
+    if !humanoid.found {
+        return writeln!(out, "no humanoid: {}", humanoid.reason);
+    }
+    let missing: Vec<&str> = humanoid.missing.iter().map(|bone| bone.as_str()).collect();
+    match missing.as_slice() {
+        [] => writeln!(out, "a humanoid: {}", humanoid.reason),
+        missing => writeln!(out, "a humanoid without {}: {}", missing.join(", "), humanoid.reason),
+    }
+}
+
+fn in_word(confidence: Confidence) -> &'static str {
+    match confidence {
+        Confidence::Sure => "sure",
+        Confidence::Likely => "likely",
+        Confidence::Unsure => "unsure",
+    }
+}
