@@ -42,6 +42,9 @@ pub struct Diagnostic {
     pub message: String,
     /// The place; of the first occurrence if `count` is above 1. Absent where there is no single place.
     pub location: Option<Location>,
+    /// Where in a file of JSON it was met, as a JSON pointer: `/accessors/3/count`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pointer: Option<String>,
     /// The joint it belongs to.
     pub joint: Option<String>,
     /// What the format expects there.
@@ -61,6 +64,7 @@ impl Diagnostic {
             code,
             message: message.into(),
             location: None,
+            pointer: None,
             joint: None,
             expected: None,
             found: None,
@@ -73,6 +77,13 @@ impl Diagnostic {
     #[must_use]
     pub fn at(mut self, location: Location) -> Self {
         self.location = Some(location);
+        self
+    }
+
+    /// Sets the place in a JSON file, as a JSON pointer.
+    #[must_use]
+    pub fn at_pointer(mut self, pointer: impl Into<String>) -> Self {
+        self.pointer = Some(pointer.into());
         self
     }
 
@@ -111,6 +122,9 @@ impl fmt::Display for Diagnostic {
         f.write_str(&self.message)?;
         if self.count > 1 {
             write!(f, " ({} times)", self.count)?;
+        }
+        if let Some(pointer) = &self.pointer {
+            write!(f, "; at {pointer}")?;
         }
         if let Some(joint) = &self.joint {
             write!(f, "; joint \"{joint}\"")?;

@@ -19,6 +19,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::File;
 use crate::format::gltf::Provenance;
 use crate::import::Importer;
+use crate::limits::Limits;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
 use crate::skeleton;
@@ -104,7 +105,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 }
 
 /// Reads the file to compare, with a helpful error for a file of another format.
-fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File> {
+fn read<'a>(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File<'a>> {
     if !File::sniff(bytes) {
         return Err(
             Diagnostic::new(Code::InvalidGltf, "the second file must be a glTF file")
@@ -112,10 +113,10 @@ fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File> {
                 .into(),
         );
     }
-    File::read(bytes, open)
+    File::read(bytes, open, &Limits::default())
 }
 
-fn verify_file(source: &Scene, file: &File) -> Result<Verification> {
+fn verify_file(source: &Scene, file: &File<'_>) -> Result<Verification> {
     let provenance = file.provenance();
     let ours = Skeleton::of_scene(source);
     let theirs = Skeleton::of_file(file)?;

@@ -3,20 +3,26 @@
 //! [`read`] turns a file into a scene, [`write`] a scene into a file. The reader and `verify` use [`File`] to access a
 //! file's nodes and tracks.
 
+mod accessors;
 mod compression;
 mod file;
+mod invalid;
+mod json;
 mod meshopt;
 mod provenance;
 mod read;
+mod required;
 mod streams;
+mod tracks;
 mod write;
 
 use crate::format::FormatInfo;
 use crate::scene::Format;
 
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
-pub(crate) use self::file::{File, Values};
+pub(crate) use self::file::File;
 pub use self::provenance::Provenance;
+pub(crate) use self::tracks::Values;
 pub use self::write::{BufferPlace, Document, Options, Renamed, Report, export, write_glb};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {

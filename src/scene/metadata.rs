@@ -229,6 +229,8 @@ pub enum Topic {
     Analog,
     /// Events that were left out.
     Events,
+    /// Curves between keys that were sampled.
+    Interpolation,
     /// What another version of this crate wrote into a file.
     #[serde(other)]
     Other,
@@ -247,6 +249,7 @@ impl Topic {
             Self::Meshes => "meshes",
             Self::Analog => "analog",
             Self::Events => "events",
+            Self::Interpolation => "interpolation",
             Self::Other => "other",
         }
     }
@@ -285,6 +288,7 @@ mod tests {
             Topic::Meshes,
             Topic::Analog,
             Topic::Events,
+            Topic::Interpolation,
             Topic::Other,
         ];
         for topic in topics {

@@ -1,6 +1,7 @@
 //! Forward kinematics in double precision, of a scene and of a glTF file alike.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
@@ -71,33 +72,31 @@ impl<'a> Skeleton<'a> {
 
 impl Skeleton<'static> {
     /// The nodes of a file's default scene and the tracks of its first animation.
-    pub(super) fn of_file(file: &File) -> Result<Self> {
+    pub(super) fn of_file(file: &File<'_>) -> Result<Self> {
         let listed = file.nodes()?;
-        let mut place_of = vec![None; file.document.nodes().len()];
+        let mut place_of = HashMap::new();
         let mut joints = Vec::with_capacity(listed.len());
-        for (place, (node, parent)) in listed.iter().enumerate() {
-            place_of[node.index()] = Some(place);
-            let (t, r, s) = node.transform().decomposed();
-            let rest = (
-                Vec3::from(t).as_dvec3(),
-                Quat::from_array(r).as_dquat(),
-                Vec3::from(s).as_dvec3(),
-            );
-            let kind = if file.is_end_site(node) {
+        for (place, node) in listed.iter().enumerate() {
+            place_of.insert(node.index, place);
+            let at = file.transform(node.index)?;
+            let rest = (at.translation.as_dvec3(), at.rotation.as_dquat(), at.scale.as_dvec3());
+            let kind = if file.is_end_site(node.index) {
                 NodeKind::EndSite
             } else {
                 NodeKind::Joint
             };
-            joints.push(Joint::at_rest(file.source_name(node), *parent, kind, rest));
+            joints.push(Joint::at_rest(file.source_name(node.index), node.parent, kind, rest));
         }
-        let tracks = match file.document.animations().next() {
-            Some(animation) => file.tracks(&animation)?,
-            None => Vec::new(),
+        let tracks = match file.animations().len() {
+            0 => Vec::new(),
+            _ => file.tracks(0)?,
         };
         let mut end = 0.0;
         for track in tracks {
             end = track.times.last().map_or(end, |last| f64::max(end, f64::from(*last)));
-            let Some(place) = place_of[track.node] else { continue };
+            let Some(&place) = place_of.get(&track.node) else {
+                continue;
+            };
             let (joint, times) = (&mut joints[place], Times::Seconds(track.times));
             match track.values {
                 Values::Translations(values) => {

@@ -2,6 +2,7 @@
 
 mod file;
 mod fixtures;
+mod foreign;
 mod import;
 mod mesh;
 mod motion;

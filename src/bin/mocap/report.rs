@@ -93,6 +93,7 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
         );
     }
     let details = [
+        ("at", &diagnostic.pointer),
         ("joint", &diagnostic.joint),
         ("expected", &diagnostic.expected),
         ("found", &diagnostic.found),

@@ -1,326 +1,340 @@
-//! A glTF file in memory, and its animation tracks. The `gltf` crate reads the structure; the numbers are read here,
-//! because every count and offset must be checked against the bytes of the file.
+//! A glTF file in memory: its nodes, and the bytes that its animations need.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use glam::{Quat, Vec3};
-use gltf::accessor::DataType;
-use gltf::animation::{Channel, Interpolation, Property};
-use gltf::json::mesh::Semantic;
-use gltf::json::validation::Checked;
-use gltf::{Accessor, Document, Gltf, buffer};
+use glam::{DQuat, Mat4, Quat, Vec3, Vec4};
 
-use super::{Provenance, streams};
-use crate::error::{Code, Diagnostic, Error, Result};
+use super::accessors::{Budget, Bytes};
+use super::invalid::{invalid, missing};
+use super::json::{self, Root};
+use super::{Provenance, required, streams};
+use crate::error::{Diagnostic, Result};
 use crate::export::percent_decoded;
+use crate::format::Failure;
+use crate::limits::{FARTHEST, Limits, limit_exceeded};
 
-/// Bytes of the header of a `.glb` file, and of the header of its first chunk.
-const GLB_HEADERS: u32 = 12 + 8;
-
-/// A glTF file with its buffers.
-pub(crate) struct File {
-    pub(crate) document: Document,
-    buffers: Vec<Vec<u8>>,
-    /// The decompressed bytes of compressed views.
-    views: HashMap<usize, Vec<u8>>,
+/// A glTF file with those of its buffers that animations need.
+pub(crate) struct File<'a> {
+    pub(super) root: Root,
+    pub(super) bytes: Bytes<'a>,
+    /// What the reader can do without.
+    pub(super) warnings: Vec<Diagnostic>,
+    limits: Limits,
 }
 
-/// The keys of one property of one node.
-pub(crate) struct Track {
-    /// Index of the node in the file.
-    pub(crate) node: usize,
-    /// In seconds, strictly increasing.
-    pub(crate) times: Vec<f32>,
-    pub(crate) values: Values,
-    /// Whether the interpolation is not linear.
-    pub(crate) is_bent: bool,
+/// A node of the default scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Listed {
+    /// Its index in the file.
+    pub(crate) index: usize,
+    /// Its parent's place in the list.
+    pub(crate) parent: Option<usize>,
 }
 
-pub(crate) enum Values {
-    Translations(Vec<Vec3>),
-    Rotations(Vec<Quat>),
-    Scales(Vec<Vec3>),
+/// Where a node stands in its parent.
+#[derive(Clone, Copy)]
+pub(crate) struct Transform {
+    pub(crate) translation: Vec3,
+    pub(crate) rotation: Quat,
+    pub(crate) scale: Vec3,
+    /// All three, or the matrix of the file, which may shear.
+    pub(crate) matrix: Mat4,
 }
 
-impl Values {
-    /// Numbers in one key.
-    pub(crate) fn components(&self) -> u64 {
-        match self {
-            Self::Translations(_) | Self::Scales(_) => 3,
-            Self::Rotations(_) => 4,
-        }
-    }
-}
-
-impl File {
+impl<'a> File<'a> {
     /// A `.glb` begins with its magic number, a `.gltf` is a JSON object that names an `asset`.
     pub(crate) fn sniff(bytes: &[u8]) -> bool {
-        let is_json = bytes.trim_ascii_start().starts_with(b"{");
-        bytes.starts_with(b"glTF") || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
+        let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let is_json = text.trim_ascii_start().starts_with(b"{");
+        bytes.starts_with(json::MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
     }
 
-    /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.
-    pub(crate) fn read(bytes: &[u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
-        check_length(bytes)?;
-        let Gltf { document, mut blob } =
-            Gltf::from_slice_without_validation(bytes).map_err(|error| invalid(error.to_string()))?;
-        let json = document.into_json();
-        check_meshes(&json)?;
-        let document = streams::known(json)?;
-        check_words(&document)?;
-        let mut buffers = Vec::new();
-        for buffer in document.buffers() {
-            if streams::is_placeholder(&document, &buffer) {
-                buffers.push(Vec::new());
-                continue;
-            }
-            let data = match buffer.source() {
-                buffer::Source::Bin => blob.take().ok_or_else(|| invalid("the binary chunk is missing"))?,
-                buffer::Source::Uri(uri) => match uri.split_once(";base64,") {
-                    Some((start, data)) if start.starts_with("data:") => STANDARD
-                        .decode(data)
-                        .map_err(|error| invalid(format!("in a data URI: {error}")))?,
-                    _ => open(&beside(uri)?)?,
-                },
-            };
-            if data.len() < buffer.length() {
-                let message = "a buffer is shorter than the file says";
-                let (claimed, found) = (format!("{} bytes", buffer.length()), format!("{} bytes", data.len()));
-                return Err(Diagnostic::new(Code::InvalidGltf, message)
-                    .expected_found(claimed, found)
-                    .into());
-            }
-            buffers.push(data);
+    /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
+    pub(crate) fn read(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>, limits: &Limits) -> Result<Self> {
+        let (root, bin) = json::parse(bytes)?;
+        let warnings = required::check(&root.extensions_required)?;
+        let views = views_of_animations(&root);
+        let mut wanted = BTreeSet::new();
+        for view in views.iter().filter_map(|&view| root.buffer_views.get(view)) {
+            // What stands in for a stream is not read where the stream is.
+            let source = streams::source(view).filter(|_| cfg!(feature = "meshopt"));
+            wanted.insert(source.unwrap_or(view.buffer));
         }
-        let views = streams::decode(&document, &buffers)?;
+        let mut buffers: Vec<Option<Cow<'a, [u8]>>> = Vec::new();
+        buffers.resize_with(root.buffers.len(), || None);
+        let mut size = bytes.len() as u64;
+        for index in wanted.into_iter().filter(|&index| index < root.buffers.len()) {
+            let buffer = &root.buffers[index];
+            let pointer = format!("/buffers/{index}");
+            let contents = match &buffer.uri {
+                Some(uri) => contents_of(uri, &pointer, open)?,
+                None if index == 0 && bin.is_some() => Cow::Borrowed(bin.unwrap_or_default()),
+                None if streams::is_placeholder(index, buffer) => continue,
+                None => return Err(invalid(pointer, "the buffer has neither a uri nor a binary chunk").into()),
+            };
+            if contents.len() < buffer.byte_length {
+                let (claimed, found) = (
+                    format!("{} bytes", buffer.byte_length),
+                    format!("{} bytes", contents.len()),
+                );
+                return Err(invalid(
+                    format!("{pointer}/byteLength"),
+                    "the buffer is shorter than the file says",
+                )
+                .expected_found(claimed, found)
+                .into());
+            }
+            if matches!(contents, Cow::Owned(_)) {
+                size += contents.len() as u64;
+            }
+            buffers[index] = Some(contents);
+        }
+        let budget = Budget::new(limits, size, streams::length(&root, &views).min(size));
+        let views = streams::decode(&root, &views, &buffers, &budget)?;
         Ok(Self {
-            document,
-            buffers,
-            views,
+            root,
+            bytes: Bytes { buffers, views, budget },
+            warnings,
+            limits: *limits,
         })
     }
 
-    /// The provenance that this crate wrote; absent in files of other programs.
+    /// What this crate wrote about where the file comes from; absent in the files of others.
     pub(crate) fn provenance(&self) -> Option<Provenance> {
-        let extras = self.document.as_json().asset.extras.as_ref()?;
-        let mut extras: HashMap<String, serde_json::Value> = serde_json::from_str(extras.get()).ok()?;
-        serde_json::from_value(extras.remove("mocap")?).ok()
+        let ours = self.root.asset.extras.as_ref()?.get("mocap")?;
+        serde_json::from_value(ours.clone()).ok()
     }
 
-    /// The name of a node in the scene from which the file was written; in files of other programs, its name.
-    pub(crate) fn source_name(&self, node: &gltf::Node) -> String {
-        let extras = node
-            .extras()
-            .as_ref()
-            .and_then(|extras| serde_json::from_str::<serde_json::Value>(extras.get()).ok());
-        let source_name = extras.as_ref().and_then(|extras| extras.get("source_name")?.as_str());
-        source_name.or(node.name()).unwrap_or_default().to_owned()
+    /// The name that a node has in the scene that the file was written from; in the files of others, its name.
+    pub(crate) fn source_name(&self, node: usize) -> String {
+        let node = &self.root.nodes[node];
+        let source_name = node.extra("source_name").and_then(serde_json::Value::as_str);
+        source_name.or(node.name.as_deref()).unwrap_or_default().to_owned()
     }
 
     /// Whether a node is marked as an end site.
-    pub(crate) fn is_end_site(&self, node: &gltf::Node) -> bool {
-        let extras = node
-            .extras()
-            .as_ref()
-            .and_then(|extras| serde_json::from_str::<serde_json::Value>(extras.get()).ok());
-        extras.is_some_and(|extras| extras.get("end_site") == Some(&serde_json::Value::Bool(true)))
+    pub(crate) fn is_end_site(&self, node: usize) -> bool {
+        self.root.nodes[node].extra("end_site") == Some(&serde_json::Value::Bool(true))
     }
 
-    /// The nodes of the default scene, parents before children, each with its parent's place in this list.
+    /// Whether a node holds something to see.
+    pub(super) fn shows(&self, node: usize) -> bool {
+        let node = &self.root.nodes[node];
+        node.mesh.is_some() || node.camera.is_some()
+    }
+
+    /// Whether nodes hang on a node.
+    pub(super) fn has_children(&self, node: usize) -> bool {
+        !self.root.nodes[node].children.is_empty()
+    }
+
+    /// The joints of all skins.
     ///
     /// # Errors
-    /// Where a node has two parents, or is its own ancestor.
-    pub(crate) fn nodes(&self) -> Result<Vec<(gltf::Node<'_>, Option<usize>)>> {
-        let scene = self.document.default_scene().or_else(|| self.document.scenes().next());
-        let mut is_listed = vec![false; self.document.nodes().len()];
-        let mut listed: Vec<(gltf::Node<'_>, Option<usize>)> = Vec::with_capacity(is_listed.len());
-        // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
-        // are pushed in reverse.
-        let mut open: Vec<_> = scene
-            .iter()
-            .flat_map(gltf::Scene::nodes)
-            .map(|node| (node, None))
-            .collect();
-        open.reverse();
-        while let Some((node, parent)) = open.pop() {
-            if std::mem::replace(&mut is_listed[node.index()], true) {
-                return Err(invalid(format!("node {} has more than one parent", node.index())));
+    /// Where one is not a node.
+    pub(super) fn joints(&self) -> Result<Vec<usize>, Failure> {
+        let count = self.root.nodes.len();
+        let mut joints = Vec::new();
+        for (skin, json) in self.root.skins.iter().enumerate() {
+            for (place, &joint) in json.joints.iter().enumerate() {
+                if joint >= count {
+                    return Err(missing(format!("/skins/{skin}/joints/{place}"), "node", joint, count).into());
+                }
+                joints.push(joint);
+            }
+        }
+        Ok(joints)
+    }
+
+    /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
+    ///
+    /// # Errors
+    /// Where a node hangs on two parents, or on itself, and where there are more nodes, or deeper ones, than the limits
+    /// allow.
+    pub(crate) fn nodes(&self) -> Result<Vec<Listed>, Failure> {
+        let Root { nodes, scenes, .. } = &self.root;
+        let limits = &self.limits;
+        if nodes.len() > limits.max_nodes {
+            let expected = format!("at most {} nodes", limits.max_nodes);
+            return Err(limit_exceeded(expected, format!("{}", nodes.len()))
+                .at_pointer("/nodes")
+                .into());
+        }
+        let (roots, at): (Cow<'_, [usize]>, String) = match self.root.scene.or((!scenes.is_empty()).then_some(0)) {
+            Some(scene) => match scenes.get(scene) {
+                Some(found) => (found.nodes.as_slice().into(), format!("/scenes/{scene}/nodes")),
+                None => return Err(missing("/scene", "scene", scene, scenes.len()).into()),
+            },
+            None => {
+                let mut is_child = vec![false; nodes.len()];
+                for &child in nodes.iter().flat_map(|node| &node.children) {
+                    if let Some(is_child) = is_child.get_mut(child) {
+                        *is_child = true;
+                    }
+                }
+                let roots: Vec<_> = (0..nodes.len()).filter(|&node| !is_child[node]).collect();
+                (roots.into(), "/nodes".to_owned())
+            }
+        };
+        let mut is_listed = vec![false; nodes.len()];
+        let mut listed: Vec<Listed> = Vec::with_capacity(nodes.len());
+        // A stack, for the depth of a file is a claim too. The last comes first, so children are put in backwards.
+        let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
+        while let Some((index, parent, depth)) = open.pop() {
+            let Some(node) = nodes.get(index) else {
+                let at = parent.map_or(at, |parent| format!("/nodes/{}/children", listed[parent].index));
+                return Err(missing(at, "node", index, nodes.len()).into());
+            };
+            let pointer = || format!("/nodes/{index}");
+            if std::mem::replace(&mut is_listed[index], true) {
+                return Err(invalid(pointer(), "the node has more than one parent, or is its own").into());
+            }
+            if depth > limits.max_depth {
+                let expected = format!("at most {} nodes below one another", limits.max_depth);
+                return Err(limit_exceeded(expected, "more".to_owned()).at_pointer(pointer()).into());
+            }
+            if let Some(name) = node.name.as_ref().filter(|name| name.len() > limits.max_name_bytes) {
+                let expected = format!("at most {} bytes in a name", limits.max_name_bytes);
+                return Err(limit_exceeded(expected, format!("{} bytes", name.len()))
+                    .at_pointer(format!("/nodes/{index}/name"))
+                    .into());
             }
             let place = listed.len();
-            let first = open.len();
-            open.extend(node.children().map(|child| (child, Some(place))));
-            open[first..].reverse();
-            listed.push((node, parent));
+            listed.push(Listed { index, parent });
+            open.extend(node.children.iter().rev().map(|&child| (child, Some(place), depth + 1)));
         }
         Ok(listed)
     }
 
-    /// The tracks of an animation that animate nodes.
-    pub(crate) fn tracks(&self, animation: &gltf::Animation) -> Result<Vec<Track>> {
-        let moves_nodes = |channel: &Channel| channel.target().property() != Property::MorphTargetWeights;
-        animation
-            .channels()
-            .filter(moves_nodes)
-            .map(|channel| self.track(&channel))
-            .collect()
-    }
-
-    fn track(&self, channel: &Channel) -> Result<Track> {
-        let sampler = channel.sampler();
-        let times = self.numbers(&sampler.input(), 1)?;
-        let is_cubic = sampler.interpolation() == Interpolation::CubicSpline;
-        let columns = if channel.target().property() == Property::Rotation {
-            4
-        } else {
-            3
+    /// Where a node stands without animation.
+    ///
+    /// # Errors
+    /// Where a number is not finite, or beyond any place.
+    pub(crate) fn transform(&self, index: usize) -> Result<Transform, Failure> {
+        let node = &self.root.nodes[index];
+        let check = |field: &str, numbers: &[f32]| -> Result<(), Failure> {
+            match numbers.iter().find(|number| !is_plausible(**number)) {
+                None => Ok(()),
+                Some(number) => Err(implausible(format!("/nodes/{index}/{field}"), *number).into()),
+            }
         };
-        let mut numbers = self.numbers(&sampler.output(), columns)?;
-        if is_cubic {
-            // Each key is an in-tangent, a value and an out-tangent.
-            let keys = numbers.chunks_exact(3 * columns);
-            numbers = keys.flat_map(|key| &key[columns..2 * columns]).copied().collect();
+        if let Some(columns) = &node.matrix {
+            check("matrix", columns)?;
+            let matrix = Mat4::from_cols_array(columns);
+            if matrix.row(3) != Vec4::W {
+                return Err(invalid(format!("/nodes/{index}/matrix"), "the matrix is not affine")
+                    .expected_found("a last row of 0 0 0 1", format!("{}", matrix.row(3)))
+                    .into());
+            }
+            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            return Ok(Transform {
+                translation,
+                rotation: unit(rotation).unwrap_or_default(),
+                scale: if scale.is_finite() { scale } else { Vec3::ONE },
+                matrix,
+            });
         }
-        let increases = times.is_sorted_by(|a, b| a < b) && times.iter().all(|time| time.is_finite() && *time >= 0.0);
-        let is_finite = numbers.iter().all(|number| number.is_finite());
-        if times.is_empty() || !increases || !is_finite || numbers.len() != times.len() * columns {
-            return Err(invalid(
-                "an animation sampler needs increasing times and one finite value for each",
-            ));
+        let translation = node.translation.unwrap_or_default();
+        let rotation = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+        let scale = node.scale.unwrap_or([1.0; 3]);
+        check("translation", &translation)?;
+        check("rotation", &rotation)?;
+        check("scale", &scale)?;
+        if let Some(number) = scale.iter().find(|number| is_degenerate(**number)) {
+            return Err(degenerate(format!("/nodes/{index}/scale"), *number).into());
         }
-        let vectors = |numbers: &[f32]| numbers.chunks_exact(3).map(Vec3::from_slice).collect();
-        let values = match channel.target().property() {
-            Property::Rotation => Values::Rotations(numbers.chunks_exact(4).map(Quat::from_slice).collect()),
-            Property::Scale => Values::Scales(vectors(&numbers)),
-            Property::Translation | Property::MorphTargetWeights => Values::Translations(vectors(&numbers)),
-        };
-        let is_bent = sampler.interpolation() != Interpolation::Linear && times.len() > 1 && !values.is_constant();
-        Ok(Track {
-            node: channel.target().node().index(),
-            times,
-            values,
-            is_bent,
+        let (translation, scale) = (Vec3::from(translation), Vec3::from(scale));
+        let rotation = unit(Quat::from_array(rotation)).unwrap_or_default();
+        Ok(Transform {
+            translation,
+            rotation,
+            scale,
+            matrix: Mat4::from_scale_rotation_translation(scale, rotation, translation),
         })
     }
+}
 
-    /// The numbers of an accessor with `columns` components; normalised integers are converted to floats.
-    fn numbers(&self, accessor: &Accessor, columns: usize) -> Result<Vec<f32>> {
-        let outside = || invalid(format!("accessor {} reaches beyond its buffer", accessor.index()));
-        if accessor.sparse().is_some() || accessor.dimensions().multiplicity() != columns {
-            return Err(invalid(format!(
-                "accessor {} is sparse, or does not have {columns} components",
-                accessor.index()
-            )));
-        }
-        let view = accessor.view().ok_or_else(outside)?;
-        let size = accessor.size();
-        let stride = view.stride().unwrap_or(size);
-        let length = accessor
-            .count()
-            .checked_sub(1)
-            .and_then(|rows| rows.checked_mul(stride)?.checked_add(size));
-        let (buffer, start) = match self.views.get(&view.index()) {
-            Some(decoded) => (decoded, 0),
-            None => (&self.buffers[view.buffer().index()], view.offset()),
+/// Normalized in double precision: the squares of tiny components are no numbers in single. Nothing where it has no
+/// length.
+pub(super) fn unit(rotation: Quat) -> Option<Quat> {
+    let rotation: DQuat = rotation.as_dquat().normalize();
+    rotation.is_finite().then(|| rotation.as_quat())
+}
+
+/// Whether kinematics can square and add a number.
+pub(super) fn is_plausible(number: f32) -> bool {
+    f64::from(number).abs() <= FARTHEST
+}
+
+/// Whether a scale is neither 0 nor of a size that still has an inverse.
+pub(super) fn is_degenerate(scale: f32) -> bool {
+    scale != 0.0 && scale.abs() < 1e-12
+}
+
+pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
+    invalid(pointer, "a number is not finite, or too large to compute with")
+        .expected_found(format!("at most {FARTHEST:e}"), format!("{number}"))
+        .help("repair the number, or export the file again")
+}
+
+pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
+    invalid(pointer, "a scale is too small to compute with")
+        .expected_found("0, or at least 1e-12", format!("{scale:e}"))
+        .help("write 0 where something is to vanish")
+}
+
+/// The views that animations read, in ascending order. Indices that lead nowhere are met again where they are used.
+fn views_of_animations(root: &Root) -> Vec<usize> {
+    let mut views = BTreeSet::new();
+    let samplers = root.animations.iter().flat_map(|animation| &animation.samplers);
+    for accessor in samplers.flat_map(|sampler| [sampler.input, sampler.output]) {
+        let Some(accessor) = root.accessors.get(accessor) else {
+            continue;
         };
-        let start = start.checked_add(accessor.offset()).ok_or_else(outside)?;
-        let end = start.checked_add(length.unwrap_or(0)).ok_or_else(outside)?;
-        let bytes = buffer.get(start..end).ok_or_else(outside)?;
-        let rows = bytes.chunks(stride.max(1)).map(|row| &row[..size]);
-        let number: fn(&[u8]) -> f32 = match accessor.data_type() {
-            DataType::F32 => |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]),
-            // The specification's equations for normalised integers.
-            DataType::I8 => |b| (f32::from(b[0] as i8) / 127.0).max(-1.0),
-            DataType::U8 => |b| f32::from(b[0]) / 255.0,
-            DataType::I16 => |b| (f32::from(i16::from_le_bytes([b[0], b[1]])) / 32767.0).max(-1.0),
-            DataType::U16 => |b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 65535.0,
-            DataType::U32 => return Err(invalid(format!("accessor {} holds 32-bit integers", accessor.index()))),
-        };
-        Ok(rows
-            .flat_map(|row| row.chunks_exact(accessor.data_type().size()).map(number))
-            .collect())
-    }
-}
-
-impl Values {
-    fn is_constant(&self) -> bool {
-        match self {
-            Self::Translations(values) | Self::Scales(values) => values.windows(2).all(|pair| pair[0] == pair[1]),
-            Self::Rotations(values) => values.windows(2).all(|pair| pair[0] == pair[1]),
+        views.extend(accessor.buffer_view);
+        if let Some(sparse) = &accessor.sparse {
+            views.extend([sparse.indices.buffer_view, sparse.values.buffer_view]);
         }
     }
+    views.into_iter().collect()
 }
 
-/// Checks the length in a `.glb` header, which the `gltf` crate does not.
-fn check_length(bytes: &[u8]) -> Result<()> {
-    let length = bytes
-        .get(8..12)
-        .and_then(|length| length.try_into().ok())
-        .map(u32::from_le_bytes);
-    match length {
-        Some(length) if bytes.starts_with(b"glTF") && length < GLB_HEADERS => Err(invalid(
-            "its header says that the file is shorter than the header itself",
-        )),
-        None => Err(invalid("the file ends within its header")),
-        _ => Ok(()),
+/// What a uri stands for: data of its own, or a file beside this one.
+fn contents_of<'a>(uri: &str, pointer: &str, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Cow<'a, [u8]>> {
+    let pointer = || format!("{pointer}/uri");
+    let Some(data) = uri.strip_prefix("data:") else {
+        return Ok(open(&beside(uri, &pointer())?)?.into());
+    };
+    let (kind, data) = data
+        .split_once(',')
+        .ok_or_else(|| invalid(pointer(), "the data URI has no comma before its data"))?;
+    if !kind.ends_with(";base64") {
+        return Err(invalid(pointer(), "a data URI must be base64")
+            .expected_found("a type that ends in ;base64", format!("\"{kind}\""))
+            .into());
     }
+    let decoded = STANDARD.decode(data.trim_ascii());
+    Ok(decoded
+        .map_err(|error| invalid(pointer(), format!("the data URI is not base64: {error}")))?
+        .into())
 }
 
-/// Checks the accessors of positions, which the validation of the `gltf` crate indexes without a check.
-fn check_meshes(json: &gltf::json::Root) -> Result<()> {
-    for primitive in json.meshes.iter().flat_map(|mesh| &mesh.primitives) {
-        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
-        if let Some(index) = positions
-            .map(gltf::json::Index::value)
-            .filter(|&index| index >= json.accessors.len())
-        {
-            return Err(invalid(format!(
-                "a mesh refers to accessor {index}, which does not exist"
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// The `gltf` crate does not check some words of animations, and panics later on unknown ones.
-fn check_words(document: &Document) -> Result<()> {
-    for animation in &document.as_json().animations {
-        let targets = animation
-            .channels
-            .iter()
-            .all(|channel| channel.target.path.as_ref() != Checked::Invalid);
-        let ways = animation
-            .samplers
-            .iter()
-            .all(|sampler| sampler.interpolation.as_ref() != Checked::Invalid);
-        let nodes = animation
-            .channels
-            .iter()
-            .all(|channel| channel.target.node.value() < document.nodes().len());
-        if !(targets && ways && nodes) {
-            return Err(invalid(
-                "an animation has a target or an interpolation that glTF does not define",
-            ));
-        }
-    }
-    Ok(())
-}
-
-pub(crate) fn invalid(message: impl Into<String>) -> Error {
-    Diagnostic::new(Code::InvalidGltf, message).into()
-}
-
-/// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
-/// files.
-fn beside(uri: &str) -> Result<PathBuf> {
+/// The file in the same folder, or below, that a relative URI names. No input file makes us read elsewhere.
+fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
     let path = PathBuf::from(percent_decoded(uri));
+    let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
     if path.components().all(|part| matches!(part, Component::Normal(_))) && path.file_name().is_some() {
-        Ok(path)
-    } else {
-        Err(invalid(format!(
-            "a buffer is not in the folder of the file, but at \"{uri}\""
-        )))
+        return Ok(path);
     }
+    Err(invalid(
+        pointer,
+        "a buffer is read from the folder of the file, or below, and from nowhere else",
+    )
+    .expected_found("a relative path without \"..\"", format!("\"{uri}\""))
+    .help("put the buffer beside the file, or write a .glb")
+    .into())
 }

@@ -2,9 +2,9 @@
 //!
 //! The size of the output is checked against the capacity of a stream of that length, before anything is allocated.
 
+use crate::error::{Code, Diagnostic};
 #[cfg(not(feature = "meshopt"))]
-use crate::error::Result;
-use crate::error::{Code, Diagnostic, Error};
+use crate::format::Failure;
 
 /// The filter of a stream's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +30,12 @@ impl Filter {
 
 /// The error of a build without the feature.
 #[cfg_attr(feature = "meshopt", allow(dead_code, reason = "for builds without the feature"))]
-pub(super) fn missing() -> Error {
+pub(super) fn missing() -> Diagnostic {
     Diagnostic::new(
         Code::MissingFeature,
         "this build cannot read or write meshopt compression",
     )
     .help("build it with `--features meshopt`, which needs a C++ compiler")
-    .into()
 }
 
 #[cfg(feature = "meshopt")]
@@ -47,8 +46,9 @@ mod codec {
     use meshopt::{decode_vertex_buffer, encode_vertex_buffer_level};
 
     use super::Filter;
-    use crate::error::Result;
-    use crate::format::gltf::file::invalid;
+    use crate::error::{Code, Diagnostic};
+    use crate::format::Failure;
+    use crate::format::gltf::invalid::invalid;
 
     /// The most bytes that one byte of a stream decodes to: 256 elements take at least one byte for every four bytes of
     /// an element.
@@ -59,7 +59,7 @@ mod codec {
     const LEVEL: i32 = 3;
 
     /// The stream of `bytes`, elements of `stride` bytes: 4, 8, 12 or 64.
-    pub(in crate::format::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>> {
+    pub(in crate::format::gltf) fn encode(bytes: &[u8], stride: usize, version: i32) -> Result<Vec<u8>, Failure> {
         fn stream<const N: usize>(bytes: &[u8], version: i32) -> meshopt::Result<Vec<u8>> {
             encode_vertex_buffer_level(bytes.as_chunks::<N>().0, LEVEL, Some(version))
         }
@@ -69,7 +69,13 @@ mod codec {
             12 => stream::<12>(bytes, version),
             _ => stream::<64>(bytes, version),
         };
-        stream.map_err(|error| invalid(format!("meshopt: {error}")))
+        stream.map_err(|error| {
+            Diagnostic::new(
+                Code::Unrepresentable,
+                format!("meshopt cannot encode the keys: {error}"),
+            )
+            .into()
+        })
     }
 
     /// Decodes the `count` elements of `stride` bytes in `stream`.
@@ -78,14 +84,15 @@ mod codec {
         count: usize,
         stride: usize,
         filter: Filter,
-    ) -> Result<Vec<u8>> {
+    ) -> Result<Vec<u8>, Failure> {
         let length = count.checked_mul(stride);
         let most = stream.len().saturating_mul(MOST_PER_BYTE).saturating_add(LAST_BLOCK);
         if length.is_none_or(|length| length > most) || count == 0 {
-            return Err(invalid(format!(
+            let message = format!(
                 "a meshopt stream of {} bytes cannot hold {count} elements",
                 stream.len()
-            )));
+            );
+            return Err(invalid("", message).into());
         }
         match (stride, filter) {
             (4, Filter::None) => elements::<4>(stream, count),
@@ -100,24 +107,27 @@ mod codec {
             (4, Filter::Exponential) => floats::<1>(stream, count),
             (12, Filter::Exponential) => floats::<3>(stream, count),
             (16, Filter::Exponential) => floats::<4>(stream, count),
-            _ => Err(invalid(format!(
-                "a meshopt stream has elements of {stride} bytes, which its filter does not allow for animations"
-            ))),
+            _ => Err(invalid(
+                "",
+                format!("animations do not use elements of {stride} bytes with this filter"),
+            )
+            .into()),
         }
     }
 
-    fn decoded<T: Clone + Default>(stream: &[u8], count: usize) -> Result<Vec<T>> {
-        decode_vertex_buffer(stream, count).map_err(|error| invalid(format!("a meshopt stream is broken: {error}")))
+    fn decoded<T: Clone + Default>(stream: &[u8], count: usize) -> Result<Vec<T>, Failure> {
+        // The decoder's own errors are numbers, which tell nobody more.
+        decode_vertex_buffer(stream, count).map_err(|_| invalid("", "the meshopt stream is damaged").into())
     }
 
-    fn elements<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>>
+    fn elements<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>, Failure>
     where
         [u8; N]: Default,
     {
         Ok(decoded::<[u8; N]>(stream, count)?.concat())
     }
 
-    fn floats<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>>
+    fn floats<const N: usize>(stream: &[u8], count: usize) -> Result<Vec<u8>, Failure>
     where
         [u32; N]: Default,
     {
@@ -128,11 +138,11 @@ mod codec {
 }
 
 #[cfg(not(feature = "meshopt"))]
-pub(super) fn encode(_: &[u8], _: usize, _: i32) -> Result<Vec<u8>> {
-    Err(missing())
+pub(super) fn encode(_: &[u8], _: usize, _: i32) -> Result<Vec<u8>, Failure> {
+    Err(missing().into())
 }
 
 #[cfg(not(feature = "meshopt"))]
-pub(super) fn decode(_: &[u8], _: usize, _: usize, _: Filter) -> Result<Vec<u8>> {
-    Err(missing())
+pub(super) fn decode(_: &[u8], _: usize, _: usize, _: Filter) -> Result<Vec<u8>, Failure> {
+    Err(missing().into())
 }

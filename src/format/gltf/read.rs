@@ -1,77 +1,87 @@
-//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras are not read.
+//! glTF 2.0: the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras stay behind.
 //!
 //! | glTF | scene |
 //! |---|---|
 //! | the nodes of the default scene | nodes, depth-first; under a group where the scene has several |
-//! | a node with a mesh and nothing else: no child, no joint, no motion | left out |
+//! | a node with a mesh and nothing else: no child, no joint, no motion | left out, where the file has joints |
 //! | joints of skins; in a file without a skin, every node | joints |
 //! | `extras.end_site` | an end site |
 //! | `extras.source_name`, else `name` | the name |
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
-//! Ticks: a file of this crate states its frame time; for others it is the shortest step between two keys. Times within
-//! a float's rounding of a whole tick become that tick.
+//! Ticks: a file of this crate says its frame time. Elsewhere it is the way between two keys where they are even, else
+//! the usual frame rate on whose frames all keys stand, else the shortest way between two keys. Keys farther than a tenth
+//! of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them.
+//! Times within a float's rounding of a whole tick are that tick.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
 
-use glam::{Mat4, Quat, Vec3, Vec4};
+use glam::Mat4;
 
-use super::file::{File, Track, Values, invalid};
+use super::file::{File, Transform, implausible};
+use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::error::{Code, Diagnostic, Result};
-use crate::format::{ReadOptions, Source};
+use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::limit_exceeded;
-use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{
+    Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis,
+};
 
-/// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
-/// rounding of a float.
+/// How far a time may be from a whole tick, as a share of the time, to be that tick: twice the rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
 
-/// The range of valid frame times, in seconds.
+/// Seconds between frames that can be meant; from other claims no ticks could be made.
 const PLAUSIBLE_FRAME_TIMES: RangeInclusive<f64> = 1e-6..=1e6;
 
+/// Frames per second that programs export with.
+const USUAL_RATES: [f64; 13] = [
+    24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0, 23.976, 29.97,
+];
+
+/// Frames per second at most where the file states no rate and its keys follow none.
+const MOST_FRAMES_PER_SECOND: f64 = 240.0;
+
+/// Seconds between keys from which on they are not frames.
+const SPARSE: f64 = 0.1;
+
+/// A node of the scene, and where the file puts it.
+struct Placed {
+    id: NodeId,
+    transform: Transform,
+}
+
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let file = File::read(source.bytes, &|beside| {
-        (source.open)(&source.name.with_file_name(beside))
-    })?;
-    let listed = file.nodes()?;
-    let limits = &options.limits;
-    if listed.len() > limits.max_nodes {
-        let expected = format!("at most {} nodes", limits.max_nodes);
-        return Err(limit_exceeded(expected, format!("{}", listed.len())).into());
-    }
-    let mut clips = Vec::new();
-    for animation in file.document.animations() {
-        clips.push((
-            animation.name().unwrap_or_default().to_owned(),
-            file.tracks(&animation)?,
-        ));
-    }
-    let mut scene = Scene::default();
+    let open = |beside: &std::path::Path| (source.open)(&source.name.with_file_name(beside));
+    let mut file = File::read(source.bytes, &open, &options.limits)?;
+    let mut scene = Scene {
+        warnings: std::mem::take(&mut file.warnings),
+        ..Scene::default()
+    };
     scene.metadata.format = Some(Format::Gltf);
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
-    let node_of = build_nodes(&file, &listed, &clips, &mut scene)?;
+    let mut clips = Vec::new();
+    for (index, animation) in file.animations().enumerate() {
+        clips.push((animation.name.clone().unwrap_or_default(), file.tracks(index)?));
+    }
+    let placed = build_nodes(&file, &clips, &mut scene)?;
     let frame_time = file.provenance().map(|provenance| provenance.frame_time);
     let frame_time = frame_time.filter(|time| PLAUSIBLE_FRAME_TIMES.contains(time));
-    for (name, tracks) in clips {
-        let bent = tracks.iter().filter(|track| track.is_bent).count();
-        if bent > 0 {
-            let message = "a track has STEP or CUBICSPLINE interpolation; it was read as LINEAR";
-            scene
-                .warnings
-                .push(Diagnostic::new(Code::Interpolation, message).times(bent as u64));
-        }
-        let step = frame_time.unwrap_or_else(|| shortest_step(&tracks));
+    tell_bends(&clips, &mut scene);
+    let most = options.limits.expanded_values(source.bytes);
+    let mut left = most;
+    for (index, (name, tracks)) in clips.into_iter().enumerate() {
+        let step = frame_time.unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
-        let mut animation = build_animation(name, tracks, step, &node_of, &scene.nodes);
-        let frames = animation.frame_count() as u64;
-        let most = limits.expanded_values(source.bytes);
-        if frames.saturating_mul(values_a_frame) > most {
+        let end = end_of(&tracks);
+        let frames = (f64::from(end) / step).floor() as u64 + 1;
+        left = left.checked_sub(frames.saturating_mul(values_a_frame)).ok_or_else(|| {
             let found = format!("{frames} frames of {values_a_frame}");
             let expected = format!("at most {most} values in a file of this size");
-            return Err(limit_exceeded(expected, found).into());
-        }
+            limit_exceeded(expected, found).at_pointer(format!("/animations/{index}"))
+        })?;
+        let mut animation = build_animation(name, tracks, step, &placed, &scene.nodes);
         if let Some(frame_rate) = options.frame_rate {
             animation.ticks_per_second = frame_rate;
         }
@@ -85,35 +95,40 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
     Ok(scene)
 }
 
-/// Fills [`Scene::nodes`], and returns the index of each node of the file.
+/// Says what was made of tracks that are not straight.
+fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
+    let tracks = clips.iter().flat_map(|(_, tracks)| tracks);
+    let curves = tracks
+        .filter(|track| matches!(track.bent, Some((Bend::Curve, _))))
+        .count();
+    if curves > 0 {
+        scene.metadata.assumptions.push(Assumption {
+            topic: Topic::Interpolation,
+            choice: format!("{curves} tracks of cubic curves are sampled, at most {CURVE_ERROR:e} of their size off"),
+            reason: "the keys of a scene have straight ways between them".to_owned(),
+        });
+    }
+}
+
+/// Fills [`Scene::nodes`], and says which of them each node of the file is.
 fn build_nodes(
-    file: &File,
-    listed: &[(gltf::Node<'_>, Option<usize>)],
+    file: &File<'_>,
     clips: &[(String, Vec<Track>)],
     scene: &mut Scene,
-) -> Result<HashMap<usize, NodeId>> {
+) -> Result<HashMap<usize, Placed>, Failure> {
+    let listed = file.nodes()?;
     let moved: HashSet<_> = clips
         .iter()
         .flat_map(|(_, tracks)| tracks.iter().map(|track| track.node))
         .collect();
-    let joints: HashSet<_> = file
-        .document
-        .skins()
-        .flat_map(|skin| skin.joints())
-        .map(|joint| joint.index())
-        .collect();
-    let is_joint =
-        |node: &gltf::Node| joints.is_empty() || joints.contains(&node.index()) || moved.contains(&node.index());
-    let only_shows = |node: &gltf::Node| {
-        let shows = node.mesh().is_some() || node.camera().is_some();
-        shows
-            && node.children().len() == 0
-            && !joints.contains(&node.index())
-            && !moved.contains(&node.index())
-            && !joints.is_empty()
+    let joints: HashSet<_> = file.joints()?.into_iter().collect();
+    let is_joint = |node: usize| joints.is_empty() || joints.contains(&node) || moved.contains(&node);
+    let only_shows = |node: usize| {
+        let moves = joints.contains(&node) || moved.contains(&node);
+        !joints.is_empty() && !moves && file.shows(node) && !file.has_children(node)
     };
-    let kept = || listed.iter().enumerate().filter(|(_, (node, _))| !only_shows(node));
-    if kept().filter(|(_, (_, parent))| parent.is_none()).count() > 1 {
+    let kept = || listed.iter().enumerate().filter(|(_, node)| !only_shows(node.index));
+    if kept().filter(|(_, node)| node.parent.is_none()).count() > 1 {
         scene.nodes.push(Node {
             name: GROUP_OF_ROOTS.to_owned(),
             kind: NodeKind::Group,
@@ -122,71 +137,74 @@ fn build_nodes(
     }
     let group = (!scene.nodes.is_empty()).then_some(NodeId(0));
     let mut ids = vec![None; listed.len()];
-    let mut node_of = HashMap::new();
-    for (place, (node, parent)) in kept() {
-        let transform = Mat4::from_cols_array_2d(&node.transform().matrix());
-        if !transform.is_finite() || transform.row(3) != Vec4::W {
-            return Err(invalid(format!(
-                "the transform of node {} is not finite, or has a scale of 0",
-                node.index()
-            )));
-        }
+    let mut world: Vec<Mat4> = vec![Mat4::IDENTITY; scene.nodes.len()];
+    let mut placed = HashMap::new();
+    for (place, node) in kept() {
+        let index = node.index;
+        let transform = file.transform(index)?;
         let id = NodeId::new(scene.nodes.len());
+        let parent = node.parent.and_then(|parent| ids[parent]).or(group);
+        // Each number may be in bounds and their product not.
+        let node_to_world = parent.map_or(Mat4::IDENTITY, |parent: NodeId| world[parent.index()]) * transform.matrix;
+        if let Some(number) = node_to_world.to_cols_array().iter().find(|number| !number.is_finite()) {
+            return Err(implausible(format!("/nodes/{index}"), *number).into());
+        }
+        world.push(node_to_world);
         ids[place] = Some(id);
-        node_of.insert(node.index(), id);
         scene.nodes.push(Node {
-            name: file.source_name(node),
-            kind: match is_joint(node) {
-                _ if file.is_end_site(node) && !moved.contains(&node.index()) => NodeKind::EndSite,
+            name: file.source_name(index),
+            kind: match is_joint(index) {
+                _ if file.is_end_site(index) && !moved.contains(&index) => NodeKind::EndSite,
                 true => NodeKind::Joint,
                 false => NodeKind::Group,
             },
-            parent: parent.and_then(|parent| ids[parent]).or(group),
-            transform,
+            parent,
+            transform: transform.matrix,
             ..Node::default()
         });
+        placed.insert(index, Placed { id, transform });
     }
-    Ok(node_of)
+    Ok(placed)
 }
 
-/// Collects the tracks of each node in one channel. A missing track becomes a constant one with the node's own value.
+/// When the last key is, in seconds.
+fn end_of(tracks: &[Track]) -> f32 {
+    let ends = tracks.iter().filter_map(|track| track.times.last());
+    ends.copied().fold(0.0, f32::max)
+}
+
+/// Gathers the tracks of each node in one channel. What a node has no track for is a constant one, its own.
 fn build_animation(
     name: String,
     tracks: Vec<Track>,
     step: f64,
-    node_of: &HashMap<usize, NodeId>,
+    placed: &HashMap<usize, Placed>,
     nodes: &[Node],
 ) -> Animation {
-    let end = tracks
-        .iter()
-        .filter_map(|track| track.times.last())
-        .copied()
-        .fold(0.0, f32::max);
+    let end = end_of(&tracks);
     let mut channels: Vec<(NodeId, Channel)> = Vec::new();
     let mut place_of = HashMap::new();
     for track in tracks {
-        let Some(&id) = node_of.get(&track.node) else { continue };
-        let place = *place_of.entry(id).or_insert_with(|| {
-            let node = &nodes[id.index()];
-            let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
+        let Some(Placed { id, transform }) = placed.get(&track.node) else {
+            continue;
+        };
+        let place = *place_of.entry(*id).or_insert_with(|| {
             let channel = Channel {
-                node_name: node.name.clone(),
-                node: Some(id),
-                position_keys: Keys::constant(translation),
-                rotation_keys: Keys::constant(unit(rotation)),
-                scaling_keys: Keys::constant(if scale.is_finite() { scale } else { Vec3::ONE }),
+                node_name: nodes[id.index()].name.clone(),
+                node: Some(*id),
+                position_keys: Keys::constant(transform.translation),
+                rotation_keys: Keys::constant(transform.rotation),
+                scaling_keys: Keys::constant(transform.scale),
             };
-            channels.push((id, channel));
+            channels.push((*id, channel));
             channels.len() - 1
         });
-        let ticks = track.times.iter().map(|time| tick_of(*time, step)).collect();
+        let ticks = ticks_of(&track.times, step);
         let channel = &mut channels[place].1;
         match track.values {
-            Values::Translations(values) => channel.position_keys = Keys::at_ticks(values, ticks),
-            Values::Rotations(values) => {
-                channel.rotation_keys = Keys::at_ticks(values.into_iter().map(unit).collect(), ticks);
-            }
-            Values::Scales(values) => channel.scaling_keys = Keys::at_ticks(values, ticks),
+            Values::Translations(values) => channel.position_keys = keys(values, ticks),
+            Values::Rotations(values) => channel.rotation_keys = keys(values, ticks),
+            Values::Scales(values) => channel.scaling_keys = keys(values, ticks),
         }
     }
     channels.sort_by_key(|(id, _)| *id);
@@ -198,32 +216,69 @@ fn build_animation(
     }
 }
 
-/// The frame time: the step of the track with the most keys if it is even, or else the shortest step of all; 1/30 s if
-/// no track has two keys.
-fn shortest_step(tracks: &[Track]) -> f64 {
-    let longest = tracks
-        .iter()
-        .map(|track| track.times.as_slice())
-        .max_by_key(|times| times.len())
-        .unwrap_or_default();
-    if let [first, .., last] = longest {
-        // Single steps are rounded too coarsely for a long take; their mean is not.
-        let mean = (f64::from(*last) - f64::from(*first)) / (longest.len() - 1) as f64;
-        let expected = (0..longest.len()).map(|key| f64::from(*first) + key as f64 * mean);
-        let is_even = longest
-            .iter()
-            .zip(expected)
-            .all(|(time, expected)| (f64::from(*time) - expected).abs() < 0.1 * mean);
-        if is_even {
+/// A single key holds for all time, whenever it is.
+fn keys<T>(values: Vec<T>, ticks: Vec<f64>) -> Keys<T> {
+    match ticks.len() {
+        1 => Keys::every_tick(values),
+        _ => Keys::at_ticks(values, ticks),
+    }
+}
+
+/// The frame time of an animation that states none, in seconds.
+fn find_frame_time(tracks: &[Track]) -> f64 {
+    let step = key_step(tracks);
+    if step <= SPARSE {
+        return step;
+    }
+    // A whole number of frames from key to key.
+    step / (step * 30.0).round().max(1.0)
+}
+
+/// The time between two keys: that of the track with the most keys where they are even, else that of the usual frame
+/// rate on whose frames all keys stand, else the shortest; a thirtieth of a second where no track has two.
+fn key_step(tracks: &[Track]) -> f64 {
+    let longest = tracks.iter().map(Track::key_times).max_by_key(|times| times.len());
+    if let Some([first, .., last]) = longest {
+        let times = longest.unwrap_or_default();
+        // Single steps are rounded too coarsely to tell a whole take by: their mean is not.
+        let mean = (f64::from(*last) - f64::from(*first)) / (times.len() - 1) as f64;
+        let expected = (0..times.len()).map(|key| f64::from(*first) + key as f64 * mean);
+        let is_even =
+            std::iter::zip(times, expected).all(|(time, expected)| (f64::from(*time) - expected).abs() < 0.1 * mean);
+        if is_even && mean >= MOST_FRAMES_PER_SECOND.recip() / 10.0 {
             return mean;
         }
     }
-    let steps = tracks
-        .iter()
-        .flat_map(|track| track.times.windows(2))
-        .map(|pair| f64::from(pair[1]) - f64::from(pair[0]));
-    let shortest = steps.fold(f64::INFINITY, f64::min);
-    if shortest.is_finite() { shortest } else { 1.0 / 30.0 }
+    let pairs = || tracks.iter().flat_map(|track| track.key_times().windows(2));
+    let stands_on = |rate: &&f64| {
+        let is_whole = |time: f32| {
+            let frame = f64::from(time) * **rate;
+            (frame - frame.round()).abs() < 0.01 + frame * TIME_ROUNDING
+        };
+        pairs().all(|pair| is_whole(pair[0]) && is_whole(pair[1]))
+    };
+    let shortest = pairs()
+        .map(|pair| f64::from(pair[1]) - f64::from(pair[0]))
+        .fold(f64::INFINITY, f64::min);
+    if !shortest.is_finite() {
+        return 1.0 / 30.0;
+    }
+    match USUAL_RATES.iter().find(stands_on) {
+        Some(rate) => rate.recip(),
+        None => shortest.max(MOST_FRAMES_PER_SECOND.recip()),
+    }
+}
+
+/// Ticks for the times of keys, as strictly increasing as they are.
+fn ticks_of(times: &[f32], step: f64) -> Vec<f64> {
+    let mut ticks: Vec<f64> = times.iter().map(|time| tick_of(*time, step)).collect();
+    for key in (1..ticks.len()).rev() {
+        if ticks[key - 1] >= ticks[key] {
+            let between = f64::from(times[key]) - f64::from(times[key - 1]);
+            ticks[key - 1] = ticks[key] - between / step;
+        }
+    }
+    ticks
 }
 
 fn tick_of(time: f32, step: f64) -> f64 {
@@ -234,10 +289,4 @@ fn tick_of(time: f32, step: f64) -> f64 {
     } else {
         tick
     }
-}
-
-/// In double precision, because the squares of tiny components underflow in single.
-fn unit(rotation: Quat) -> Quat {
-    let rotation = rotation.as_dquat().normalize().as_quat();
-    if rotation.is_finite() { rotation } else { Quat::IDENTITY }
 }

@@ -1,5 +1,6 @@
 //! Writes channels: animated tracks become samplers, constant tracks become part of the node.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
@@ -15,7 +16,7 @@ use super::{Options, Report};
 use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Binding;
-use crate::scene::{self, Keys, Scene};
+use crate::scene::{self, Keys, NodeId, Scene};
 
 /// The rest transform of a node.
 #[derive(Clone, Copy)]
@@ -59,7 +60,69 @@ struct Clock<'a> {
     kept: Option<Vec<usize>>,
 }
 
-/// Writes `animation`, and moves its constant tracks to `rest`, the rest transforms of the scene's nodes.
+/// Moves constant tracks to `rest` where all animations have the same constant value. Other constant tracks are written
+/// as one key, because the node has only one rest transform.
+pub(super) fn rest_of_all(scene: &Scene, rest: &mut [Rest]) {
+    let Some((first, others)) = scene.animations.split_first() else {
+        return;
+    };
+    let still = |animation: &scene::Animation| -> HashMap<usize, Still> {
+        let driven = Binding::new(scene, animation);
+        let still = |(node, channel): (NodeId, usize)| (node.index(), Still::of(&animation.channels[channel]));
+        driven.driven().map(still).collect()
+    };
+    let others: Vec<_> = others.iter().map(still).collect();
+    for (node, still) in still(first) {
+        let of = |other: &HashMap<usize, Still>| other.get(&node).copied().unwrap_or_default();
+        let shared = others.iter().map(of).fold(still, Still::and);
+        let place = &mut rest[node];
+        if let Some(translation) = shared.translation.filter(|translation| translation.is_finite()) {
+            place.translation = translation + Vec3::ZERO;
+        }
+        if let Some(rotation) = shared.rotation.and_then(unit) {
+            place.rotation = rotation;
+        }
+        if let Some(scale) = shared.scale.filter(|scale| scale.is_finite()) {
+            place.scale = scale + Vec3::ZERO;
+        }
+    }
+}
+
+/// The constant values of a channel.
+#[derive(Clone, Copy, Default)]
+struct Still {
+    translation: Option<Vec3>,
+    rotation: Option<Quat>,
+    scale: Option<Vec3>,
+}
+
+impl Still {
+    fn of(channel: &scene::Channel) -> Self {
+        fn value<T: Value<N>, const N: usize>(keys: &Keys<T>) -> Option<T> {
+            keys.values.first().copied().filter(|_| is_constant(keys))
+        }
+        Self {
+            translation: value(&channel.position_keys),
+            rotation: value(&channel.rotation_keys),
+            scale: value(&channel.scaling_keys),
+        }
+    }
+
+    /// The values that both have.
+    fn and(self, other: Self) -> Self {
+        fn same<T: Value<N>, const N: usize>(a: Option<T>, b: Option<T>) -> Option<T> {
+            a.filter(|a| b.is_some_and(|b| a.is_same(b)))
+        }
+        Self {
+            translation: same(self.translation, other.translation),
+            rotation: same(self.rotation, other.rotation),
+            scale: same(self.scale, other.scale),
+        }
+    }
+}
+
+/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes; of
+/// several animations, [`rest_of_all`] has moved what they share.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
@@ -105,9 +168,9 @@ pub(super) fn write(
                 place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
             }
         }
-        // A constant scale is part of the node even where constant tracks are kept.
+        // A constant scale is part of the node even where constant tracks are kept, if it can be.
         let moves = !is_constant(&channel.scaling_keys);
-        if moves || !options.keep_constant {
+        if moves || !options.keep_constant || scene.animations.len() > 1 {
             place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?;
         }
     }
@@ -132,7 +195,7 @@ pub(super) fn write(
 /// The animation compressed as `options` say; `None` where they do not ask for it.
 fn compressed(scene: &Scene, animation: &scene::Animation, options: &Options) -> Result<Option<CompressedClip>> {
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
-        return Err(meshopt::missing());
+        return Err(meshopt::missing().into());
     }
     let bound = match (options.max_error, options.compression) {
         (None, Compression::None) => return Ok(None),
@@ -180,11 +243,13 @@ impl<'a> Writer<'a> {
         if is_constant(keys) {
             let values = T::to_arrays(&mut std::iter::once(first)).ok_or_else(invalid)?;
             self.report.constant_tracks += 1;
-            if self.options.keep_constant {
+            let value = T::from(values[0]);
+            let is_alone = self.scene.animations.len() == 1;
+            if self.options.keep_constant || !(is_alone || value.is_same(rest)) {
                 let clock = self.clock(None, 1);
                 self.channel(node, property, clock, &values);
             }
-            return Ok(T::from(values[0]));
+            return Ok(if is_alone { value } else { rest });
         }
         let clock = self.clock(keys.ticks.as_deref(), keys.len());
         let values = match &self.clocks[clock].kept {
@@ -251,8 +316,14 @@ impl<'a> Writer<'a> {
         let track = &clip.tracks[node];
         match &track.translation {
             Track::Constant(value) => {
-                place.translation = *value + Vec3::ZERO;
-                self.constant(node, Property::Translation, &[place.translation.to_array()]);
+                let value = *value + Vec3::ZERO;
+                self.constant(
+                    node,
+                    Property::Translation,
+                    value,
+                    &mut place.translation,
+                    value.to_array(),
+                );
             }
             Track::Animated {
                 format,
@@ -275,8 +346,8 @@ impl<'a> Writer<'a> {
         }
         match &track.rotation {
             Track::Constant(value) => {
-                place.rotation = unit(*value).unwrap_or(*value);
-                self.constant(node, Property::Rotation, &[place.rotation.to_array()]);
+                let value = unit(*value).unwrap_or(*value);
+                self.constant(node, Property::Rotation, value, &mut place.rotation, value.to_array());
             }
             Track::Animated {
                 format,
@@ -300,12 +371,22 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn constant<const N: usize>(&mut self, node: usize, property: Property, value: &[[f32; N]]) {
+    fn constant<T: Value<N>, const N: usize>(
+        &mut self,
+        node: usize,
+        property: Property,
+        value: T,
+        rest: &mut T,
+        array: [f32; N],
+    ) {
         self.report.constant_tracks += 1;
-        // A node has one rest transform, but a constant track may have another value in the next animation.
-        if self.options.keep_constant || self.scene.animations.len() > 1 {
+        let is_alone = self.scene.animations.len() == 1;
+        if self.options.keep_constant || !(is_alone || value.is_same(*rest)) {
             let clock = self.clock(None, 1);
-            self.channel(node, property, clock, value);
+            self.channel(node, property, clock, &[array]);
+        }
+        if is_alone {
+            *rest = value;
         }
     }
 

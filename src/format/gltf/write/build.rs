@@ -88,6 +88,9 @@ impl Builder<'_> {
         for node in &scene.nodes {
             rest.push(rest_of(node)?);
         }
+        if scene.animations.len() > 1 {
+            animation::rest_of_all(scene, &mut rest);
+        }
         // glTF takes several animations; the names of clips and their order stay.
         for take in &scene.animations {
             let written = animation::write(scene, take, &mut rest, self.options, &mut self.buffer, &mut self.report)?;

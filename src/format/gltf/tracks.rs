@@ -1,0 +1,388 @@
+//! The animations of a file as tracks of keys with straight ways between them.
+//!
+//! | glTF | keys |
+//! |---|---|
+//! | LINEAR | as they are |
+//! | STEP | each value twice: at its key, and at the last moment before the next that a 32-bit float can tell from it |
+//! | CUBICSPLINE | samples of the curve, so close that the way between two is at most [`CURVE_ERROR`] off |
+//! | KHR_animation_pointer to a node's translation, rotation or scale | as the channel of that node |
+
+use glam::{Quat, Vec3};
+
+use super::accessors::{Budget, numbers};
+use super::file::{File, degenerate, implausible, is_degenerate, is_plausible, unit};
+use super::invalid::{invalid, missing};
+use super::json::{Animation, Channel};
+use crate::format::Failure;
+
+/// How far samples may leave a curve: as a share of the largest value of its track, and of a quaternion.
+pub(super) const CURVE_ERROR: f64 = 1e-6;
+
+/// Samples between two keys of a curve at most.
+const MOST_SAMPLES: usize = 4096;
+
+/// The keys of one property of one node.
+pub(crate) struct Track {
+    /// Index of the node in the file.
+    pub(crate) node: usize,
+    /// In seconds, strictly increasing.
+    pub(crate) times: Vec<f32>,
+    pub(crate) values: Values,
+    /// The seconds at which the file has keys, where those here are others: its ways were other than straight.
+    pub(crate) bent: Option<(Bend, Vec<f32>)>,
+}
+
+/// How a track that is not straight goes from key to key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Bend {
+    Step,
+    Curve,
+}
+
+pub(crate) enum Values {
+    Translations(Vec<Vec3>),
+    Rotations(Vec<Quat>),
+    Scales(Vec<Vec3>),
+}
+
+impl Values {
+    /// Numbers in one key.
+    pub(crate) fn components(&self) -> u64 {
+        match self {
+            Self::Translations(_) | Self::Scales(_) => 3,
+            Self::Rotations(_) => 4,
+        }
+    }
+}
+
+impl Track {
+    /// The seconds at which the file has keys.
+    pub(super) fn key_times(&self) -> &[f32] {
+        self.bent.as_ref().map_or(&self.times, |(_, times)| times)
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Property {
+    Translation,
+    Rotation,
+    Scale,
+}
+
+impl File<'_> {
+    /// The animations.
+    pub(crate) fn animations(&self) -> impl ExactSizeIterator<Item = &Animation> {
+        self.root.animations.iter()
+    }
+
+    /// The tracks of an animation that move nodes.
+    ///
+    /// # Errors
+    /// With the name of the animation, where its keys are none.
+    pub(crate) fn tracks(&self, index: usize) -> Result<Vec<Track>, Failure> {
+        let animation = &self.root.animations[index];
+        let mut tracks = Vec::new();
+        for (place, channel) in animation.channels.iter().enumerate() {
+            let pointer = format!("/animations/{index}/channels/{place}");
+            let target = self.target(channel, &pointer);
+            let track = target.and_then(|target| match target {
+                Some((node, property)) => self.track(index, channel, node, property).map(Some),
+                None => Ok(None),
+            });
+            let name = |mut diagnostic: Failure| {
+                if let Some(name) = animation.name.as_ref().filter(|name| !name.is_empty()) {
+                    diagnostic.message = format!("animation \"{name}\": {}", diagnostic.message);
+                }
+                diagnostic
+            };
+            tracks.extend(track.map_err(name)?);
+        }
+        Ok(tracks)
+    }
+
+    /// The node and the property that a channel moves; nothing where it moves something else.
+    fn target(&self, channel: &Channel, pointer: &str) -> Result<Option<(usize, Property)>, Failure> {
+        let extension = channel.target.extensions.get("KHR_animation_pointer");
+        let named = extension.and_then(|extension| extension.get("pointer")?.as_str());
+        let parts: Vec<&str> = named.map(|named| named.split('/').collect()).unwrap_or_default();
+        let (node, path) = match (parts.as_slice(), channel.target.path.as_str(), channel.target.node) {
+            (["", "nodes", node, path], "pointer", _) => (node.parse().ok(), *path),
+            (_, path, node) => (node, path),
+        };
+        let property = match path {
+            "translation" => Property::Translation,
+            "rotation" => Property::Rotation,
+            "scale" => Property::Scale,
+            // Morph targets, and what extensions move.
+            _ => return Ok(None),
+        };
+        let count = self.root.nodes.len();
+        match node {
+            Some(node) if node >= count => Err(missing(format!("{pointer}/target/node"), "node", node, count).into()),
+            // Without a node the channel is to be ignored, says the specification.
+            node => Ok(node.map(|node| (node, property))),
+        }
+    }
+
+    fn track(&self, animation: usize, channel: &Channel, node: usize, property: Property) -> Result<Track, Failure> {
+        let samplers = &self.root.animations[animation].samplers;
+        let pointer = format!("/animations/{animation}/samplers/{}", channel.sampler);
+        let sampler = samplers
+            .get(channel.sampler)
+            .ok_or_else(|| missing(&*pointer, "sampler", channel.sampler, samplers.len()))?;
+        let columns = if property == Property::Rotation { 4 } else { 3 };
+        let (input, output) = (format!("{pointer}/input"), format!("{pointer}/output"));
+        let times = numbers(&self.root, &self.bytes, sampler.input, 1, &input)?;
+        let keys = numbers(&self.root, &self.bytes, sampler.output, columns, &output)?;
+        check_times(&times, &input)?;
+        let bend = match sampler.interpolation.as_deref() {
+            None | Some("LINEAR") => None,
+            Some("STEP") => Some(Bend::Step),
+            Some("CUBICSPLINE") => Some(Bend::Curve),
+            Some(other) => {
+                let message = "the interpolation does not exist";
+                return Err(invalid(format!("{pointer}/interpolation"), message)
+                    .expected_found("LINEAR, STEP or CUBICSPLINE", format!("\"{other}\""))
+                    .into());
+            }
+        };
+        let values_a_key = if bend == Some(Bend::Curve) { 3 } else { 1 };
+        if keys.len() != times.len() * columns * values_a_key {
+            let expected = format!("{} values for {} times", times.len() * values_a_key, times.len());
+            return Err(invalid(
+                output,
+                "the sampler has another number of values than its times ask for",
+            )
+            .expected_found(expected, format!("{}", keys.len() / columns))
+            .into());
+        }
+        if let Some(number) = keys.iter().find(|number| !is_plausible(**number)) {
+            return Err(implausible(output, *number).into());
+        }
+        let is_scale = property == Property::Scale;
+        if let Some(scale) = keys
+            .iter()
+            .find(|scale| is_scale && bend.is_none() && is_degenerate(**scale))
+        {
+            return Err(degenerate(output, *scale).into());
+        }
+        let keys = Keys {
+            times,
+            values: keys,
+            columns,
+        };
+        let budget = &self.bytes.budget;
+        let key_times = keys.times.clone();
+        let straight = match bend {
+            None => keys,
+            Some(Bend::Step) => keys.step(budget, &output)?,
+            Some(Bend::Curve) => keys.curve(budget, &output)?,
+        };
+        let bends = bend.filter(|_| straight.times.len() != key_times.len());
+        let vectors = || straight.values.chunks_exact(3).map(Vec3::from_slice).collect();
+        let values = match property {
+            Property::Rotation => Values::Rotations(rotations(&straight.values)),
+            Property::Scale => Values::Scales(vectors()),
+            Property::Translation => Values::Translations(vectors()),
+        };
+        Ok(Track {
+            node,
+            times: straight.times,
+            values,
+            bent: bends.map(|bend| (bend, key_times)),
+        })
+    }
+}
+
+/// Unit quaternions; one without a length is the one before.
+fn rotations(values: &[f32]) -> Vec<Quat> {
+    let mut last = Quat::IDENTITY;
+    let rotations = values.chunks_exact(4).map(|value| {
+        last = unit(Quat::from_slice(value)).unwrap_or(last);
+        last
+    });
+    rotations.collect()
+}
+
+fn check_times(times: &[f32], pointer: &str) -> Result<(), Failure> {
+    let Some(first) = times.first() else {
+        return Err(invalid(pointer, "the sampler has no key")
+            .expected_found("at least 1", "0")
+            .into());
+    };
+    if !(first.is_finite() && *first >= 0.0) {
+        return Err(invalid(pointer, "a time is not a number of seconds from 0 on")
+            .expected_found("0 or more", format!("{first}"))
+            .into());
+    }
+    match times
+        .windows(2)
+        .position(|pair| !(pair[0] < pair[1] && pair[1].is_finite()))
+    {
+        None => Ok(()),
+        Some(key) => Err(invalid(pointer, "the times must increase from key to key")
+            .expected_found(
+                format!("a time after {}", times[key]),
+                format!("{} at key {}", times[key + 1], key + 1),
+            )
+            .into()),
+    }
+}
+
+/// The keys of a sampler; those of a curve have an in-tangent, a value and an out-tangent each.
+struct Keys {
+    times: Vec<f32>,
+    values: Vec<f32>,
+    columns: usize,
+}
+
+impl Keys {
+    fn push(&mut self, time: f32, value: &[f32]) {
+        if self.times.last().is_none_or(|last| time > *last) {
+            self.times.push(time);
+            self.values.extend_from_slice(value);
+        }
+    }
+
+    /// Keys whose straight ways are the steps of these.
+    fn step(&self, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
+        budget.take(self.values.len() as u64, pointer)?;
+        let mut straight = Self {
+            times: Vec::new(),
+            values: Vec::new(),
+            columns: self.columns,
+        };
+        let mut held: Option<&[f32]> = None;
+        for (&time, value) in std::iter::zip(&self.times, self.values.chunks_exact(self.columns)) {
+            if let Some(held) = held.filter(|held| *held != value) {
+                straight.push(time.next_down(), held);
+            }
+            straight.push(time, value);
+            held = Some(value);
+        }
+        Ok(straight)
+    }
+
+    /// Samples of the curve that these keys make.
+    fn curve(&self, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
+        let columns = self.columns;
+        let mut straight = Self {
+            times: Vec::new(),
+            values: Vec::new(),
+            columns,
+        };
+        let key = |key: usize| &self.values[3 * columns * key..3 * columns * (key + 1)];
+        let last = self.times.len() - 1;
+        let is_rotation = columns == 4;
+        let most = self
+            .values
+            .iter()
+            .fold(0.0, |most: f64, value| most.max(f64::from(value.abs())));
+        let tolerance = CURVE_ERROR
+            * if is_rotation {
+                1.0
+            } else {
+                most.max(f64::from(f32::MIN_POSITIVE))
+            };
+        for index in 0..last {
+            let segment = Segment {
+                start: key(index),
+                end: key(index + 1),
+                seconds: f64::from(self.times[index + 1]) - f64::from(self.times[index]),
+                columns,
+            };
+            let samples = segment.samples(tolerance);
+            budget.take((samples * columns) as u64, pointer)?;
+            let start = f64::from(self.times[index]);
+            for sample in 0..samples {
+                let time = (start + segment.seconds * sample as f64 / samples as f64) as f32;
+                // Where the 32-bit moment is, not where it should have been.
+                let share = (f64::from(time) - start) / segment.seconds;
+                let value = segment.at(share.clamp(0.0, 1.0)).map(|value| value as f32);
+                straight.push(time, &value[..columns]);
+            }
+        }
+        straight.push(self.times[last], &key(last)[columns..2 * columns]);
+        if let Some(number) = straight.values.iter().find(|number| !is_plausible(**number)) {
+            return Err(implausible(pointer.to_owned(), *number).into());
+        }
+        Ok(straight)
+    }
+}
+
+/// The cubic curve from one key to the next.
+struct Segment<'a> {
+    start: &'a [f32],
+    end: &'a [f32],
+    seconds: f64,
+    columns: usize,
+}
+
+impl Segment<'_> {
+    /// The Hermite spline of glTF's appendix C, and the unit quaternion in its direction where it is one.
+    fn at(&self, t: f64) -> [f64; 4] {
+        let (t2, t3) = (t * t, t * t * t);
+        let columns = self.columns;
+        let mut value = [0.0; 4];
+        for (column, value) in value.iter_mut().enumerate().take(columns) {
+            let start = f64::from(self.start[columns + column]);
+            let out = self.seconds * f64::from(self.start[2 * columns + column]);
+            let into = self.seconds * f64::from(self.end[column]);
+            let end = f64::from(self.end[columns + column]);
+            *value = (2.0 * t3 - 3.0 * t2 + 1.0) * start
+                + (t3 - 2.0 * t2 + t) * out
+                + (-2.0 * t3 + 3.0 * t2) * end
+                + (t3 - t2) * into;
+        }
+        if columns == 4 {
+            let length = value.iter().map(|value| value * value).sum::<f64>().sqrt();
+            if length > 0.0 {
+                value = value.map(|value| value / length);
+            }
+        }
+        value
+    }
+
+    /// Into how many straight ways of the same duration the curve has to be cut for them to stay within `tolerance`.
+    fn samples(&self, tolerance: f64) -> usize {
+        let mut samples = 1;
+        loop {
+            let error = self.error(samples);
+            if error <= tolerance || samples >= MOST_SAMPLES || !error.is_finite() {
+                return samples;
+            }
+            // The error falls with the square of the number.
+            let wanted = samples as f64 * (error / tolerance).sqrt();
+            samples = (wanted.ceil() as usize).clamp(samples + 1, MOST_SAMPLES);
+        }
+    }
+
+    /// The largest distance of the curve from so many straight ways, at their quarters.
+    fn error(&self, samples: usize) -> f64 {
+        let mut largest = 0.0_f64;
+        let mut start = self.at(0.0);
+        for sample in 0..samples {
+            let place = |share: f64| (sample as f64 + share) / samples as f64;
+            let end = self.at(place(1.0));
+            for share in [0.25, 0.5, 0.75] {
+                let (curve, way) = (self.at(place(share)), mixed(start, end, share, self.columns == 4));
+                let squares: f64 = std::iter::zip(curve, way).map(|(a, b)| (a - b) * (a - b)).sum();
+                // Of a rotation the angle is twice that.
+                largest = largest.max(squares.sqrt() * if self.columns == 4 { 2.0 } else { 1.0 });
+            }
+            start = end;
+        }
+        largest
+    }
+}
+
+/// What lies between two keys with a straight way: on the line, and of rotations on the arc.
+fn mixed(start: [f64; 4], end: [f64; 4], share: f64, is_rotation: bool) -> [f64; 4] {
+    if is_rotation {
+        let (start, end) = (glam::DQuat::from_array(start), glam::DQuat::from_array(end));
+        let way = start.slerp(end, share);
+        // A quaternion and its negative are one rotation; the curve does not jump.
+        return if way.dot(start) < 0.0 { -way } else { way }.to_array();
+    }
+    std::array::from_fn(|column| start[column] + share * (end[column] - start[column]))
+}
