@@ -1,8 +1,7 @@
-//! From a file's own unit, axes and frames to those of an output.
+//! Converts a scene from the unit, axes and frames of its file to those of an output.
 //!
-//! Motion files rarely say in which unit they are or which axis points up, and glTF is in metres with +Y up. A
-//! [`Conversion`] names what a caller knows, [`survey`](skeleton::survey()) guesses the rest, and
-//! [`Conversion::apply`] says what was guessed:
+//! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
+//! caller's choices, [`survey`](skeleton::survey()) guesses the rest, and [`Conversion::apply`] returns the guesses:
 //!
 //! ```
 //! use mocap::{Conversion, gltf};
@@ -29,7 +28,8 @@ pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
 pub(crate) use self::space::Space;
 
-/// What to do with the first frame, which is a rest pose in some files: a conversion of the CMU database put one in front.
+/// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
+/// database.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FirstFrame {
     /// Keep it.
@@ -37,22 +37,22 @@ pub enum FirstFrame {
     Keep,
     /// Drop it.
     Drop,
-    /// Drop it where it is a rest pose that the motion jumps away from.
+    /// Drop it if it is a rest pose, and the motion jumps after it.
     DropRestPose,
 }
 
-/// The pose in which the nodes stand without motion, and in which meshes are bound to them.
+/// The pose of the nodes without motion, which is also the bind pose of meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RestPose {
-    /// As the file has it; in BVH that of the OFFSETs, with all rotations zero.
+    /// The rest pose of the file; in BVH that of the OFFSETs, with all rotations zero.
     #[default]
     InFile,
     /// The pose of a frame of the file, from 0.
     Frame(u64),
 }
 
-/// What to do with the way of the figure over the ground.
+/// What to do with the root's motion over the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RootMotion {
     /// Leave it in the root joint.
@@ -60,15 +60,15 @@ pub enum RootMotion {
     Keep,
     /// Remove it: [`process::in_place`].
     InPlace,
-    /// Move it to a joint of its own above the root: [`process::root_motion`].
+    /// Move it to a new joint above the root: [`process::root_motion`].
     Extract,
 }
 
-/// Brings a scene that comes right from its file to the unit, the axes and the frames of an output.
+/// Converts an imported scene to the unit, the axes and the frames of an output.
 ///
-/// The default brings lengths to metres and +Y up, and changes nothing else. The steps are those of [`process`], in
-/// this order: rest pose, trim, frame rate, unit and axes, root motion. Each is recorded in
-/// [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) finds the way back.
+/// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are those of
+/// [`process`], in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is recorded in
+/// [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) can undo it.
 ///
 /// ```
 /// use mocap::convert::{FirstFrame, Moment, RootMotion};
@@ -104,13 +104,13 @@ impl Conversion {
         Self::default()
     }
 
-    /// Metres in one unit of length of the file.
+    /// Metres per unit of length of the file.
     ///
-    /// Default: what the file states; else the unit in which the figure has the size of a person, by
-    /// [`survey`](skeleton::survey()), with an [`Assumption`] that says so.
+    /// Default: the unit that the file states, or else the guess of [`survey`](skeleton::survey()), in which the figure
+    /// has the size of a person, with an [`Assumption`].
     ///
-    /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: name
-    /// the unit where you know it.
+    /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
+    /// unit if you know it.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -129,13 +129,13 @@ impl Conversion {
         self
     }
 
-    /// The axis of the file that points up.
+    /// The up axis of the file.
     ///
-    /// Default: what the file states; else the axis from the feet to the head, by [`survey`](skeleton::survey()), with
-    /// an [`Assumption`] that says so.
+    /// Default: the axis that the file states, or else the guess of [`survey`](skeleton::survey()), the axis from the
+    /// feet to the head, with an [`Assumption`].
     ///
-    /// With [`UpAxis::Z`] the scene is turned by a quarter about X, so that +Y is up: (x, y, z) becomes (x, z, -y). The
-    /// turn goes to the root, and other joints keep their rotations.
+    /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).
+    /// Only the root is rotated; other joints keep their rotations.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -155,12 +155,12 @@ impl Conversion {
         self
     }
 
-    /// Whether the file's own unit and axes stay where [`metres_per_unit`](Self::metres_per_unit) and [`up`](Self::up)
-    /// do not name them.
+    /// Whether to keep the file's own unit and axes unless [`metres_per_unit`](Self::metres_per_unit) and
+    /// [`up`](Self::up) are set.
     ///
-    /// Default: no, the output is in metres with +Y up.
+    /// Default: `false`, the output is in metres with +Y up.
     ///
-    /// For BVH, which has no unit and no up axis: numbers that nobody asked to change stay as they are.
+    /// For BVH, which has no unit and no up axis: without other options the numbers do not change.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -182,7 +182,7 @@ impl Conversion {
     /// Default: the whole motion.
     ///
     /// Both ends are included. A first moment after the last frame, and a last one before the first, are errors; a last
-    /// moment after the last frame stands for it.
+    /// moment after the last frame means the last frame.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -207,9 +207,9 @@ impl Conversion {
     ///
     /// Default: the file's own frames.
     ///
-    /// Between two frames, positions are interpolated on a line and rotations by slerp, but not across a
-    /// [cut](skeleton::cuts). Where the file's frame time is a rounded one, and the frames of both rates only fall
-    /// together without the rounding, the rate that was meant is taken, and an [`Assumption`] says so.
+    /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
+    /// [cut](skeleton::cuts). If the file's frame time is rounded, and the frames of both rates coincide only without
+    /// the rounding, the exact rate is used, with an [`Assumption`].
     ///
     /// ```
     /// use mocap::{Conversion, scene::Topic};
@@ -231,7 +231,8 @@ impl Conversion {
     ///
     /// Default: [`FirstFrame::Keep`].
     ///
-    /// A rest pose in front of a motion makes it begin with a jump. Frames that other options name keep their numbers.
+    /// A motion with a rest pose as its first frame begins with a jump. Frame numbers in other options count the
+    /// dropped frame.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -253,7 +254,7 @@ impl Conversion {
     ///
     /// Default: [`RestPose::InFile`].
     ///
-    /// The motion stays the same. Targets that want a T-pose at rest get one from a motion that has it in some frame.
+    /// The motion does not change. For targets that need a T-pose, choose a frame in which the motion has one.
     ///
     /// ```
     /// use mocap::convert::RestPose;
@@ -271,11 +272,11 @@ impl Conversion {
         self
     }
 
-    /// What to do with the way of the figure over the ground.
+    /// What to do with the root's motion over the ground.
     ///
     /// Default: [`RootMotion::Keep`].
     ///
-    /// Engines that move characters themselves want clips in place, or the way in a joint of its own.
+    /// Game engines that move characters themselves need clips in place, or the root motion in a separate joint.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -292,7 +293,7 @@ impl Conversion {
         self
     }
 
-    /// Checks what can be checked without a scene: numbers that no unit, frame rate or time can be.
+    /// Checks the numbers that do not depend on a scene: unit, frame rate and times.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -314,17 +315,17 @@ impl Conversion {
         Ok(())
     }
 
-    /// Converts `scene`, and returns what was decided for it that the file does not say, each with its reason.
+    /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
     ///
-    /// What is guessed about the file is added to [`Metadata::assumptions`](crate::scene::Metadata::assumptions), so
-    /// that it travels into the output: unit, up axis and first frame. The frame rate that a rounded frame time means
-    /// is returned alone.
+    /// The guesses of unit, up axis and first frame are added to
+    /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions), and so are part of the output. The exact rate of
+    /// a rounded frame time is only returned.
     ///
-    /// A scene that was converted is in metres with +Y up and says so; converting it again changes neither.
+    /// A converted scene states that it is in metres with +Y up; converting it again changes neither.
     ///
     /// # Errors
     /// As [`Conversion::check`]; and [`Code::UnknownOption`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
-    /// frames that the motion does not have. `scene` is then as it was.
+    /// frames that the motion does not have. `scene` is then unchanged.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
         let survey = skeleton::survey(scene);
@@ -394,7 +395,7 @@ impl Conversion {
     }
 }
 
-/// Whether resampling takes another rate for the motion's own: the one that its rounded frame time means.
+/// Whether resampling uses the exact rate of a rounded frame time.
 fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
     animation.is_some_and(|animation| {
         let stated = animation.ticks_per_second;

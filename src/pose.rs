@@ -1,14 +1,14 @@
-//! From a tick to the matrices of every node.
+//! Computes the matrices of every node at a tick.
 //!
 //! An animation's channels say how each node stands to its parent at a tick ([`Binding`] finds out which node). Forward
 //! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a joint, then the offset of the
 //! next. In a node both are one matrix, translation x rotation, so the chain is one product a node,
 //! and since parents stand before children it is one loop.
 //!
-//! The results are matrices, not translation, rotation and scale, because a product of those may shear.
+//! The results are matrices, not translation, rotation and scale, because products of those may have shear.
 //!
-//! [`Updater`] writes into the scene itself, as Assimp's users do; a [`Pose`] belongs to its caller, so that any number
-//! of them can share one scene.
+//! [`Updater`] writes into the scene itself, as users of Assimp do; a [`Pose`] is separate from the scene, so any
+//! number of poses can share one scene.
 
 mod binding;
 mod forward_kinematics;
@@ -24,7 +24,7 @@ pub(crate) use self::forward_kinematics::forward_kinematics;
 pub use self::sample::Trs;
 pub use self::updater::Updater;
 
-/// How every node of one skeleton stands, in its parent and in the world. [`NodeId`] indexes both lists.
+/// The matrices of all nodes of one skeleton, to the parent and to the world. [`NodeId`] indexes both lists.
 ///
 /// ```
 /// use mocap::glam::{Mat4, Vec3};
@@ -46,13 +46,14 @@ pub use self::updater::Updater;
 pub struct Pose {
     /// Node to parent.
     pub node_to_parent: Vec<Mat4>,
-    /// Node to the space in which the root stands. Follows from `node_to_parent` by [`Pose::update_world`].
+    /// Node to world, which is the space of the root's parent. [`Pose::update_world`] computes it from
+    /// `node_to_parent`.
     pub node_to_world: Vec<Mat4>,
     parents: Vec<Option<NodeId>>,
 }
 
 impl Pose {
-    /// The pose in which the nodes of `scene` stand: the rest pose, as long as nothing has moved them.
+    /// The pose of the node transforms of `scene`: the rest pose, unless they were updated.
     pub fn rest(scene: &Scene) -> Self {
         let mut pose = Self {
             node_to_parent: scene.nodes.iter().map(|node| node.transform).collect(),
@@ -72,8 +73,8 @@ impl Pose {
         Some(pose)
     }
 
-    /// Takes the pose in which the nodes of `scene` stand now, after [`Updater::update`] for example. `scene` is the
-    /// one that the pose was made from.
+    /// Copies the current node transforms of `scene`, for example after [`Updater::update`]. `scene` must be the one
+    /// that the pose was made from.
     pub fn copy_from(&mut self, scene: &Scene) {
         for (matrix, node) in self.node_to_parent.iter_mut().zip(&scene.nodes) {
             *matrix = node.transform;
@@ -81,7 +82,7 @@ impl Pose {
         self.update_world();
     }
 
-    /// Moves to `tick` of `animation`. Nodes without a channel stay as they are.
+    /// Moves to `tick` of `animation`. Nodes without a channel do not change.
     ///
     /// ```
     /// use mocap::{Binding, Pose};
@@ -122,7 +123,7 @@ impl Pose {
         );
     }
 
-    /// Where the origin of `node` is in the world.
+    /// The position of `node` in the world.
     ///
     /// # Panics
     /// If the pose has no such node.
@@ -130,7 +131,7 @@ impl Pose {
         self.node_to_world[node.index()].w_axis.truncate()
     }
 
-    /// Where a point that is attached to `node`, given in the space of the node, is in the world.
+    /// The position in the world of a point in the space of `node`.
     ///
     /// # Panics
     /// If the pose has no such node.
@@ -140,7 +141,7 @@ impl Pose {
 }
 
 impl Scene {
-    /// The free ends of all chains: end sites, and joints that nothing hangs on. [`Pose::position`] says where they are.
+    /// The end effectors: end sites, and joints without children. [`Pose::position`] gives their positions.
     pub fn end_effectors(&self) -> impl Iterator<Item = NodeId> {
         // Depth-first order: the first child of a node, if there is one, comes right after it.
         let is_leaf = |index: usize| {
@@ -166,8 +167,8 @@ mod tests {
     /// Shoulder --2-- Elbow --1.5-- Wrist --0.5-- EndSite_Wrist
     /// ```
     ///
-    /// In frame n (from 0) the shoulder is at (0.1 (n + 1), 0.02 n, 0), and the joints are turned about z by 5, 10 and 8
-    /// degrees times n + 1.
+    /// In frame n (from 0) the shoulder is at (0.1 (n + 1), 0.02 n, 0), and the joints are rotated about z by 5, 10 and
+    /// 8 degrees times n + 1.
     fn lecture() -> Scene {
         let offsets = [0.0, 2.0, 1.5, 0.5].map(|x| Vec3::new(x, 0.0, 0.0));
         let names = ["Shoulder", "Elbow", "Wrist", "EndSite_Wrist"];

@@ -1,4 +1,4 @@
-//! What a caller can ask for.
+//! The options of arrays.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,8 +6,8 @@ use crate::arrays::{Rotation, RotationSpace};
 use crate::convert::Moment;
 use crate::scene::UpAxis;
 
-/// What to put into the arrays. The default is the file as it is: every joint and end site, positions in the world,
-/// rotations to the parent as quaternions, the file's own unit, axes, frames and length.
+/// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
+/// parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
 /// use mocap::arrays::{Moment, Options, Rotation, arrays};
@@ -29,35 +29,35 @@ use crate::scene::UpAxis;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// What positions are relative to. Default: the world.
+    /// The space of positions. Default: the world.
     pub space: Space,
-    /// What the numbers of a rotation are. Default: a quaternion.
+    /// The representation of rotations. Default: a quaternion.
     pub rotation: Rotation,
     /// What rotations are relative to. Default: the parent.
     pub rotation_space: RotationSpace,
     /// A regular expression for the names of the joints and end sites to keep; it may match anywhere in a name.
     /// Default: all.
     pub joints: Option<String>,
-    /// Frames per second of the output. In between two frames, positions move on a line and rotations on the shorter
-    /// arc; a [cut](crate::skeleton::cuts) is not smeared, the nearer side stands. Default: the file's own frames.
+    /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by slerp;
+    /// at a [cut](crate::skeleton::cuts) the nearer side is used. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
-    /// The last moment to keep, or a later one for all of the rest. Default: the end.
+    /// The last moment to keep; one after the end means the end. Default: the end.
     pub last: Option<Moment>,
-    /// Metres in one unit of length of the output. Default: the file's own unit.
+    /// Metres per unit of length of the output. Default: the file's own unit.
     pub metres_per_unit: Option<f64>,
-    /// Metres in one unit of length of the file. Default: what the file says, else what
+    /// Metres per unit of length of the file. Default: the unit that the file states, or else what
     /// [`survey`](crate::skeleton::survey()) guesses.
     pub file_metres_per_unit: Option<f64>,
-    /// The axis of the output that points up. Default: the file's own axes.
+    /// The up axis of the output. Default: the file's own axes.
     pub up: Option<UpAxis>,
-    /// The axis of the file that points up. Default: what [`survey`](crate::skeleton::survey()) guesses.
+    /// The up axis of the file. Default: the guess of [`survey`](crate::skeleton::survey()).
     pub file_up: Option<UpAxis>,
-    /// Whether to give velocities. In frame i they are (p(i + 1) - p(i - 1)) / 2 x the frame rate; at the first and
-    /// the last frame the difference to the one neighbour there is x the frame rate; 0 where there is one frame only.
+    /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at the
+    /// first and the last frame; 0 for a single frame. Default: `false`.
     pub velocities: bool,
-    /// Whether to say which feet stand on the ground, and what counts as that.
+    /// The thresholds for foot contacts. Default: `None`, no contacts.
     pub contacts: Option<Contacts>,
 }
 
@@ -65,29 +65,29 @@ pub struct Options {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Space {
-    /// The space in which the root stands.
+    /// The world.
     #[default]
     World,
-    /// The position of the root joint in the same frame; the axes stay those of the world.
+    /// The position of the root joint in the same frame, along the axes of the world.
     Root,
-    /// The parent that the output lists, in its axes; the world for a joint without one.
+    /// The parent in the output, along its axes; the world for a joint without one.
     Local,
 }
 
-/// What counts as a foot that stands on the ground: low and slow at once.
+/// Foot contacts: a foot is in contact if it is low and slow.
 ///
-/// The ground is where the lowest foot is in most frames: at the height below which it is in a twentieth of them, so
-/// that a stray rest pose does not count. Heights are along the axis that points up, speeds those of central differences, in any direction. The defaults are ours, for human figures: a foot
-/// in stance stays within a few centimetres and a few decimetres a second.
+/// The height of the ground is the fifth percentile of the height of the lowest foot, so that a rest pose in the first
+/// frame does not count. Heights are along the up axis, speeds are central differences, in any direction. The defaults
+/// are for human figures: a foot in stance stays within a few centimetres and a few decimetres per second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Contacts {
     /// A regular expression for the names of the feet among the joints of the output. Default: `(?i)foot|toe|ankle`.
     pub feet: String,
-    /// Metres above the ground, at most. Default: 0.05. An ankle stands higher above the ground than a toe: where the
-    /// feet of a skeleton are ankles and toes, one threshold counts heel and toe apart.
+    /// The largest height above the ground, in metres. Default: 0.05. An ankle is higher above the ground than a toe,
+    /// so one threshold distinguishes heel and toe contacts.
     pub height: f64,
-    /// Metres a second, at most. Default: 0.4.
+    /// The largest speed, in metres per second. Default: 0.4.
     pub speed: f64,
 }
 

@@ -7,22 +7,22 @@ use crate::limits::positive;
 use crate::scene::{AppliedStep, Scene};
 use crate::skeleton;
 
-/// How near, in ticks, a new frame may be to an old one to be the same.
+/// The largest distance, in ticks, at which a new frame equals an old one.
 const SAME_TICK: f64 = 1e-6;
 
-/// Evenly spaced moments of an animation.
+/// Evenly spaced times of an animation.
 pub(super) struct Timeline {
     pub(super) frames: usize,
-    /// Frames in a second; 0 without motion.
+    /// Frames per second; 0 without motion.
     pub(super) frame_rate: f64,
     first: f64,
     step: f64,
-    /// The frames after which the motion jumps. Only looked for where moments may fall between two frames.
+    /// The frames after which the motion jumps. Only computed if times may fall between two frames.
     cuts: Vec<usize>,
 }
 
 impl Timeline {
-    /// Adds what changes the time of things to `steps`.
+    /// Adds the steps that change times to `steps`.
     pub(super) fn new(scene: &Scene, options: &Options, steps: &mut Vec<AppliedStep>) -> Result<Self> {
         if let Some(rate) = options.frames_per_second {
             positive(Code::UnknownOption, "frame rate", rate)?;
@@ -75,7 +75,7 @@ impl Timeline {
     /// The tick of a frame.
     pub(super) fn tick(&self, frame: usize) -> f64 {
         let tick = self.first + frame as f64 * self.step;
-        // What lies inside of a cut belongs to neither side.
+        // A time inside a cut uses the nearer side.
         if self.cuts.binary_search(&(tick as usize)).is_ok() {
             tick.round()
         } else {

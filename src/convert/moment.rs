@@ -1,4 +1,4 @@
-//! Which part of a motion to keep.
+//! The part of a motion to keep.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::scene::Animation;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Moment {
-    /// Seconds from the start, not negative; the nearest frame is meant.
+    /// Seconds from the start, not negative; it means the nearest frame.
     Seconds(f64),
     /// A frame of the file, from 0.
     Frame(u64),
@@ -66,7 +66,7 @@ pub(crate) fn part_ticks(
     Ok((first_tick, last_tick))
 }
 
-/// Refuses a tick after the last; a scene without motion has none to be after.
+/// Refuses a tick after the last; a scene without motion accepts all.
 pub(super) fn check_within(animation: Option<&Animation>, tick: f64, message: &str) -> Result<()> {
     match animation {
         Some(animation) if tick > animation.duration => {

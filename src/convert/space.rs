@@ -1,4 +1,4 @@
-//! In which unit a scene is, and which axis points up in it.
+//! The unit and the up axis of a scene.
 
 use crate::error::{Code, Result};
 use crate::limits::positive;
@@ -15,7 +15,7 @@ pub(crate) struct Space {
 }
 
 impl Space {
-    /// Refuses a unit that no length can have.
+    /// Refuses a unit that is not finite and above 0.
     pub(crate) fn check(self) -> Result<()> {
         if let Some(metres) = self.metres_per_unit {
             positive(Code::UnknownOption, "metres per unit", metres)?;
@@ -23,7 +23,7 @@ impl Space {
         Ok(())
     }
 
-    /// The space of a scene: what `self` names, else what the file states, else what `survey` guesses.
+    /// The space of a scene: the values of `self`, or else those of the file, or else the guesses of `survey`.
     pub(crate) fn or_found(self, metadata: &Metadata, survey: Option<&Survey>) -> Self {
         Self {
             metres_per_unit: self
@@ -34,7 +34,7 @@ impl Space {
         }
     }
 
-    /// What is guessed about `topic`, which `self` may name instead.
+    /// The guess about `topic`, unless `self` has a value.
     pub(crate) fn guess(self, topic: Topic, survey: &Survey) -> Option<Assumption> {
         let is_named = match topic {
             Topic::Unit => self.metres_per_unit.is_some(),

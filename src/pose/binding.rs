@@ -1,4 +1,4 @@
-//! Which channel drives which node, found once by name.
+//! Finds the node of every channel, once.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -6,20 +6,19 @@ use std::collections::HashMap;
 use crate::pose::sample::{Moment, Moving, Trs};
 use crate::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 
-/// What a tick outside of an animation stands for.
+/// The meaning of a tick outside of an animation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutOfRange {
-    /// The nearest end: before the start the first frame holds, after the end the last.
+    /// The nearest end: the first frame before the start, the last frame after the end.
     #[default]
     Clamp,
     /// The animation repeats in both directions. Its period is its duration, so the last frame and the first are the
-    /// same moment of two rounds; neither of the two ticks is out of range, and each shows its own frame.
+    /// same moment of two cycles; neither tick is out of range, and each has its own frame.
     Loop,
 }
 
 impl OutOfRange {
-    /// The tick in 0 to `duration` that `tick` stands for. NaN stands for 0, and so does every tick where the duration
-    /// is not above 0.
+    /// The tick from 0 to `duration` for `tick`. It is 0 for NaN, and for every tick if the duration is not above 0.
     ///
     /// ```
     /// use mocap::OutOfRange;
@@ -40,17 +39,17 @@ impl OutOfRange {
     }
 }
 
-/// An animation's channels, each tied to the node that it drives.
+/// The nodes of an animation's channels.
 ///
-/// Names are looked up when the binding is made; sampling costs neither look-up nor allocation. A binding holds no
-/// reference, so that one animation can drive any number of skeletons, each with its own binding and
-/// [`Pose`](crate::pose::Pose), from any thread. It fits the animation and the nodes that it was made from, and has
-/// already read the tracks that hold still: make a new one when either changes.
+/// Names are looked up when the binding is made; sampling needs neither look-up nor allocation. A binding holds no
+/// reference, so one animation can drive any number of skeletons, each with its own binding and
+/// [`Pose`](crate::pose::Pose), from any thread. It is valid for the animation and the nodes that it was made from, and
+/// has already read the constant tracks: make a new one when either changes.
 #[derive(Clone, Debug)]
 pub struct Binding {
-    /// The channels that no node answers to, as indices into [`Animation::channels`]. They drive nothing.
+    /// The channels without a node, as indices into [`Animation::channels`]. They have no effect.
     pub channels_without_node: Vec<usize>,
-    /// The joints that no channel drives. They stay as they are.
+    /// The joints without a channel. They do not change.
     pub joints_without_channel: Vec<NodeId>,
     out_of_range: OutOfRange,
     links: Vec<Link>,
@@ -60,17 +59,17 @@ pub struct Binding {
 struct Link {
     channel: usize,
     node: NodeId,
-    /// What holds at every tick: the key of a track that has only one, the node's own transform where there is none.
+    /// The constant components: the key of a track with one key, the node's own value for a track without keys.
     still: Trs,
-    /// Which tracks have more than one key, and are sampled.
+    /// The tracks with more than one key, which are sampled.
     moving: Moving,
 }
 
 impl Binding {
     /// Binds `animation` to the skeleton that it was made for.
     ///
-    /// A channel drives its [`node`](crate::scene::Channel::node) where that has the channel's name. Of the others, the
-    /// first channel of a name drives the first node of that name that is not an end site, the second channel the
+    /// A channel drives its [`node`](crate::scene::Channel::node) if that node has the channel's name. Of the others,
+    /// the first channel of a name drives the first node of that name that is not an end site, the second channel the
     /// second, and so on. Translations, rotations and scales all come from the animation.
     pub fn new(scene: &Scene, animation: &Animation) -> Self {
         let known = |channel: &Channel| {
@@ -88,9 +87,9 @@ impl Binding {
     /// Binds `animation` to the skeleton of another file, joint by joint. `node_name_of` is the map of names: from
     /// a channel's [`node_name`](crate::scene::Channel::node_name) to the name of a node of `scene`.
     ///
-    /// The skeleton keeps its own proportions: a position track with a single key is only the OFFSET of the skeleton
-    /// that it comes from, and is not applied unless to a root. Rotations are applied as they are, so the rest poses
-    /// of both skeletons should agree in the directions of their links, as T-poses do.
+    /// The skeleton keeps its own proportions: a position track with a single key is only the OFFSET of its skeleton,
+    /// and is applied only to a root. Rotations are applied unchanged, so the links of both rest poses should have the
+    /// same directions, as in T-poses.
     ///
     /// ```
     /// use mocap::Binding;
@@ -119,7 +118,7 @@ impl Binding {
         binding
     }
 
-    /// Finds the node of every channel: the one that `known` gives, else the next of its name that no channel has yet.
+    /// Finds the node of every channel: the one from `known`, or else the next of its name without a channel.
     fn find<'a>(
         scene: &Scene,
         animation: &'a Animation,
@@ -179,7 +178,7 @@ impl Binding {
         self.links.iter().map(|link| (link.node, link.channel))
     }
 
-    /// The same binding with another reading of ticks outside of the animation.
+    /// Sets the meaning of ticks outside of the animation. Default: [`OutOfRange::Clamp`].
     #[must_use]
     pub fn out_of_range(mut self, out_of_range: OutOfRange) -> Self {
         self.out_of_range = out_of_range;
@@ -188,8 +187,9 @@ impl Binding {
 
     /// Calls `drive` with every driven node and its transform to the parent at `tick`.
     ///
-    /// Between two keys, positions and scales move on a line and rotations on the shorter arc. A component whose track
-    /// has no key stays as it was when the binding was made; a node whose channel has no key at all is left out.
+    /// Between two keys, positions and scales are interpolated linearly and rotations by slerp on the shorter arc. A
+    /// component whose track has no key keeps its value from when the binding was made; a node whose channel has no key
+    /// at all is left out.
     #[inline]
     pub fn sample(&self, animation: &Animation, tick: f64, mut drive: impl FnMut(NodeId, Trs)) {
         let moment = Moment::new(self.out_of_range.resolve(tick, animation.duration));
@@ -201,7 +201,7 @@ impl Binding {
     }
 }
 
-/// Whether the translation of `node` is a place in the world, not the length of a link.
+/// Whether the translation of `node` is a position in the world, not the offset of a link.
 fn is_root(scene: &Scene, node: NodeId) -> bool {
     let parent = scene.nodes[node.index()]
         .parent

@@ -1,4 +1,4 @@
-//! Tick to value: the keys of one track, and of the three tracks of one channel.
+//! Samples the keys of one track, and the three tracks of one channel.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -16,15 +16,14 @@ pub struct Trs {
 }
 
 impl Trs {
-    /// The transform that moves nothing.
+    /// The identity.
     pub const IDENTITY: Self = Self {
         translation: Vec3::ZERO,
         rotation: Quat::IDENTITY,
         scale: Vec3::ONE,
     };
 
-    /// The components of `matrix`, whose product is `matrix` again unless it shears or flattens: shear is lost, and of
-    /// a matrix that flattens space no rotation is left, so the identity stands in for it.
+    /// Decomposes `matrix`. Shear is lost; for a singular matrix the rotation is the identity.
     pub fn from_matrix(matrix: Mat4) -> Self {
         let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
         let rotation = if rotation.is_finite() { rotation } else { Quat::IDENTITY };
@@ -49,9 +48,9 @@ impl Default for Trs {
 }
 
 impl Channel {
-    /// The transform to the parent at `tick`. A track without keys has no say: its component is that of `rest`.
+    /// The transform to the parent at `tick`. The component of a track without keys is that of `rest`.
     ///
-    /// This is all that a program with nodes of its own needs:
+    /// A program with its own nodes needs only this:
     ///
     /// ```
     /// use mocap::glam::{Mat4, Vec3};
@@ -82,7 +81,7 @@ impl Channel {
         self.sample_moving(Moment::new(tick), all, rest)
     }
 
-    /// Whether no track has a key, so that the channel says nothing about its node.
+    /// Whether no track has a key, so that the channel has no effect.
     pub(super) fn is_empty(&self) -> bool {
         self.position_keys.is_empty() && self.rotation_keys.is_empty() && self.scaling_keys.is_empty()
     }
@@ -123,16 +122,16 @@ impl Moving {
 }
 
 impl Keys<Vec3> {
-    /// The value at `tick`, on the straight line between the two keys around it. Before the first key the first value
-    /// holds, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
+    /// The value at `tick`, interpolated linearly between the two keys around it. Before the first key it is the first
+    /// value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
     pub fn sample(&self, tick: f64) -> Option<Vec3> {
         sample(self, Moment::new(tick), Vec3::lerp)
     }
 }
 
 impl Keys<Quat> {
-    /// The value at `tick`, on the shorter arc between the two keys around it, at even speed (slerp). Before the first
-    /// key the first value holds, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
+    /// The value at `tick`, by slerp on the shorter arc between the two keys around it. Before the first key it is the
+    /// first value, after the last key the last; a NaN tick counts as tick 0. `None` if there is no key.
     pub fn sample(&self, tick: f64) -> Option<Quat> {
         sample(self, Moment::new(tick), Quat::slerp)
     }

@@ -1,4 +1,4 @@
-//! Writing an animation into the node transforms of its own scene.
+//! Writes an animation into the node transforms of its own scene.
 
 use crate::pose::{Binding, OutOfRange};
 use crate::scene::Scene;
@@ -7,8 +7,8 @@ impl Scene {
     /// Writes position x rotation x scale at `tick` into [`Node::transform`](crate::scene::Node::transform) of every
     /// node that `animation` (an index into [`Scene::animations`]) has a channel for. Ticks out of range clamp.
     ///
-    /// Returns whether the scene has that animation. Names are looked up anew in each call; an [`Updater`] looks them
-    /// up once, and can loop.
+    /// Returns whether the scene has that animation. Every call looks up the names; an [`Updater`] looks them up once,
+    /// and can loop.
     pub fn update_node_matrices(&mut self, animation: usize, tick: f64) -> bool {
         let updater = Updater::new(self, animation);
         if let Some(updater) = &updater {
@@ -18,7 +18,7 @@ impl Scene {
     }
 }
 
-/// [`Scene::update_node_matrices`] with the names looked up beforehand: an update allocates nothing.
+/// As [`Scene::update_node_matrices`], with the names looked up once: an update does not allocate.
 ///
 /// ```
 /// use mocap::glam::Vec3;
@@ -44,7 +44,7 @@ impl Scene {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Updater {
-    /// Which channel drives which node, and what did not match.
+    /// The node of every channel, and the channels and joints without a partner.
     pub binding: Binding,
     animation: usize,
 }
@@ -57,7 +57,7 @@ impl Updater {
         Some(Self { binding, animation })
     }
 
-    /// The same updater with another reading of ticks outside of the animation.
+    /// Sets the meaning of ticks outside of the animation. Default: [`OutOfRange::Clamp`].
     #[must_use]
     pub fn out_of_range(mut self, out_of_range: OutOfRange) -> Self {
         self.binding = self.binding.out_of_range(out_of_range);

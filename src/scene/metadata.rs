@@ -1,4 +1,4 @@
-//! Where a scene comes from, what was decided about it, and what has changed since.
+//! The origin of a scene, the decisions about it, and the steps that changed it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,25 +7,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Code, Diagnostic, Error};
 
-/// Where a scene comes from and what was assumed when it was read.
+/// The origin of a scene, the assumptions of the reader, and the steps that changed it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Metadata {
     /// The file that the scene was read from.
     pub origin: Option<Origin>,
-    /// The file's format. Absent where the scene comes from no file.
+    /// The file's format. Absent for a scene without a file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Metres in one unit of length, where the file says so, or the scene was converted. BVH does not say.
+    /// Metres per unit of length, if the file states it or the scene was converted. BVH does not state it.
     pub metres_per_unit: Option<f64>,
-    /// The axis that points up, where the format or the file says so, or the scene was turned. BVH and Acclaim's files
-    /// do not say.
+    /// The up axis, if the format or the file states it or the scene was converted. BVH and Acclaim's files do not
+    /// state it.
     pub up: Option<UpAxis>,
-    /// What was done with the root's OFFSET, and why. Absent where the format has no such question.
+    /// How the root's OFFSET was used, and why. Absent for formats without an OFFSET.
     pub root_offset: Option<RootOffsetUsed>,
-    /// Everything else that was decided where the file leaves a choice.
+    /// All other decisions that the file does not state.
     pub assumptions: Vec<Assumption>,
-    /// What has changed the place or the time of things since, in the order in which it was done.
+    /// The steps that changed positions or times since then, in order.
     pub steps: Vec<AppliedStep>,
 }
 
@@ -79,7 +79,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// From the name, in any case.
+/// Parses the name, in any case.
 impl FromStr for Format {
     type Err = Error;
 
@@ -132,7 +132,7 @@ impl Origin {
     }
 }
 
-/// The axis that points away from the ground.
+/// The axis that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UpAxis {
@@ -150,9 +150,9 @@ pub enum UpAxis {
 pub enum AppliedStep {
     /// [`process::convert_units`](crate::process::convert_units).
     ConvertUnits {
-        /// Metres in one unit of length of the scene before.
+        /// Metres per unit of length before.
         metres_per_unit: f64,
-        /// The axis that pointed up before.
+        /// The up axis before.
         up: UpAxis,
     },
     /// [`process::trim`](crate::process::trim).
@@ -186,27 +186,27 @@ pub enum RootOffset {
     Add,
 }
 
-/// What was done with a root's OFFSET.
+/// How a root's OFFSET was used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RootOffsetUsed {
     /// [`RootOffset::Replace`] or [`RootOffset::Add`].
     pub policy: RootOffset,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 
-/// A decision where a file leaves a choice.
+/// A decision that the file does not state.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Assumption {
-    /// What it is about.
+    /// The topic.
     pub topic: Topic,
-    /// What was chosen.
+    /// The decision.
     pub choice: String,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 
-/// What an [`Assumption`] is about.
+/// The topic of an [`Assumption`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -217,11 +217,11 @@ pub enum Topic {
     Up,
     /// The frames per second.
     FrameRate,
-    /// Whether the first frame belongs to the motion.
+    /// Whether the first frame is part of the motion.
     FirstFrame,
-    /// What was done with a root's OFFSET.
+    /// How a root's OFFSET was used.
     RootOffset,
-    /// Axes that the reader turned.
+    /// Axes that the reader converted.
     UpAxis,
     /// Meshes that were left out.
     Meshes,
@@ -296,7 +296,7 @@ mod tests {
         }
     }
 
-    /// A file of a later version may name what this one does not know.
+    /// A file of a later version may have unknown topics.
     #[test]
     fn unknown_names_in_json_are_read_as_none_and_other() {
         let text = r#"{"topic": "gravity", "choice": "9.81", "reason": "it is Earth"}"#;
