@@ -124,7 +124,7 @@ pub struct Guess<T> {
     pub value: T,
     /// The confidence.
     pub confidence: Confidence,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 

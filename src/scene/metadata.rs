@@ -231,7 +231,7 @@ pub enum Topic {
     Events,
     /// Curves between keys that were sampled.
     Interpolation,
-    /// What another version of this crate wrote into a file.
+    /// A topic of another version of this crate.
     #[serde(other)]
     Other,
 }

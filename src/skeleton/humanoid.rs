@@ -33,7 +33,7 @@ pub struct HumanoidJoint {
     pub joint: NodeId,
     /// The confidence.
     pub confidence: Confidence,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub reason: String,
 }
 
@@ -84,7 +84,7 @@ pub struct Humanoid {
     pub sides: Sides,
     /// How far to trust that.
     pub sides_confidence: Confidence,
-    /// Why, as one phrase.
+    /// The reason, as one phrase.
     pub sides_reason: String,
 }
 

@@ -53,7 +53,7 @@ impl<'a> File<'a> {
         bytes.starts_with(json::MAGIC) || (is_json && memchr::memmem::find(bytes, b"\"asset\"").is_some())
     }
 
-    /// Reads `.glb` or `.gltf`; `open` reads a buffer that stands in a file of its own.
+    /// Reads `.glb` or `.gltf`; `open` reads a buffer in a separate file.
     pub(crate) fn read(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>, limits: &Limits) -> Result<Self> {
         let (root, bin) = json::parse(bytes)?;
         let warnings = required::check(&root.extensions_required)?;
@@ -103,13 +103,13 @@ impl<'a> File<'a> {
         })
     }
 
-    /// What this crate wrote about where the file comes from; absent in the files of others.
+    /// The provenance that this crate wrote; absent in files of other programs.
     pub(crate) fn provenance(&self) -> Option<Provenance> {
         let ours = self.root.asset.extras.as_ref()?.get("mocap")?;
         serde_json::from_value(ours.clone()).ok()
     }
 
-    /// The name that a node has in the scene that the file was written from; in the files of others, its name.
+    /// The name of a node in the scene from which the file was written; in files of other programs, its name.
     pub(crate) fn source_name(&self, node: usize) -> String {
         let node = &self.root.nodes[node];
         let source_name = node.extra("source_name").and_then(serde_json::Value::as_str);
@@ -182,7 +182,8 @@ impl<'a> File<'a> {
         };
         let mut is_listed = vec![false; nodes.len()];
         let mut listed: Vec<Listed> = Vec::with_capacity(nodes.len());
-        // A stack, for the depth of a file is a claim too. The last comes first, so children are put in backwards.
+        // A list instead of recursion, so that no file can overflow the call stack. The last comes first, so children
+        // are pushed in reverse.
         let mut open: Vec<(usize, Option<usize>, usize)> = roots.iter().rev().map(|&root| (root, None, 1)).collect();
         while let Some((index, parent, depth)) = open.pop() {
             let Some(node) = nodes.get(index) else {
@@ -323,7 +324,8 @@ fn contents_of<'a>(uri: &str, pointer: &str, open: &dyn Fn(&Path) -> Result<Vec<
         .into())
 }
 
-/// The file in the same folder, or below, that a relative URI names. No input file makes us read elsewhere.
+/// The file of a relative URI, in the same folder or below. Other paths are refused, so that an input cannot read other
+/// files.
 fn beside(uri: &str, pointer: &str) -> Result<PathBuf, Failure> {
     let path = PathBuf::from(percent_decoded(uri));
     let path: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();

@@ -1,4 +1,4 @@
-//! glTF 2.0: the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras stay behind.
+//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras are not read.
 //!
 //! | glTF | scene |
 //! |---|---|
@@ -28,10 +28,11 @@ use crate::scene::{
     Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis,
 };
 
-/// How far a time may be from a whole tick, as a share of the time, to be that tick: twice the rounding of a float.
+/// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
+/// rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
 
-/// Seconds between frames that can be meant; from other claims no ticks could be made.
+/// The range of valid frame times, in seconds.
 const PLAUSIBLE_FRAME_TIMES: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Frames per second that programs export with.
@@ -110,7 +111,7 @@ fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
     }
 }
 
-/// Fills [`Scene::nodes`], and says which of them each node of the file is.
+/// Fills [`Scene::nodes`], and returns the index of each node of the file.
 fn build_nodes(
     file: &File<'_>,
     clips: &[(String, Vec<Track>)],
@@ -167,13 +168,13 @@ fn build_nodes(
     Ok(placed)
 }
 
-/// When the last key is, in seconds.
+/// The time of the last key, in seconds.
 fn end_of(tracks: &[Track]) -> f32 {
     let ends = tracks.iter().filter_map(|track| track.times.last());
     ends.copied().fold(0.0, f32::max)
 }
 
-/// Gathers the tracks of each node in one channel. What a node has no track for is a constant one, its own.
+/// Collects the tracks of each node in one channel. A missing track becomes a constant one with the node's own value.
 fn build_animation(
     name: String,
     tracks: Vec<Track>,
@@ -240,7 +241,7 @@ fn key_step(tracks: &[Track]) -> f64 {
     let longest = tracks.iter().map(Track::key_times).max_by_key(|times| times.len());
     if let Some([first, .., last]) = longest {
         let times = longest.unwrap_or_default();
-        // Single steps are rounded too coarsely to tell a whole take by: their mean is not.
+        // Single steps are rounded too coarsely for a long take; their mean is not.
         let mean = (f64::from(*last) - f64::from(*first)) / (times.len() - 1) as f64;
         let expected = (0..times.len()).map(|key| f64::from(*first) + key as f64 * mean);
         let is_even =

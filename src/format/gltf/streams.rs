@@ -1,4 +1,4 @@
-//! Views of a file that is read whose bytes are compressed.
+//! Reads compressed buffer views.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -13,7 +13,7 @@ use super::json::{Buffer, BufferView, Root};
 use super::meshopt::{self, Filter};
 use crate::format::Failure;
 
-/// What a view says of its stream, in both extensions alike.
+/// The description of a view's stream, equal in both extensions.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Settings {
@@ -28,7 +28,7 @@ struct Settings {
     filter: Option<String>,
 }
 
-/// What one of the two extensions says, of a buffer or of a view.
+/// The object of one of the two extensions, of a buffer or of a view.
 fn settings(extensions: &Map<String, Value>) -> Option<(&'static str, &Value)> {
     [EXT, KHR]
         .into_iter()
@@ -41,7 +41,7 @@ pub(super) fn source(view: &BufferView) -> Option<usize> {
     settings.get("buffer")?.as_u64()?.try_into().ok()
 }
 
-/// Whether a buffer only stands for what the streams hold, and has no bytes.
+/// Whether a buffer is a fallback without bytes.
 pub(super) fn is_placeholder(index: usize, buffer: &Buffer) -> bool {
     let is_marked =
         settings(&buffer.extensions).is_some_and(|(_, settings)| settings.get("fallback") == Some(&true.into()));
@@ -72,7 +72,7 @@ pub(super) fn decode(
         let Some((extension, settings)) = settings(&view.extensions) else {
             continue;
         };
-        // Who has no decoder takes what the file has for such readers, if it has it.
+        // Without a decoder, use the fallback of the file, if it has one.
         if cfg!(not(feature = "meshopt")) {
             let fallback = buffers.get(view.buffer).and_then(|buffer| buffer.as_deref());
             if fallback.is_some_and(|bytes| !bytes.is_empty()) {

@@ -75,7 +75,7 @@ impl File<'_> {
         self.root.animations.iter()
     }
 
-    /// The tracks of an animation that move nodes.
+    /// The tracks of an animation that animate nodes.
     ///
     /// # Errors
     /// With the name of the animation, where its keys are none.

@@ -160,7 +160,7 @@ pub(crate) fn outputs(folder: &Path) -> HashSet<String> {
     records.into_values().filter_map(|record| record.output).collect()
 }
 
-/// Makes one manifest of all in `folder`, and gives its records.
+/// Merges the manifests in `folder`, and returns the records.
 pub(crate) fn merge(folder: &Path) -> io::Result<Vec<Record>> {
     let whole = Manifest::path(folder, None);
     let parts = shards(folder)?;

@@ -21,7 +21,9 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
     {
-        return Err(Failure::Usage("--max-error 0: integers cannot be exact".to_owned()));
+        return Err(Failure::Usage(
+            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
+        ));
     }
     if let Some(folder) = &args.batch.out_dir {
         refuse_bvh(args, args.batch.to)?;
@@ -30,10 +32,14 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
     let (input, output) = match args.paths.as_slice() {
         [input] => (input, input.with_extension(args.batch.to.extension())),
         [input, output] => (input, output.clone()),
-        _ => return Err(Failure::Usage("name a folder for many files, with -o".to_owned())),
+        _ => {
+            return Err(Failure::Usage(
+                "several inputs need an output folder: -o FOLDER".to_owned(),
+            ));
+        }
     };
     if input.is_dir() {
-        let message = format!("{} is a folder; name one for the outputs, with -o", input.display());
+        let message = format!("{} is a folder; name an output folder: -o FOLDER", input.display());
         return Err(Failure::Usage(message));
     }
     let Some(format) = FormatArg::of(&output) else {
@@ -41,7 +47,7 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
         return Err(Failure::Usage(message));
     };
     if args.verify && matches!(format, FormatArg::Bvh) {
-        return Err(Failure::Usage("--verify compares glTF files, not BVH".to_owned()));
+        return Err(Failure::Usage("--verify checks glTF outputs, not BVH".to_owned()));
     }
     refuse_bvh(args, format)?;
     let policy = ReplacePolicy::new([input]).force(args.force);
@@ -73,7 +79,7 @@ fn choice(args: &ConvertArgs) -> Option<String> {
 /// BVH has decimal numbers and a row a frame, so that there is nothing to leave out.
 fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
     if matches!(format, FormatArg::Bvh) && args.compress.asks() {
-        let message = "--compress and --max-error are for glTF; BVH has --digits";
+        let message = "--compress and --max-error apply to glTF; for BVH use --digits";
         return Err(Failure::Usage(message.to_owned()));
     }
     Ok(())
@@ -185,7 +191,7 @@ fn tell(input: &Path, output: &Path, converted: &Converted) {
     }
     for renamed in &converted.renamed {
         report::say(&format!(
-            "node \"{}\" is called \"{}\" in the file",
+            "node \"{}\" has the name \"{}\" in the file",
             renamed.from, renamed.to
         ));
     }

@@ -89,9 +89,9 @@ impl Run<'_> {
     fn convert(&self, input: &Input) -> Ended {
         let start = Instant::now();
         let mut record = Record::new(input, self.options);
-        // A defect that one file brings to light must not cost the others.
+        // A panic on one file must not stop the others.
         let ended = catch_unwind(AssertUnwindSafe(|| self.fill(input, &mut record)));
-        let outcome = ended.unwrap_or_else(|_| Err("the program has a defect".to_owned()));
+        let outcome = ended.unwrap_or_else(|_| Err("internal error: the conversion panicked".to_owned()));
         let outcome = outcome.unwrap_or_else(|error| {
             record.error = Some(error);
             Outcome::Failed
@@ -207,7 +207,7 @@ fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, Str
         };
         let is_new = taken.insert(output.clone());
         if outputs.insert(input.relative.clone(), output).is_some() {
-            let message = "two inputs are called this below the folders that were named; name a folder above both";
+            let message = "two inputs have this path below their input folders; name one folder that holds both";
             return Err(Failure::Usage(format!("{}: {message}", input.relative)));
         }
         if !is_new {
@@ -258,9 +258,6 @@ fn tell_failures(mut failures: Vec<(String, String)>) {
         report::say(&format!("  {input:width$}  {error}"));
     }
     if failures.len() > MOST {
-        report::say(&format!(
-            "  and {} more, which the manifest names",
-            failures.len() - MOST
-        ));
+        report::say(&format!("  and {} more, listed in the manifest", failures.len() - MOST));
     }
 }

@@ -266,7 +266,7 @@ fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     }
 }
 
-/// Removes the files of former runs that are not kept, and what a killed run has left under temporary names.
+/// Removes the files of former runs that are not kept, and temporary files of killed runs.
 fn remove_parts(folder: &Path, prefix: &str, kept: &BTreeSet<String>) -> io::Result<()> {
     for (path, target) in parts(folder, prefix)? {
         let name = target.file_name().unwrap_or_default().to_string_lossy();
