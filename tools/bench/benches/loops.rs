@@ -51,7 +51,7 @@ fn read(bencher: Bencher) {
     });
 }
 
-/// A track that never changes, which must be looked at to its end.
+/// A constant track, which must be examined to its end.
 #[divan::bench]
 fn collapse(bencher: Bencher) {
     const KEYS: usize = 10_000;

@@ -1,10 +1,10 @@
-//! What any reader and any writer must do at least.
+//! The least work of any reader and any writer.
 
 use std::fs;
 use std::io;
 use std::path::Path;
 
-/// Looks at every byte once.
+/// Reads every byte once.
 pub(crate) fn count_lines(text: &[u8]) -> usize {
     memchr::memchr_iter(b'\n', text).count()
 }
@@ -25,7 +25,7 @@ pub(crate) fn tokenise(text: &[u8]) -> f64 {
     }
 }
 
-/// The part of a BVH file that is nothing but numbers.
+/// The part of a BVH file with the numbers of the motion.
 pub(crate) fn rows(text: &[u8]) -> &[u8] {
     let start = memchr::memmem::find(text, b"Frame Time:").map_or(0, |start| start + 11);
     let line_end = memchr::memchr(b'\n', &text[start..]).map_or(text.len(), |end| start + end);

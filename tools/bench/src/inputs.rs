@@ -1,4 +1,4 @@
-//! Inputs of any size: the rows of a real capture, again and again.
+//! Inputs of any size: the rows of a real capture, repeated.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// A walk of 38 nodes, 96 channels and 2,752 frames, from the CMU Graphics Lab Motion Capture Database.
 const CAPTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/real/cmu_01_01.bvh");
-/// A skeleton of two joints, for a file that is nearly all start-up.
+/// A skeleton of two joints, for a file that measures start-up.
 const SMALL: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../../fixtures/real/blender_two_joints.bvh"

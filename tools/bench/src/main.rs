@@ -1,8 +1,8 @@
-//! How fast `mocap` is: beside what bounds it, with one thread and two, and beside its peers. One run, one table.
+//! The speed of `mocap` against lower bounds and against its peers, with one thread and with two.
 //!
-//! Everything in one block of the table is measured in turns, round by round, so that a busy machine slows all of it
-//! alike. The table has the least time of each stage and the median; other work on the machine only ever adds time, so
-//! that what is held against the wanted figures are ratios of least times.
+//! All stages of one block of the table are measured in turns, round by round, so that a busy machine slows all of them
+//! alike. The table has the least time and the median of each stage. Other work on the machine only adds time, so the
+//! targets are compared with ratios of least times.
 
 mod floors;
 mod inputs;
@@ -17,7 +17,7 @@ use std::time::Instant;
 use mocap::gltf::{self, Options};
 use mocap::{Importer, Scene, SkeletonMesh, Updater};
 
-/// The stage that chooses codes within a largest error.
+/// The stage that compresses within a largest error.
 const PACKING: &str = "mocap convert --compress meshopt --max-error 1mm, 1 thread";
 
 type Result<T, E = Box<dyn Error>> = std::result::Result<T, E>;
@@ -47,18 +47,18 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// One thing that is measured: its seconds, a round each.
+/// One measured stage: its seconds in each round.
 struct Stage<'a> {
     name: String,
     run: Box<dyn FnMut() -> Result<()> + 'a>,
     seconds: Vec<f64>,
-    /// Of the thread that measures; other threads and programs are not in it.
+    /// CPU time of the measuring thread, without other threads and programs.
     cpu_seconds: Vec<f64>,
 }
 
-/// The time that this thread has had a processor, where the system tells.
+/// The CPU time of this thread, if the system provides it.
 fn cpu_seconds() -> Option<f64> {
-    // The kernel counts when it chooses who runs next.
+    // The kernel updates the count when it schedules.
     std::thread::yield_now();
     let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     Some(text.split(' ').next()?.parse::<f64>().ok()? / 1e9)
@@ -101,26 +101,26 @@ impl<'a> Stages<'a> {
         Some((seconds[0], seconds[seconds.len() / 2]))
     }
 
-    /// The least time of the processor that one thread took, of all stages that keep to one.
+    /// The least CPU time of a stage with one thread.
     fn cpu_seconds(&self, name: &str) -> Option<f64> {
         let stage = self.0.iter().find(|stage| stage.name == name)?;
         stage.cpu_seconds.iter().copied().min_by(f64::total_cmp)
     }
 
-    /// How many times the least time of `b` the least time of `a` is.
+    /// The ratio of the least times of `a` and `b`.
     fn ratio(&self, a: &str, b: &str) -> Option<f64> {
         Some(self.seconds(a)?.0 / self.seconds(b)?.0)
     }
 }
 
-/// What a figure should be.
+/// The target of a figure.
 #[derive(Clone, Copy)]
 enum Wanted {
     AtLeast(f64),
     AtMost(f64),
 }
 
-/// Prints a figure beside what is wanted of it, if anything is for inputs of this size.
+/// Prints a figure beside its target, if there is one for inputs of this size.
 fn print_figure(what: &str, measured: Option<f64>, wanted: Option<Wanted>) {
     let Some(measured) = measured else { return };
     let (bound, is_reached) = match wanted {
@@ -242,7 +242,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         print("three.js BVHLoader", None, three);
     }
     println!("\n| figure | measured | wanted |\n|---|--:|--:|");
-    // A small file is all start-up, and says nothing of the rest.
+    // A small file measures only start-up.
     let wanted = |figure: f64| (text.len() > 10_000_000).then_some(Wanted::AtLeast(figure));
     let floor = "floor: fast-float2";
     print_figure(
@@ -255,7 +255,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         let figure = figure.and_then(wanted);
         print_figure(&format!("{stage}, 2 threads to 1"), stages.ratio(&one, &two), figure);
     }
-    // Of a small file no more is wanted than that it is not slower.
+    // For a small file the target is to be not slower.
     let not_slower = (text.len() < 10_000).then_some(Wanted::AtLeast(1.0));
     print_figure(
         "times as fast as `assimp export`",
@@ -273,7 +273,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
             "peak memory of convert --threads {threads}, {:.1} MB, of the input",
             peak / 1e6
         );
-        // The program itself takes some MB too.
+        // The program itself takes some MB.
         let most = (text.len() > 100_000_000).then_some(Wanted::AtMost(1.3));
         print_figure(&name, Some(peak / text.len() as f64), most);
     }
@@ -326,7 +326,7 @@ fn update_seconds(scene: &mut Scene) -> f64 {
     seconds[seconds.len() / 2]
 }
 
-/// The most memory that a process of its own has needed for a conversion, in bytes.
+/// The peak memory of a separate process for a conversion, in bytes.
 fn peak_memory(threads: usize, input: &Path, output: &Path) -> Result<usize> {
     let child = std::process::Command::new(std::env::current_exe()?)
         .arg("convert")

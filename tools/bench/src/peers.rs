@@ -10,7 +10,7 @@ pub(crate) fn mocap() -> PathBuf {
     Path::new(HERE).join("../../target/dist/mocap")
 }
 
-/// Runs a program, and says whether it could and succeeded.
+/// Runs a program, and returns whether it succeeded.
 pub(crate) fn run(program: &Path, args: &[&str]) -> bool {
     let status = Command::new(program)
         .args(args)

@@ -1,4 +1,4 @@
-//! The formats, and how bytes become an input of each.
+//! The formats, and how to make an input of each from bytes.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -6,7 +6,7 @@ use std::{env, fs, process};
 
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
-/// Words that mean something to each reader.
+/// Keywords of each format.
 const BVH_WORDS: &[&str] = &[
     "HIERARCHY",
     "ROOT",
@@ -134,22 +134,22 @@ const GLTF_WORDS: &[&str] = &[
     "\0",
 ];
 
-/// Bytes of the motion that skeletons are tried with: the first frames of a walk.
+/// Bytes of the motion for testing skeletons: the first frames of a walk.
 const MOTION_LENGTH: usize = 2400;
 
 /// A kind of file to try.
 pub struct Input {
-    /// What users of the fuzzer call it, and the extension of its seeds.
+    /// Its name on the command line, and the extension of its seeds.
     pub name: &'static str,
     /// The folders of `fixtures` that hold its seeds.
     pub folders: &'static [&'static str],
-    /// Bytes of the longest seed; the longer ones are cut off there, or left out where a part says nothing.
+    /// Bytes of the longest seed; longer ones are cut off there, or left out if a part is useless.
     pub longest_seed: usize,
     /// Whether the first bytes of a longer file are a seed too.
     pub cut: bool,
-    /// Seeds that no file holds.
+    /// Seeds that are not in files.
     pub made: fn() -> Vec<Vec<u8>>,
-    /// What its reader knows.
+    /// The keywords of its format.
     pub words: &'static [&'static str],
     /// Bytes of memory that any input may take, and those that each byte of it may add. An export holds the scene, its
     /// buffer, and the file.
@@ -185,7 +185,7 @@ pub const ASF: Input = Input {
     read: |bytes, importer| {
         let importer = importer.clone().format(mocap::Format::AsfAmc);
         let alone = importer.read(bytes, "fuzz.asf");
-        // A skeleton is looked for in a file. Each process has its own.
+        // The reader finds the skeleton in a file. Each process has its own.
         let path = env::temp_dir().join(format!("mocap-fuzz-{}.asf", process::id()));
         fs::write(&path, bytes).expect("the folder of temporary files can be written");
         let with_motion = importer.skeleton(path).read(motion(), "fuzz.amc");

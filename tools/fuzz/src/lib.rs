@@ -1,4 +1,4 @@
-//! What must hold for any bytes at all, in each format that is read. A panic is a finding.
+//! The properties that must hold for any bytes, in each format. A panic is a finding.
 
 mod inputs;
 
@@ -20,7 +20,7 @@ impl Input {
             let violations = validate(&scene);
             assert!(violations.is_empty(), "{mesh:?}: {violations:?}");
             for tick in [0.0, 0.5, f64::MAX, f64::NAN] {
-                // No rule says where the nodes then are, only that this ends without a panic.
+                // The positions are not specified then; it must only end without a panic.
                 let _ = Pose::at_tick(&scene, 0, tick);
             }
             export_gltf(&scene);
@@ -41,7 +41,7 @@ impl Input {
         let _ = Pose::at_tick(&scene, 0, 0.5);
     }
 
-    /// What an input is told apart by: the codes of what is said about it.
+    /// The codes of an input's error and warnings, by which inputs are distinguished.
     pub fn outcome(&self, bytes: &[u8]) -> BTreeSet<&'static str> {
         let codes = |warnings: &[Diagnostic]| warnings.iter().map(|warning| warning.code.as_str()).collect();
         match self.read(bytes, SkeletonMesh::None) {

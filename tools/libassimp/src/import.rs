@@ -130,7 +130,7 @@ fn import(
         Some(properties) if properties.no_skeleton_meshes() => SkeletonMesh::None,
         _ => SkeletonMesh::Skinned,
     };
-    // A program that counts on Assimp has its own way with a root whose OFFSET is left out.
+    // Programs written for Assimp expect that the root's OFFSET is replaced.
     let importer = Importer::new()
         .skeleton_mesh(mesh)
         .collapse_keys(false)

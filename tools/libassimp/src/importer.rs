@@ -13,7 +13,7 @@ use crate::import::{aiGetExtensionList, aiIsExtensionSupported, import_file, imp
 use crate::properties::Properties;
 use crate::to_assimp::Imported;
 
-/// The class as it lies in the program's memory.
+/// The layout of the class in the program's memory.
 #[repr(C)]
 pub(crate) struct Importer {
     state: *mut State,

@@ -1,8 +1,8 @@
 //! Assimp 5.2.5's binary interface over `mocap`.
 //!
 //! A program that was compiled against Assimp's headers and loads motion runs with this library in place of Assimp's.
-//! The exported functions have the names and the behaviour that those headers document; what differs stands in the
-//! README.
+//! The exported functions have the names and the behaviour that those headers document; the README lists the
+//! differences.
 
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
 // The names are Assimp's.

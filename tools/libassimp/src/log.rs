@@ -1,4 +1,4 @@
-//! Log streams. This library says nothing while it works, so a stream is taken and never called.
+//! Log streams. This library logs nothing, so a stream is accepted and never called.
 
 use std::ffi::c_char;
 use std::ptr;

@@ -1,7 +1,6 @@
-//! What a material says, by key.
+//! The properties of a material, by key.
 //!
-//! A skeleton's material has a name and says whether back faces are drawn. Everything else is asked for in vain, as it
-//! is with Assimp.
+//! A skeleton's material has a name and whether back faces are drawn. All other queries fail, as with Assimp.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;

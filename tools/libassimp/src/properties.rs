@@ -57,11 +57,11 @@ pub(crate) unsafe extern "C" fn aiSetImportPropertyInteger(store: *mut Propertie
     }
 }
 
-/// Is taken and changes nothing: no number with a point says how motion is read.
+/// Accepted without effect: no float property affects how motion is read.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiSetImportPropertyFloat(_store: *mut Properties, _name: *const c_char, _value: f32) {}
 
-/// Is taken and changes nothing: no text says how motion is read.
+/// Accepted without effect: no text property affects how motion is read.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiSetImportPropertyString(
     _store: *mut Properties,
@@ -70,7 +70,7 @@ pub(crate) extern "C" fn aiSetImportPropertyString(
 ) {
 }
 
-/// Is taken and changes nothing: no matrix says how motion is read.
+/// Accepted without effect: no matrix property affects how motion is read.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiSetImportPropertyMatrix(
     _store: *mut Properties,

@@ -1,4 +1,4 @@
-//! A scene of `mocap` in Assimp's shape.
+//! A scene of `mocap` as an Assimp scene.
 
 use std::ffi::c_void;
 use std::ptr;
@@ -22,7 +22,7 @@ pub(crate) struct Imported {
 }
 
 impl Imported {
-    /// Brings a scene into Assimp's shape. `flags` is what `aiScene::mFlags` shall be.
+    /// Makes an Assimp scene. `flags` becomes `aiScene::mFlags`.
     pub(crate) fn into_raw(scene: &Scene, flags: u32) -> *const aiScene {
         let mut arena = Arena::default();
         let materials = scene.materials.iter().map(|it| material(&mut arena, it)).collect();

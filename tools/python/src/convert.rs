@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use crate::ReadOptions;
 use crate::errors::to_python;
 
-/// Reads `source`, brings it to metres with +Y up, and writes `target`; returns the bytes written.
+/// Reads `source`, converts it to metres with +Y up, and writes `target`; returns the bytes written.
 #[pyfunction]
 pub(crate) fn convert(
     py: Python<'_>,

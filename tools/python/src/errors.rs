@@ -4,7 +4,7 @@ use mocap::Error;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// A `mocap.MocapError` with everything that is known.
+/// A `mocap.MocapError` with all fields of the diagnostic.
 pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
     let make = || -> PyResult<PyErr> {
         let diagnostic = error.diagnostic();

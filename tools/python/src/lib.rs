@@ -1,5 +1,5 @@
-//! The native half of the Python package `mocap`: reading, kinematics and Arrow tables, with the interpreter let go
-//! while they run. The other half, in `python/mocap`, has the signatures and the documentation.
+//! The native half of the Python package `mocap`: reading, kinematics and Arrow tables, without the GIL. The other
+//! half, in `python/mocap`, has the signatures and the documentation.
 
 #![allow(
     clippy::needless_pass_by_value,
@@ -63,7 +63,7 @@ fn metres_in(unit: &str) -> PyResult<f64> {
     })
 }
 
-/// How to read, as `mocap.ReadOptions` has it.
+/// The options of the reader, as in `mocap.ReadOptions`.
 #[derive(FromPyObject)]
 pub(crate) struct ReadOptions {
     format: Option<String>,
@@ -107,7 +107,7 @@ impl ReadOptions {
 /// The library's options from the JSON that `mocap.Options` writes.
 pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::Options> {
     serde_json::from_str(json).map_err(|error| {
-        // Where in the JSON it is means nothing to whoever wrote Python.
+        // The position in the JSON is of no use to a Python user.
         let message = error.to_string();
         let message = message
             .rsplit_once(" at line ")
