@@ -16,7 +16,7 @@ use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
 use crate::limits::{Limits, positive};
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance, SkeletonMesh};
-use crate::scene::{Format, Origin, RootOffset, Scene};
+use crate::scene::{AppliedStep, Format, Origin, RootOffset, Scene};
 
 /// Bytes from which on a file is mapped and worth a second thread.
 const LARGE: usize = 4 << 20;
@@ -56,6 +56,32 @@ pub struct Importer {
     collapse_keys: bool,
     strict: bool,
     hash: bool,
+    clips: Clips,
+}
+
+/// Which animations of a file to keep.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Clips {
+    /// All of them.
+    #[default]
+    All,
+    /// The one at this place, from 0.
+    Index(usize),
+    /// The first one of this name.
+    Name(String),
+}
+
+impl std::str::FromStr for Clips {
+    type Err = std::convert::Infallible;
+
+    /// `all`, a place from 0, or else a name.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match (text, text.parse()) {
+            ("all", _) => Self::All,
+            (_, Ok(index)) => Self::Index(index),
+            (name, Err(_)) => Self::Name(name.to_owned()),
+        })
+    }
 }
 
 impl Default for Importer {
@@ -75,6 +101,7 @@ impl Importer {
             collapse_keys: true,
             strict: false,
             hash: true,
+            clips: Clips::All,
         }
     }
 
@@ -144,6 +171,21 @@ impl Importer {
     #[must_use]
     pub fn limits(mut self, limits: Limits) -> Self {
         self.read.limits = limits;
+        self
+    }
+
+    /// The animations to keep of a file that has several. Default: all.
+    ///
+    /// ```
+    /// use mocap::Clips;
+    ///
+    /// let importer = mocap::Importer::new().clips(Clips::Name("Run".to_owned()));
+    /// let error = importer.import("fixtures/real/lecture_Test.bvh").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-option");
+    /// ```
+    #[must_use]
+    pub fn clips(mut self, clips: Clips) -> Self {
+        self.clips = clips;
         self
     }
 
@@ -387,6 +429,7 @@ impl Importer {
             let first = scene.warnings.remove(0);
             return Err(Error::from(first).with_warnings(scene.warnings));
         }
+        select(&mut scene, &self.clips)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
         if scene.meshes.is_empty() {
             process::skeleton_mesh(&mut scene, self.skeleton_mesh);
@@ -434,6 +477,37 @@ impl Importer {
                 .into()
         })
     }
+}
+
+/// Drops all animations but the chosen one.
+fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
+    let index = match clips {
+        Clips::All => return Ok(()),
+        Clips::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
+        Clips::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
+    };
+    let Some(index) = index else {
+        let names = scene.animations.iter().enumerate();
+        let known: Vec<_> = names
+            .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
+            .collect();
+        let found = match clips {
+            Clips::Name(name) => format!("\"{name}\""),
+            Clips::Index(index) => format!("{index}"),
+            Clips::All => String::new(),
+        };
+        let known = if known.is_empty() {
+            "no clip".to_owned()
+        } else {
+            known.join(", ")
+        };
+        return Err(Diagnostic::new(Code::UnknownOption, "the file does not have this clip")
+            .expected_found(known, found)
+            .into());
+    };
+    scene.animations = vec![scene.animations.swap_remove(index)];
+    scene.metadata.steps.push(AppliedStep::SelectClip { index });
+    Ok(())
 }
 
 /// Tells every channel its node, where the reader has not: by its name, as [`Binding::new`] does.

@@ -53,7 +53,7 @@ pub use glam;
 pub use crate::convert::Conversion;
 pub use crate::error::{Code, Diagnostic, Error, Location, Result};
 pub use crate::format::{FORMATS, FormatInfo, bvh, gltf};
-pub use crate::import::{Importer, import};
+pub use crate::import::{Clips, Importer, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};
 pub use crate::pose::{Binding, OutOfRange, Pose, Trs, Updater};

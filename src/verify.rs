@@ -18,7 +18,7 @@ use self::chain::Skeleton;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::File;
 use crate::format::gltf::Provenance;
-use crate::import::Importer;
+use crate::import::{Clips, Importer};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
@@ -167,6 +167,11 @@ impl Provenance {
         if let Some(origin) = self.source.as_ref().filter(|origin| origin.frame_time > 0.0) {
             importer = importer.frame_rate(origin.frame_time.recip());
         }
+        for step in &self.steps {
+            if let AppliedStep::SelectClip { index } = step {
+                importer = importer.clips(Clips::Index(*index));
+            }
+        }
         importer
     }
 }
@@ -244,7 +249,7 @@ impl Change {
                     change.frames_per_second.get_or_insert(frames_per_second);
                 }
                 AppliedStep::InPlace => change.in_place = true,
-                AppliedStep::Trim { .. } | AppliedStep::RootMotion => {}
+                AppliedStep::Trim { .. } | AppliedStep::RootMotion | AppliedStep::SelectClip { .. } => {}
             }
         }
         change

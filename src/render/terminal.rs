@@ -121,6 +121,17 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
         screen.labelled("root height", None, &curve);
         screen.labelled("", Some(Ink::Faint), &format!("{} to {}", short(low), short(high)));
     }
+    let clips = &clip.scene.animations;
+    for (index, animation) in clips.iter().enumerate().filter(|_| clips.len() > 1) {
+        let label = if index == 0 { "clips" } else { "" };
+        let seconds = animation.duration / animation.ticks_per_second;
+        let words = format!(
+            "{index} \"{}\": {} frames, {seconds:.3} s",
+            animation.name,
+            animation.frame_count()
+        );
+        screen.labelled(label, None, &words);
+    }
     let metadata = &clip.scene.metadata;
     if let Some(used) = &metadata.root_offset {
         let policy = format!("{:?}", used.policy).to_lowercase();

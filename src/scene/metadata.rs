@@ -148,6 +148,11 @@ pub enum UpAxis {
 #[serde(tag = "step", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum AppliedStep {
+    /// [`Importer::clips`](crate::Importer::clips): the other animations of the file were dropped.
+    SelectClip {
+        /// Its place among the file's animations, from 0.
+        index: usize,
+    },
     /// [`process::convert_units`](crate::process::convert_units).
     ConvertUnits {
         /// Metres per unit of length before.

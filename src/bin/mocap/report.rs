@@ -33,6 +33,14 @@ pub(crate) fn complain(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
 }
 
+/// Says which animation of several a command uses that needs one: the first that was imported.
+pub(crate) fn clip_taken(scene: &mocap::Scene) {
+    if let [first, _, ..] = scene.animations.as_slice() {
+        let count = scene.animations.len();
+        say(&format!("clip: 0 \"{}\" of {count}; --clip takes another", first.name));
+    }
+}
+
 /// Prints a line of progress or summary.
 pub(crate) fn say(message: &str) {
     print(message);

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 use mocap::process::validate;
 use mocap::scene::{NodeId, NodeKind, Scene};
-use mocap::{Code, Importer, Limits, Pose, SkeletonMesh};
+use mocap::{Clips, Code, Importer, Limits, Pose, SkeletonMesh};
 use serde_json::{Value, json};
 
 /// A file in the making: JSON, and the bytes of its one buffer.
@@ -564,5 +564,35 @@ fn limits_of_nodes_and_names_hold() {
     };
     for limits in [few, short] {
         assert_eq!(read(limits).unwrap_err().code(), Code::LimitExceeded);
+    }
+}
+
+#[test]
+fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
+    let mut file = Foreign::new(json!([{ "name": "a" }]));
+    for (name, x) in [("one", 1.0), ("two", 2.0)] {
+        let values = [[0.0; 3], [x, 0.0, 0.0]];
+        file.clip(
+            name,
+            json!({ "node": 0, "path": "translation" }),
+            &[0.0, 1.0],
+            &values,
+            "LINEAR",
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (source, output) = (folder.path().join("a.gltf"), folder.path().join("b.glb"));
+    std::fs::write(&source, file.text()).unwrap();
+    for clips in [Clips::Index(1), Clips::Name("two".to_owned())] {
+        let scene = Importer::new().clips(clips).import(&source).unwrap();
+        assert_eq!(scene.animations.len(), 1);
+        assert_eq!(scene.animations[0].name, "two");
+        assert_eq!(place(&scene, 0, 0, 1.0), Vec3::X * 2.0);
+        mocap::gltf::export(&scene, &output, &mocap::gltf::Options::default()).unwrap();
+        assert!(mocap::verify::verify_files(&source, &output).unwrap().max_error < 1e-6);
+    }
+    for clips in [Clips::Index(2), Clips::Name("three".to_owned())] {
+        let error = Importer::new().clips(clips).import(&source).unwrap_err().to_string();
+        assert!(error.contains("0 \"one\", 1 \"two\""), "{error}");
     }
 }

@@ -22,6 +22,9 @@ pub(crate) struct ReadArgs {
     /// Read all rows of the motion, including those beyond the declared number of frames
     #[arg(long)]
     all_rows: bool,
+    /// The animation to use, by name or by place from 0, of a file that has several
+    #[arg(long, value_name = "NAME|N|all", default_value = "all")]
+    clip: String,
     /// Treat every warning as an error
     #[arg(long)]
     pub(crate) strict: bool,
@@ -33,7 +36,11 @@ impl ReadArgs {
         let mut importer = Importer::new()
             .root_offset(self.root_offset.into())
             .all_rows(self.all_rows)
-            .strict(self.strict);
+            .strict(self.strict)
+            .clips(match self.clip.parse() {
+                Ok(clips) => clips,
+                Err(never) => match never {},
+            });
         if let Some(format) = self.from {
             importer = importer.format(format);
         }

@@ -124,7 +124,7 @@ pub(crate) fn convert(
         policy.check(&output.with_extension("bin"))?;
     }
     let mut scene = import(args, input)?;
-    let decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
+    let mut decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
     let mut plain_bytes = None;
     let mut written = gltf::Report::default();
     let mut hash = None;
@@ -159,6 +159,13 @@ pub(crate) fn convert(
     }
     let nodes = scene.nodes.len();
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
+    if let (true, [first, _, ..]) = (is_bvh, scene.animations.as_slice()) {
+        let count = scene.animations.len();
+        decisions.push(format!(
+            "clip: 0 \"{}\" of {count}, because BVH has one; --clip takes another",
+            first.name
+        ));
+    }
     let mut warnings = std::mem::take(&mut scene.warnings);
     warnings.append(&mut written.warnings);
     // The keys of a long take are better gone before the file is read back.

@@ -15,6 +15,7 @@ pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
     check_output(&[&args.input], &args.output)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
+    report::clip_taken(&scene);
     let motion = arrays(&scene, &args.arrays.options()).map_err(|error| error.with_path(&args.input))?;
     for assumption in &motion.header.provenance.assumptions {
         report::say(&assumption.to_string());

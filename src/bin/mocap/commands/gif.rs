@@ -15,6 +15,7 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         .skeleton_mesh(SkeletonMesh::None)
         .import(&args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
+    report::clip_taken(&scene);
     let name = short_name(&args.file);
     let options = MovieOptions {
         width: args.width,

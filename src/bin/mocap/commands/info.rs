@@ -26,9 +26,30 @@ struct InfoView<'a> {
     ticks_per_second: Option<f64>,
     duration_ticks: f64,
     duration_seconds: f64,
+    clips: Vec<ClipView<'a>>,
     root_offset: Option<&'a RootOffsetUsed>,
     assumptions: &'a [Assumption],
     warnings: &'a [Diagnostic],
+}
+
+/// One animation.
+#[derive(Serialize)]
+struct ClipView<'a> {
+    name: &'a str,
+    channels: usize,
+    frames: usize,
+    seconds: f64,
+}
+
+impl<'a> ClipView<'a> {
+    fn new(animation: &'a Animation) -> Self {
+        Self {
+            name: &animation.name,
+            channels: animation.channels.len(),
+            frames: animation.frame_count(),
+            seconds: animation.duration / animation.ticks_per_second,
+        }
+    }
 }
 
 impl<'a> InfoView<'a> {
@@ -48,6 +69,7 @@ impl<'a> InfoView<'a> {
             ticks_per_second: animation.map(|animation| animation.ticks_per_second),
             duration_ticks: animation.map_or(0.0, |animation| animation.duration),
             duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
+            clips: scene.animations.iter().map(ClipView::new).collect(),
             root_offset: scene.metadata.root_offset.as_ref(),
             assumptions: &scene.metadata.assumptions,
             warnings: &scene.warnings,

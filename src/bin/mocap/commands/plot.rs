@@ -16,6 +16,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
         .skeleton_mesh(SkeletonMesh::None)
         .import(&args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
+    report::clip_taken(&scene);
     let mut joints = Vec::new();
     for name in &args.joint {
         let Some(index) = scene.nodes.iter().position(|node| node.name == *name) else {

@@ -35,6 +35,7 @@ pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
         .skeleton_mesh(mocap::SkeletonMesh::None)
         .import(&args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
+    report::clip_taken(&scene);
     if !args.tick.is_finite() {
         return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
     }

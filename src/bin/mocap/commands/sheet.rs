@@ -14,6 +14,7 @@ pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
     for file in &args.files {
         let scene = importer.import(file)?;
         report::warnings(Some(file), &scene.warnings);
+        report::clip_taken(&scene);
         named_scenes.push((short_name(file), scene));
     }
     let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
