@@ -9,6 +9,7 @@ mod figure;
 mod humanoid;
 mod measure;
 mod poses;
+mod t_pose;
 
 use serde::Serialize;
 
@@ -19,6 +20,7 @@ pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, Sides, humanoid};
 pub use self::measure::{Axis, RestPose};
+pub use self::t_pose::{TPose, TPoseSource};
 
 /// The confidence in a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

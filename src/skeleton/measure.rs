@@ -47,6 +47,19 @@ impl Axis {
             .unwrap_or((Self::Unknown, 0.0))
     }
 
+    /// The direction of unit length; `None` where it is unknown.
+    pub const fn direction(self) -> Option<Vec3> {
+        match self {
+            Self::X => Some(Vec3::X),
+            Self::Y => Some(Vec3::Y),
+            Self::Z => Some(Vec3::Z),
+            Self::NegX => Some(Vec3::NEG_X),
+            Self::NegY => Some(Vec3::NEG_Y),
+            Self::NegZ => Some(Vec3::NEG_Z),
+            Self::Unknown => None,
+        }
+    }
+
     /// Its name, as `-y`.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -103,6 +116,15 @@ impl<'a> Figure<'a> {
             scene,
             humanoid,
             rest: rest_positions(scene),
+        }
+    }
+
+    /// The same figure in another pose, given by the places of its nodes.
+    pub(super) fn with_places(scene: &'a Scene, humanoid: &'a Humanoid, places: Vec<Vec3>) -> Self {
+        Self {
+            scene,
+            humanoid,
+            rest: places,
         }
     }
 

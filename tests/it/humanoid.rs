@@ -5,7 +5,7 @@ use std::fs;
 
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind};
-use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, humanoid};
+use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource, humanoid};
 use mocap::{Importer, Pose, Scene};
 use serde_json::Value;
 
@@ -350,4 +350,66 @@ fn clips_of_one_skeleton_have_one_unit() {
         still.animations.clear();
         assert_eq!(Skeleton::new(&still).survey.unit, unit, "{file}");
     }
+}
+
+/// In the T-pose of every file arms point sideways, legs down, and no bone has changed its length.
+#[test]
+fn the_t_pose_is_one() {
+    let mut computed = 0;
+    for (file, truth) in truth() {
+        let scene = import(&file);
+        let skeleton = Skeleton::new(&scene);
+        let Some(found) = TPose::new(&scene, &skeleton) else {
+            assert_eq!(truth["humanoid"], false, "{file}");
+            continue;
+        };
+        computed += usize::from(found.source == TPoseSource::Computed);
+        let at = |bone| skeleton.humanoid.joint(bone).map(|joint| found.pose.position(joint));
+        let up = skeleton.up.value.direction().unwrap();
+        let way = |from, to| Some((at(to)? - at(from)?).normalize());
+        let tolerance: f32 = if found.source == TPoseSource::Computed {
+            1e-3
+        } else {
+            0.35
+        };
+        let hips = way(HumanoidBone::RightUpperLeg, HumanoidBone::LeftUpperLeg).unwrap();
+        // A figure without arms shows its sides by its legs alone.
+        let arm = way(HumanoidBone::LeftUpperArm, HumanoidBone::LeftLowerArm);
+        let left = arm.map_or(hips, |arm| arm.reject_from_normalized(up).normalize());
+        // Both hip joints of animics_all_along_z are at one place: what turns them apart is between hips and thighs.
+        assert!(
+            !hips.is_finite() || left.dot(hips) > 0.95,
+            "{file}: arms along {left}, hips along {hips}"
+        );
+        for (from, to, expected) in [
+            (HumanoidBone::LeftUpperLeg, HumanoidBone::LeftFoot, -up),
+            (HumanoidBone::RightUpperLeg, HumanoidBone::RightFoot, -up),
+            (HumanoidBone::LeftUpperArm, HumanoidBone::LeftLowerArm, left),
+            (HumanoidBone::RightUpperArm, HumanoidBone::RightLowerArm, -left),
+            (HumanoidBone::Spine, HumanoidBone::Head, up),
+        ] {
+            if let Some(way) = way(from, to) {
+                let angle = way.angle_between(expected);
+                assert!(
+                    angle < tolerance,
+                    "{file}: {from:?} is {angle} off ({:?})",
+                    found.source
+                );
+            }
+        }
+        let rest = Pose::rest(&scene);
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let Some(parent) = node.parent else { continue };
+            let length = |pose: &Pose| pose.position(NodeId::new(index)).distance(pose.position(parent));
+            if found.source == TPoseSource::Computed {
+                let (was, is) = (length(&rest), length(&found.pose));
+                assert!(
+                    (was - is).abs() <= 1e-3 * was.max(1e-3),
+                    "{file}: {} was {was}, is {is}",
+                    node.name
+                );
+            }
+        }
+    }
+    assert!(computed >= 10, "{computed}");
 }

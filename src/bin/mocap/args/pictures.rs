@@ -32,6 +32,9 @@ pub(crate) struct SheetArgs {
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width)]
     pub(crate) width: u32,
+    /// Draw the T-pose of each skeleton in place of its motion
+    #[arg(long, conflicts_with = "poses")]
+    pub(crate) t_pose: bool,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

@@ -1,6 +1,9 @@
 //! `mocap sheet`: draws poses over time, one row per file.
 
+use std::path::Path;
+
 use mocap::render::{Clip, SheetOptions, sheet};
+use mocap::skeleton::{Skeleton, TPose};
 use mocap::{Scene, SkeletonMesh};
 
 use super::{check_output, short_name, write_drawing};
@@ -15,12 +18,27 @@ pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
         let scene = importer.import(file)?;
         report::warnings(Some(file), &scene.warnings);
         report::clip_taken(&scene);
+        let scene = if args.t_pose { in_t_pose(scene, file)? } else { scene };
         named_scenes.push((short_name(file), scene));
     }
     let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
     let options = SheetOptions {
-        poses: args.poses,
+        poses: if args.t_pose { 1 } else { args.poses },
         width: args.width,
     };
     write_drawing(&sheet(&clips, &options), &args.output)
+}
+
+/// The scene without motion, its skeleton in T-pose.
+fn in_t_pose(mut scene: Scene, file: &Path) -> Result<Scene, Failure> {
+    let skeleton = Skeleton::new(&scene);
+    let Some(found) = TPose::new(&scene, &skeleton) else {
+        let message = format!("{}: there is no T-pose: {}", file.display(), skeleton.humanoid.reason);
+        return Err(Failure::Usage(message));
+    };
+    scene.animations.clear();
+    for (node, node_to_parent) in scene.nodes.iter_mut().zip(found.pose.node_to_parent) {
+        node.transform = node_to_parent;
+    }
+    Ok(scene)
 }

@@ -1,0 +1,255 @@
+//! The T-pose of a humanoid: arms sideways, legs down, facing forward.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat3, Mat4, Quat, Vec3};
+use serde::Serialize;
+
+use super::Skeleton;
+use super::bone::{HumanoidBone as Bone, Side};
+use super::measure::{Axis, Figure, RestPose};
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+
+/// Where a T-pose comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TPoseSource {
+    /// The rest pose is one.
+    RestPose,
+    /// The first frame of the motion is one.
+    FirstFrame,
+    /// Computed from the bones.
+    Computed,
+}
+
+/// A skeleton in T-pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TPose {
+    /// Where it comes from.
+    pub source: TPoseSource,
+    /// Every node of the scene in it.
+    pub pose: Pose,
+    /// For each bone the rotation in the world that brings it there from the rest pose, after those of the bones above.
+    pub rotations: BTreeMap<Bone, Quat>,
+}
+
+impl TPose {
+    /// The T-pose of a skeleton; `None` if it is not a humanoid.
+    ///
+    /// ```
+    /// use mocap::skeleton::{HumanoidBone, Skeleton, TPose};
+    ///
+    /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y
+    /// let skeleton = Skeleton::new(&scene);
+    /// let found = TPose::new(&scene, &skeleton).unwrap();
+    /// let at = |bone| found.pose.position(skeleton.humanoid.joint(bone).unwrap());
+    /// let arm = at(HumanoidBone::LeftHand) - at(HumanoidBone::LeftUpperArm);
+    /// assert!(arm.normalize().x > 0.999);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn new(scene: &Scene, skeleton: &Skeleton) -> Option<Self> {
+        let humanoid = &skeleton.humanoid;
+        if !humanoid.found {
+            return None;
+        }
+        let rest = Pose::rest(scene);
+        if skeleton.rest_pose.value == RestPose::TPose {
+            return Some(Self {
+                source: TPoseSource::RestPose,
+                pose: rest,
+                rotations: humanoid.bones.keys().map(|bone| (*bone, Quat::IDENTITY)).collect(),
+            });
+        }
+        if let Some(first) = Pose::at_tick(scene, 0, 0.0) {
+            let places = (0..scene.nodes.len()).map(|node| first.position(NodeId::new(node)));
+            let figure = Figure::with_places(scene, humanoid, places.collect());
+            if figure.rest_pose(skeleton.up.value).value == RestPose::TPose {
+                let turn = |(bone, joint): (&Bone, &super::HumanoidJoint)| {
+                    let rotation = |pose: &Pose| rotation_of(&pose.node_to_world[joint.joint.index()]);
+                    (*bone, (rotation(&first) * rotation(&rest).inverse()).normalize())
+                };
+                let rotations = humanoid.bones.iter().map(turn).collect();
+                return Some(Self {
+                    source: TPoseSource::FirstFrame,
+                    pose: first,
+                    rotations,
+                });
+            }
+        }
+        Some(computed(scene, skeleton, rest))
+    }
+
+    /// The largest angle of a bone from its place in T-pose, in degrees.
+    pub fn largest_rotation(&self) -> f32 {
+        let angles = self
+            .rotations
+            .values()
+            .map(|rotation| 2.0 * rotation.w.abs().min(1.0).acos());
+        angles.fold(0.0, f32::max).to_degrees()
+    }
+}
+
+/// Turns each bone, from the hips outwards, to where it points in T-pose.
+fn computed(scene: &Scene, skeleton: &Skeleton, rest: Pose) -> TPose {
+    let axes = Axes::new(skeleton);
+    let joint = |bone: Bone| skeleton.humanoid.joint(bone);
+    let mut pose = rest;
+    let mut rotations = BTreeMap::new();
+    for &bone in Bone::ALL {
+        let Some(node) = joint(bone) else { continue };
+        let rotation = match bone {
+            Bone::Hips => axes.hips(&pose, &joint),
+            _ => next_of(scene, bone, node, &joint).and_then(|next| {
+                let way = (pose.position(next) - pose.position(node)).try_normalize()?;
+                Some(Quat::from_rotation_arc(way, axes.direction(bone)?))
+            }),
+        };
+        let mut rotation = rotation
+            .filter(|rotation| rotation.is_finite())
+            .unwrap_or(Quat::IDENTITY);
+        turn(&mut pose, scene, node, rotation);
+        if matches!(bone, Bone::Spine | Bone::Chest | Bone::UpperChest)
+            && let Some(about) = axes.shoulders(scene, &pose, node, &joint)
+        {
+            turn(&mut pose, scene, node, about);
+            rotation = about * rotation;
+        }
+        rotations.insert(bone, rotation);
+    }
+    TPose {
+        source: TPoseSource::Computed,
+        pose,
+        rotations,
+    }
+}
+
+/// Turns a node about its place in the world, with all that hangs on it.
+fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
+    if rotation == Quat::IDENTITY {
+        return;
+    }
+    let at = pose.position(node);
+    let about = Mat4::from_translation(at) * Mat4::from_quat(rotation) * Mat4::from_translation(-at);
+    let node_to_world = about * pose.node_to_world[node.index()];
+    let parent = scene.nodes[node.index()].parent;
+    let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent.index()]);
+    let node_to_parent = parent_to_world.inverse() * node_to_world;
+    if node_to_parent.is_finite() {
+        pose.node_to_parent[node.index()] = node_to_parent;
+        pose.update_world();
+    }
+}
+
+fn rotation_of(matrix: &Mat4) -> Quat {
+    matrix.to_scale_rotation_translation().1
+}
+
+/// The node that shows where a bone points: the next bone, else the node that hangs on its joint.
+fn next_of(scene: &Scene, bone: Bone, node: NodeId, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<NodeId> {
+    let side = bone.side().unwrap_or(Side::Left);
+    let candidates: &[Bone] = match bone {
+        Bone::Spine => &[Bone::Chest, Bone::UpperChest, Bone::Neck, Bone::Head],
+        Bone::Chest => &[Bone::UpperChest, Bone::Neck, Bone::Head],
+        Bone::UpperChest => &[Bone::Neck, Bone::Head],
+        Bone::LeftHand | Bone::RightHand => &[Bone::LeftMiddleProximal, Bone::LeftIndexProximal],
+        _ => &[],
+    };
+    let hangs_on = |child: &NodeId| {
+        let parent = |node: &NodeId| scene.nodes[node.index()].parent;
+        std::iter::successors(parent(child), parent).any(|above| above == node)
+    };
+    let listed = candidates.iter().map(|candidate| candidate.on(side));
+    let below = Bone::ALL.iter().copied().filter(|other| {
+        candidates.is_empty() && other.parent() == Some(bone) && !other.as_str().contains("Eye") && *other != Bone::Jaw
+    });
+    let next = listed.chain(below).filter_map(joint).find(hangs_on);
+    // A skeleton that hangs on its head has the next bone above.
+    let carries_a_bone = Bone::ALL
+        .iter()
+        .filter_map(|other| joint(*other))
+        .any(|other| hangs_on(&other));
+    if next.is_none() && carries_a_bone {
+        return None;
+    }
+    next.or_else(|| {
+        let is_child = |index: &usize| scene.nodes[*index].parent == Some(node);
+        let mut children = (node.index() + 1..scene.nodes.len()).filter(is_child).map(NodeId::new);
+        children.next()
+    })
+}
+
+/// Left, up and forward of a figure that stands.
+struct Axes {
+    left: Vec3,
+    up: Vec3,
+    forward: Vec3,
+}
+
+impl Axes {
+    fn new(skeleton: &Skeleton) -> Self {
+        let up = skeleton.up.value.direction().unwrap_or(Vec3::Y);
+        let usual = match skeleton.up.value {
+            Axis::Z | Axis::NegZ => Vec3::NEG_Y,
+            _ => Vec3::Z,
+        };
+        let facing = skeleton.facing.value.direction();
+        let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
+        Self {
+            left: up.cross(forward),
+            up,
+            forward,
+        }
+    }
+
+    /// Where a bone points in T-pose; `None` for those that stay as they are.
+    fn direction(&self, bone: Bone) -> Option<Vec3> {
+        let outwards = if bone.side() == Some(Side::Right) {
+            -self.left
+        } else {
+            self.left
+        };
+        match bone.on(Side::Left) {
+            Bone::Hips | Bone::LeftEye | Bone::Jaw | Bone::LeftToes | Bone::LeftShoulder => None,
+            Bone::Spine | Bone::Chest | Bone::UpperChest | Bone::Neck | Bone::Head => Some(self.up),
+            Bone::LeftUpperLeg | Bone::LeftLowerLeg => Some(-self.up),
+            // The toes are lower than the ankle.
+            Bone::LeftFoot => Some((self.forward - 0.4 * self.up).normalize()),
+            Bone::LeftThumbMetacarpal | Bone::LeftThumbProximal | Bone::LeftThumbDistal => {
+                Some((outwards + self.forward).normalize())
+            }
+            _ => Some(outwards),
+        }
+    }
+
+    /// The rotation that brings both hip joints to left and right and the spine above them.
+    fn hips(&self, pose: &Pose, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<Quat> {
+        let at = |bone| joint(bone).map(|node| pose.position(node));
+        let left = (at(Bone::LeftUpperLeg)? - at(Bone::RightUpperLeg)?).try_normalize()?;
+        let above = at(Bone::Spine).or(at(Bone::Neck)).or(at(Bone::Head))?;
+        let spine = above - 0.5 * (at(Bone::LeftUpperLeg)? + at(Bone::RightUpperLeg)?);
+        let up = (spine - spine.project_onto_normalized(left)).try_normalize()?;
+        let from = Mat3::from_cols(left, up, left.cross(up));
+        let to = Mat3::from_cols(self.left, self.up, self.left.cross(self.up));
+        Some(Quat::from_mat3(&(to * from.transpose())))
+    }
+
+    /// The rotation about the up axis that brings the shoulders of a joint of the spine to left and right.
+    fn shoulders(
+        &self,
+        scene: &Scene,
+        pose: &Pose,
+        node: NodeId,
+        joint: &impl Fn(Bone) -> Option<NodeId>,
+    ) -> Option<Quat> {
+        let (left, right) = (joint(Bone::LeftUpperArm)?, joint(Bone::RightUpperArm)?);
+        let parent = |node: &NodeId| scene.nodes[node.index()].parent;
+        if !std::iter::successors(Some(left), parent).any(|above| above == node) {
+            return None;
+        }
+        let across = pose.position(left) - pose.position(right);
+        let flat = (across - across.project_onto_normalized(self.up)).try_normalize()?;
+        let angle = flat.cross(self.left).dot(self.up).atan2(flat.dot(self.left));
+        Some(Quat::from_axis_angle(self.up, angle))
+    }
+}
