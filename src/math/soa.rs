@@ -187,7 +187,7 @@ impl<T: Real, const N: usize> Vectors<T, N> {
 
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> [T; 3] {
-        [self.x, self.y, self.z].map(|axis| axis.0[lane])
+        [self.x.0[lane], self.y.0[lane], self.z.0[lane]]
     }
 
     #[inline(always)]
@@ -289,7 +289,7 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
 
     #[inline(always)]
     pub(crate) fn lane(&self, lane: usize) -> [T; 4] {
-        self.components().map(|component| component.0[lane])
+        [self.x.0[lane], self.y.0[lane], self.z.0[lane], self.w.0[lane]]
     }
 
     #[inline(always)]
