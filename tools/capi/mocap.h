@@ -24,6 +24,21 @@
 #define MOCAP_NO_NODE 4294967295
 
 /*
+ The axis that points up in the file: not known; see `mocap_conversion`.
+ */
+#define MOCAP_UP_AUTO 0
+
+/*
+ The axis that points up in the file: +Y.
+ */
+#define MOCAP_UP_Y 1
+
+/*
+ The axis that points up in the file: +Z.
+ */
+#define MOCAP_UP_Z 2
+
+/*
  Whether a call did what it was asked for.
  */
 typedef enum mocap_status {
@@ -49,6 +64,25 @@ typedef enum mocap_status {
  An open motion file. Only pointers to it leave the library.
  */
 typedef struct mocap_scene mocap_scene;
+
+/*
+ What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the default.
+ */
+typedef struct mocap_conversion {
+  /*
+   Metres in one unit of length of the file. 0: what the file states, else the unit in which the figure has the
+   size of a person.
+   */
+  double metres_per_unit;
+  /*
+   Frames per second of the result. 0: those of the file.
+   */
+  double frame_rate;
+  /*
+   `MOCAP_UP_Y` or `MOCAP_UP_Z`. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+   */
+  uint32_t up;
+} mocap_conversion;
 
 #ifdef __cplusplus
 extern "C" {
@@ -263,6 +297,37 @@ enum mocap_status mocap_rest_local_matrices(const struct mocap_scene *scene,
 enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
                                             float *matrices,
                                             size_t count);
+
+/*
+ A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;
+ NULL stands for the default. `mocap_assumption_text` of the copy says what was guessed.
+
+ Returns NULL where a number of `conversion` has no meaning. The scene that was given stays as it is; each is freed
+ by a `mocap_close` of its own. A copy that is converted again stays in metres with +Y up.
+
+ # Safety
+ `scene` is an open scene, and `conversion` is NULL or points to a conversion.
+ */
+struct mocap_scene *mocap_convert(const struct mocap_scene *scene,
+                                  const struct mocap_conversion *conversion);
+
+/*
+ How many things were assumed about a scene that its file does not say. `mocap_assumption_text` says what they are.
+
+ # Safety
+ `scene` is an open scene.
+ */
+size_t mocap_assumption_count(const struct mocap_scene *scene);
+
+/*
+ What was assumed about a scene, from 0, with the reason, as in "unit: cm, because the skeleton measures ...". NULL
+ beyond the last. The text lives as long as the scene.
+
+ # Safety
+ `scene` is an open scene.
+ */
+const char *mocap_assumption_text(const struct mocap_scene *scene,
+                                  size_t assumption);
 
 #ifdef __cplusplus
 }  // extern "C"

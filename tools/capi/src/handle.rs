@@ -4,7 +4,7 @@ use std::ffi::{CStr, CString};
 
 use mocap::Binding;
 use mocap::glam::Mat4;
-use mocap::scene::{self, Node, NodeId};
+use mocap::scene::{self, Assumption, Node, NodeId};
 
 use crate::Matrix;
 use crate::border::{Failure, c_text};
@@ -17,6 +17,7 @@ pub struct Scene {
     /// Of each animation, the node that each channel moves.
     nodes_of_channels: Vec<Vec<Option<NodeId>>>,
     pub(crate) warnings: Vec<CString>,
+    pub(crate) assumptions: Vec<CString>,
 }
 
 /// An animation, and which of its channels drives which node.
@@ -46,8 +47,19 @@ impl Scene {
                 .iter()
                 .map(|warning| c_text(&warning.to_string()))
                 .collect(),
+            assumptions: scene.metadata.assumptions.iter().map(assumption_text).collect(),
             scene,
         }
+    }
+
+    /// A copy that `conversion` has changed.
+    pub(crate) fn converted(&self, conversion: &mocap::Conversion) -> Result<Self, Failure> {
+        let mut scene = self.scene.clone();
+        let decided = conversion.apply(&mut scene)?;
+        let mut converted = Self::new(scene);
+        converted.assumptions.clone_from(&self.assumptions);
+        converted.assumptions.extend(decided.iter().map(assumption_text));
+        Ok(converted)
     }
 
     pub(crate) fn into_raw(self) -> *mut Self {
@@ -112,6 +124,10 @@ impl Scene {
             }
         }
     }
+}
+
+fn assumption_text(assumption: &Assumption) -> CString {
+    c_text(&assumption.to_string())
 }
 
 impl Animation<'_> {

@@ -9,6 +9,7 @@
 #![warn(clippy::unwrap_used)]
 
 mod border;
+mod convert;
 mod handle;
 
 use std::ffi::{CStr, c_char};
@@ -22,6 +23,9 @@ use crate::border::{Failure, guard};
 use crate::handle::Animation;
 
 pub use crate::border::Status;
+pub use crate::convert::{
+    Conversion, MOCAP_UP_AUTO, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count, mocap_assumption_text, mocap_convert,
+};
 pub use crate::handle::Scene;
 
 /// The version of this interface. It grows when a program that was compiled against an older header may break;

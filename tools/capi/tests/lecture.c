@@ -132,6 +132,45 @@ static void check_refusals(const mocap_scene *scene)
     mocap_close(NULL);
 }
 
+/* The unit of the lecture's arm and the axis that points up in it are not stated: both are guessed, or named. */
+static void check_conversions(const mocap_scene *scene)
+{
+    float matrices[NODES][16];
+    CHECK(mocap_assumption_count(scene) == 0);
+    mocap_scene *guessed = mocap_convert(scene, NULL);
+    CHECK(guessed != NULL && mocap_assumption_count(guessed) == 2);
+    CHECK(strncmp(mocap_assumption_text(guessed, 0), "unit: ", 6) == 0);
+    CHECK(strncmp(mocap_assumption_text(guessed, 1), "up: y, because ", 15) == 0);
+    CHECK(mocap_assumption_text(guessed, 2) == NULL);
+    CHECK(strstr(mocap_error_text(), "no assumption 2: there are 2") != NULL);
+    mocap_close(guessed);
+
+    mocap_conversion named = {0};
+    named.metres_per_unit = 0.5;
+    named.frame_rate = 20.0;
+    named.up = MOCAP_UP_Z;
+    mocap_scene *converted = mocap_convert(scene, &named);
+    CHECK(converted != NULL && mocap_assumption_count(converted) == 0);
+    CHECK(mocap_duration(converted, 0) == 18.0 && mocap_duration(scene, 0) == 9.0);
+    CHECK(mocap_world_matrices(converted, 0, 18.0, matrices[0], NODES) == MOCAP_STATUS_OK);
+    double expected[NODES][2];
+    arm(9.0, expected);
+    for (int node = 0; node < NODES; node++) {
+        CHECK(fabs(matrices[node][12] - 0.5 * expected[node][0]) < 1e-6);
+        CHECK(fabs(matrices[node][13]) < 1e-6);
+        CHECK(fabs(matrices[node][14] + 0.5 * expected[node][1]) < 1e-6);
+    }
+    mocap_close(converted);
+
+    named.frame_rate = -1.0;
+    CHECK(mocap_convert(scene, &named) == NULL);
+    CHECK(strstr(mocap_error_text(), "frame rate must be finite and above 0, got -1") != NULL);
+    named.up = 7;
+    CHECK(mocap_convert(scene, &named) == NULL);
+    CHECK(strstr(mocap_error_text(), "up must be MOCAP_UP_AUTO, MOCAP_UP_Y or MOCAP_UP_Z, got 7") != NULL);
+    CHECK(mocap_convert(NULL, NULL) == NULL);
+}
+
 int main(int argc, char **argv)
 {
     CHECK(argc == 2);
@@ -141,6 +180,7 @@ int main(int argc, char **argv)
     CHECK(scene != NULL);
 
     check_skeleton(scene);
+    check_conversions(scene);
     check_poses(scene);
     check_refusals(scene);
 

@@ -1,0 +1,99 @@
+//! From the unit and the axes of a file to metres with +Y up, as a scene of its own.
+
+use std::ffi::c_char;
+use std::ptr;
+
+use mocap::scene::UpAxis;
+
+use crate::border::{Failure, guard};
+use crate::handle::Scene;
+use crate::opened;
+
+/// The axis that points up in the file: not known; see `mocap_conversion`.
+pub const MOCAP_UP_AUTO: u32 = 0;
+
+/// The axis that points up in the file: +Y.
+pub const MOCAP_UP_Y: u32 = 1;
+
+/// The axis that points up in the file: +Z.
+pub const MOCAP_UP_Z: u32 = 2;
+
+/// What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the default.
+#[repr(C)]
+pub struct Conversion {
+    /// Metres in one unit of length of the file. 0: what the file states, else the unit in which the figure has the
+    /// size of a person.
+    pub metres_per_unit: f64,
+    /// Frames per second of the result. 0: those of the file.
+    pub frame_rate: f64,
+    /// `MOCAP_UP_Y` or `MOCAP_UP_Z`. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+    pub up: u32,
+}
+
+impl Conversion {
+    fn to_mocap(&self) -> Result<mocap::Conversion, Failure> {
+        let mut conversion = mocap::Conversion::new();
+        if self.metres_per_unit != 0.0 {
+            conversion = conversion.metres_per_unit(self.metres_per_unit);
+        }
+        if self.frame_rate != 0.0 {
+            conversion = conversion.frame_rate(self.frame_rate);
+        }
+        match self.up {
+            MOCAP_UP_AUTO => Ok(conversion),
+            MOCAP_UP_Y => Ok(conversion.up(UpAxis::Y)),
+            MOCAP_UP_Z => Ok(conversion.up(UpAxis::Z)),
+            other => Err(Failure::argument(&format!(
+                "up must be MOCAP_UP_AUTO, MOCAP_UP_Y or MOCAP_UP_Z, got {other}"
+            ))),
+        }
+    }
+}
+
+/// A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;
+/// NULL stands for the default. `mocap_assumption_text` of the copy says what was guessed.
+///
+/// Returns NULL where a number of `conversion` has no meaning. The scene that was given stays as it is; each is freed
+/// by a `mocap_close` of its own. A copy that is converted again stays in metres with +Y up.
+///
+/// # Safety
+/// `scene` is an open scene, and `conversion` is NULL or points to a conversion.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_convert(scene: *const Scene, conversion: *const Conversion) -> *mut Scene {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?;
+        // SAFETY: the caller hands over NULL or a conversion, all of whose bits make numbers.
+        let conversion = match unsafe { conversion.as_ref() } {
+            Some(conversion) => conversion.to_mocap()?,
+            None => mocap::Conversion::new(),
+        };
+        Ok(scene.converted(&conversion)?.into_raw())
+    })
+}
+
+/// How many things were assumed about a scene that its file does not say. `mocap_assumption_text` says what they are.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_assumption_count(scene: *const Scene) -> usize {
+    // SAFETY: the caller hands over an open scene.
+    guard(0, || Ok(unsafe { opened(scene) }?.assumptions.len()))
+}
+
+/// What was assumed about a scene, from 0, with the reason, as in "unit: cm, because the skeleton measures ...". NULL
+/// beyond the last. The text lives as long as the scene.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_assumption_text(scene: *const Scene, assumption: usize) -> *const c_char {
+    guard(ptr::null(), || {
+        // SAFETY: the caller hands over an open scene.
+        let assumptions = &unsafe { opened(scene) }?.assumptions;
+        let text = assumptions.get(assumption);
+        let text = text.ok_or_else(|| Failure::absent("assumption", assumption as u64, assumptions.len() as u64))?;
+        Ok(text.as_ptr())
+    })
+}
