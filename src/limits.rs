@@ -64,6 +64,10 @@ pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {
 }
 
 /// `value`, if it is finite and above 0. `name` says what it is.
+#[allow(
+    clippy::result_large_err,
+    reason = "every caller makes an error of it, which is boxed"
+)]
 pub(crate) fn positive(code: Code, name: &str, value: f64) -> Result<f64, Diagnostic> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
