@@ -154,7 +154,6 @@ impl fmt::Display for Diagnostic {
 ///      expected the Y value of OFFSET; found \"zero\""
 /// );
 /// ```
-#[derive(Debug)]
 pub struct Error(Box<Inner>);
 
 #[derive(Debug)]
@@ -247,6 +246,13 @@ impl fmt::Display for Error {
             f.write_str(" ")?;
         }
         write!(f, "error[{}]: {}", self.code(), self.0.diagnostic)
+    }
+}
+
+/// The message, as [`fmt::Display`] prints it: `main() -> Result<(), Box<dyn Error>>` prints this.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

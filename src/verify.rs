@@ -1,85 +1,202 @@
-//! Verifies a written glTF file: the position of every joint in every frame, against its source.
+//! Proof that a motion survived: where a written file puts every joint at every frame of every clip, against its source.
 //!
-//! Both sides are computed in double precision, and the file is read back by the `gltf` crate, which did not write it.
-//! The time of a frame is rounded to 32 bits, as in glTF. The intended changes of the conversion (unit, up axis, trim,
-//! frame rate, in place) are in the file's [`Provenance`], and are applied to the source as well. A file of another
-//! program has none: then the unit follows from the lengths of the links, the up axis is the one that fits the first
-//! frame better, and the motion is assumed to start with the source's first frame.
+//! Both sides are computed in double precision by kinematics of their own, and the file is read back by a reader, which
+//! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
+//!
+//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place) is in the [`Provenance`] of glTF files of
+//! this crate and is done to the source as well. A file of another program has none, nor has BVH: there the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the
+//! motion is said to be whole.
+//!
+//! Distances are one half of the proof. The other are [`Finding`]s: frames that are missing at either end, clips or
+//! joints that are missing, renamed or too many, joints on another parent, keys that step. A file is what its source is
+//! where there is no finding and no distance beyond the allowed; [`Verification::is_within`] says so.
 
 mod chain;
+mod change;
+mod clip;
+mod pairs;
 
-use std::collections::{HashMap, VecDeque};
+use std::fmt;
 use std::path::Path;
 
-use glam::{DMat4, DVec3};
 use serde::Serialize;
 
 use self::chain::Skeleton;
+use self::change::{Change, Timeline};
+use self::clip::Errors;
+use self::pairs::Pairs;
 use crate::error::{Code, Diagnostic, Result};
-use crate::format::gltf::File;
-use crate::format::gltf::Provenance;
+use crate::format::gltf::{File, Provenance};
 use crate::import::{Clips, Importer};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-use crate::scene::{AppliedStep, NodeKind, Scene, UpAxis};
+use crate::scene::{AppliedStep, Format, NodeKind, Scene};
 use crate::skeleton;
 
-/// The differences between a written file and its source.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// How far a written file is from its source.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Verification {
-    /// The number of frames compared: those within the file's duration.
+    /// Frames that were compared, of all clips.
     pub frames: usize,
-    /// The number of joints and end sites compared.
+    /// Joints and end sites that were compared.
     pub joints: usize,
-    /// The largest distance of a joint from its position in the source, in metres.
+    /// The largest distance of a joint from its place in the source, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
-    /// The joint and the time of the largest distance. Absent if nothing was compared.
+    /// Where and when the largest distance is. Absent where nothing was compared.
     pub worst: Option<Worst>,
+    /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres. Absent where the joints of
+    /// the file may stand otherwise at rest, as in files of other programs.
+    pub turn_error: Option<f64>,
+    /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above: those
+    /// are about the frames that the file has.
+    pub resampling: Option<Resampling>,
+    /// The clips that were compared.
+    pub clips: Vec<Clip>,
+    /// What is wrong beside distances.
+    pub findings: Vec<Finding>,
     /// Joints of the source that the file does not have.
     pub missing: Vec<String>,
     /// End sites of the source that the file does not have; many programs leave them out.
     pub missing_end_sites: Vec<String>,
-    /// Metres per unit of the source.
+    /// Units of the file in one of the source.
     pub metres_per_unit: f64,
-    /// Whether the file states how it was converted.
+    /// Whether the file itself says how it was converted.
     pub has_provenance: bool,
 }
 
-/// The joint and the time of the largest distance.
+impl Verification {
+    /// Whether the file is what its source is: nothing was found, and no joint is farther from its place, in metres, than
+    /// allowed.
+    pub fn is_within(&self, max_error: f64) -> bool {
+        // A NaN is not within anything.
+        self.findings.is_empty()
+            && self.max_error <= max_error
+            && self.turn_error.is_none_or(|error| error <= max_error)
+    }
+}
+
+/// One clip of a file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Clip {
+    /// Its name in the source.
+    pub name: String,
+    /// Frames that were compared.
+    pub frames: usize,
+    /// The largest distance of a joint from its place in the source, in metres.
+    pub max_error: f64,
+}
+
+/// What a motion lost by another frame rate: how far the joints are from their places at the frames of the source, up to
+/// the last frame of the file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Resampling {
+    /// Frames of the source that were compared.
+    pub frames: usize,
+    /// The largest distance, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// Where and when the largest distance is.
+    pub worst: Option<Worst>,
+}
+
+/// The place and the time of the largest distance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
+    /// The clip, by its place in the source.
+    pub clip: usize,
     /// The joint, by its name in the source.
     pub joint: String,
-    /// The frame of the source.
+    /// The frame of the source, or that before it.
     pub frame: usize,
     /// Seconds from the start of the file.
     pub seconds: f64,
 }
 
-/// Compares a written file with its source file. The source is read with the options of the conversion, if the written
-/// file states them.
+/// Something that is wrong beside distances.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Finding {
+    /// What kind of thing.
+    pub kind: FindingKind,
+    /// What exactly, as one sentence without a full stop.
+    pub message: String,
+}
+
+impl Finding {
+    fn new(kind: FindingKind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { kind, message }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.kind.as_str(), self.message)
+    }
+}
+
+/// The kinds of [`Finding`]s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum FindingKind {
+    /// The motion of the file starts later or ends earlier than that of the source.
+    MissingFrames,
+    /// The motion of the file goes on behind the end of that of the source.
+    ExtraFrames,
+    /// The file holds values between its keys, where those of the source go straight.
+    Stepped,
+    /// The source has a clip that the file does not have.
+    MissingClip,
+    /// The file has a clip that the source does not have.
+    ExtraClip,
+    /// The source has a joint that the file does not have.
+    MissingJoint,
+    /// A joint has another name in the file.
+    RenamedJoint,
+    /// A joint hangs on another joint in the file.
+    MovedJoint,
+    /// The file, which this crate wrote, has a joint that the source does not have.
+    ExtraJoint,
+    /// What the file says of itself is not so.
+    Provenance,
+}
+
+impl FindingKind {
+    /// Its name in kebab case.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::MissingFrames => "missing-frames",
+            Self::ExtraFrames => "extra-frames",
+            Self::Stepped => "stepped",
+            Self::MissingClip => "missing-clip",
+            Self::ExtraClip => "extra-clip",
+            Self::MissingJoint => "missing-joint",
+            Self::RenamedJoint => "renamed-joint",
+            Self::MovedJoint => "moved-joint",
+            Self::ExtraJoint => "extra-joint",
+            Self::Provenance => "provenance",
+        }
+    }
+}
+
+/// Compares a written file with its source file. The source is read as the conversion read it, where the written file
+/// says how that was.
 ///
 /// # Errors
 /// Where one of the two cannot be read, or they have no joint in common.
 pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Result<Verification> {
-    let output = output.as_ref();
-    let opener = Importer::new();
-    let bytes = opener.open(output)?;
-    let file = read(&bytes, &|sibling| opener.open(&output.with_file_name(sibling)));
-    let file = file.map_err(|error| error.with_path(output))?;
-    let importer = file
-        .provenance()
-        .map(|provenance| provenance.importer())
-        .unwrap_or_default();
-    let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
-    verify_file(&scene, &file).map_err(|error| error.with_path(output))
+    Verifier::new().files(source, output)
 }
 
-/// Compares `output`, the bytes of a `.glb` or of a `.gltf` with an embedded buffer, with `source`, the imported scene
-/// before any step that changes positions or times.
+/// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is read,
+/// with `source`, the scene that its source file reads as, before any step that moves things.
 ///
 /// ```
 /// use mocap::gltf::{Options, write_glb};
@@ -88,79 +205,171 @@ pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Resul
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let verified = verify(&scene, &write_glb(&scene, &Options::default())?)?;
 /// assert_eq!((verified.frames, verified.joints), (10, 4));
-/// assert!(verified.max_error < 1e-6);
+/// assert!(verified.is_within(1e-6));
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
 /// # Errors
-/// Where the bytes are not valid glTF, have their buffer in another file, or have no joint in common with `source`.
+/// Where the bytes cannot be read, have their buffer in another file, or have no joint in common with `source`.
 pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
     let refuse = |other: &Path| {
         let message = format!("the buffer is in another file, \"{}\"", other.display());
         Err(Diagnostic::new(Code::InvalidGltf, message)
-            .help("call verify_files with the paths")
+            .help("verify the files, not their bytes")
             .into())
     };
-    verify_file(source, &read(output, &refuse)?)
+    let output = Output::read(output, "output".as_ref(), &refuse)?;
+    Verifier::new().compare(source, &output)
 }
 
-/// Reads the file to compare, with a helpful error for a file of another format.
-fn read<'a>(bytes: &'a [u8], open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<File<'a>> {
-    if !File::sniff(bytes) {
-        return Err(
-            Diagnostic::new(Code::InvalidGltf, "the second file must be a glTF file")
-                .help("give the source file first, then the .glb or .gltf made from it")
-                .into(),
-        );
-    }
-    File::read(bytes, open, &Limits::default())
+/// Compares files, where more is known than they say.
+///
+/// ```
+/// use mocap::bvh;
+/// use mocap::gltf::Provenance;
+/// use mocap::process::trim;
+/// use mocap::verify::Verifier;
+///
+/// let walk = "fixtures/real/cmu_short.bvh";
+/// let mut scene = mocap::import(walk)?;
+/// trim(&mut scene, 10.0, 20.0);
+/// let folder = tempfile::tempdir().unwrap();
+/// let output = folder.path().join("part.bvh");
+/// bvh::export(&scene, &output, &bvh::Options::default())?;
+/// // BVH does not say that it is a part.
+/// let verified = Verifier::new().provenance(Provenance::of(&scene)).files(walk, &output)?;
+/// assert_eq!(verified.frames, 11);
+/// assert!(verified.is_within(1e-5));
+/// assert!(!Verifier::new().files(walk, &output)?.is_within(1e-5));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Verifier {
+    importer: Importer,
+    provenance: Option<Provenance>,
 }
 
-fn verify_file(source: &Scene, file: &File<'_>) -> Result<Verification> {
-    let provenance = file.provenance();
-    let ours = Skeleton::of_scene(source);
-    let theirs = Skeleton::of_file(file)?;
-    let pairs = pairs(&ours, &theirs);
-    if pairs.is_empty() {
-        let message = "no joint of the source is in the file";
-        return Err(Diagnostic::new(Code::Unrepresentable, message)
-            .help("compare it with the file it was made from")
-            .into());
+impl Verifier {
+    /// Knows what the files say.
+    pub fn new() -> Self {
+        Self::default()
     }
-    let change = match &provenance {
-        Some(provenance) => Change::recorded(&provenance.steps),
-        None => Change::guessed(&ours, &theirs, &pairs),
-    };
-    let missing = |kind: NodeKind| {
-        let is_missing = |(index, joint): &(usize, &chain::Joint)| {
-            joint.kind == kind && !pairs.iter().any(|(ours, _)| ours == index)
+
+    /// How the source is read. What the file says of that comes on top. Default: [`Importer::new`].
+    #[must_use]
+    pub fn importer(mut self, importer: Importer) -> Self {
+        self.importer = importer;
+        self
+    }
+
+    /// What was done between source and file, for files that do not say it.
+    #[must_use]
+    pub fn provenance(mut self, provenance: Provenance) -> Self {
+        self.provenance = Some(provenance);
+        self
+    }
+
+    /// Compares a written file with its source file.
+    ///
+    /// # Errors
+    /// As [`verify_files`].
+    pub fn files(&self, source: impl AsRef<Path>, output: impl AsRef<Path>) -> Result<Verification> {
+        let path = output.as_ref();
+        let opener = Importer::new();
+        let bytes = opener.open(path)?;
+        let output = Output::read(&bytes, path, &|sibling| opener.open(&path.with_file_name(sibling)))
+            .map_err(|error| error.with_path(path))?;
+        let importer = match self.provenance_of(&output) {
+            Some(provenance) => provenance.importer(self.importer.clone()),
+            None => self.importer.clone(),
         };
-        ours.joints
-            .iter()
-            .enumerate()
-            .filter(is_missing)
-            .map(|(_, joint)| joint.name.clone())
-            .collect()
-    };
-    let mut verification = Verification {
-        frames: 0,
-        joints: pairs.len(),
-        max_error: 0.0,
-        rms_error: 0.0,
-        worst: None,
-        missing: missing(NodeKind::Joint),
-        missing_end_sites: missing(NodeKind::EndSite),
-        metres_per_unit: change.metres_per_unit,
-        has_provenance: provenance.is_some(),
-    };
-    compare(source, &ours, &theirs, &pairs, &change, &mut verification);
-    Ok(verification)
+        let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
+        self.compare(&scene, &output).map_err(|error| error.with_path(path))
+    }
+
+    fn provenance_of(&self, output: &Output<'_>) -> Option<Provenance> {
+        output.provenance().or_else(|| self.provenance.clone())
+    }
+
+    fn compare(&self, source: &Scene, output: &Output<'_>) -> Result<Verification> {
+        let provenance = self.provenance_of(output);
+        let ours = Skeleton::of_scene(source, None);
+        let theirs = output.skeleton(None)?;
+        let pairs = Pairs::new(&ours, &theirs)?;
+        let change = match &provenance {
+            Some(provenance) => Change::recorded(&provenance.steps),
+            None => Change::guessed(&Skeleton::of_scene(source, Some(0)), &output.skeleton(Some(0))?, &pairs),
+        };
+        let mut verification = Verification {
+            joints: pairs.list.len(),
+            missing: pairs.missing(&ours, NodeKind::Joint),
+            missing_end_sites: pairs.missing(&ours, NodeKind::EndSite),
+            metres_per_unit: change.metres_per_unit,
+            has_provenance: output.provenance().is_some(),
+            ..Verification::default()
+        };
+        let is_ours = output.provenance().is_some();
+        pairs.find(
+            &ours,
+            &theirs,
+            is_ours,
+            change.has_root_motion,
+            &mut verification.findings,
+        );
+        if let Some(provenance) = output.provenance() {
+            claims(source, &provenance, &change, &mut verification.findings);
+        }
+        let compared = clip::Compared {
+            pairs: &pairs,
+            change: &change,
+            metres: output.metres_per_unit(source, &change),
+            is_gltf: matches!(output, Output::Gltf(_)),
+            turns: output.keeps_axes(source),
+        };
+        let (mut errors, mut lost) = (Errors::default(), Errors::default());
+        let mut has_lost = false;
+        for (ours_clip, theirs_clip) in clip::matched(source, output, &change, &mut verification.findings) {
+            let timeline = Timeline::new(source, ours_clip, &change);
+            let ours = Skeleton::of_scene(source, ours_clip);
+            let theirs = output.skeleton(theirs_clip)?;
+            if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
+                let name = clip::name_of(source, clip);
+                timeline.find(&name, &ours, &theirs, &mut verification.findings);
+            }
+            let of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
+            if timeline.is_resampled {
+                let mut frames = timeline.source_frames();
+                // What is left after the last whole frame of the file is less than one, and gone.
+                let end = timeline.moments.last().copied().unwrap_or(0.0);
+                frames.retain(|frame| *frame <= end);
+                lost.add_all(&compared.frames(ours_clip, &ours, &theirs, &timeline, &frames));
+                has_lost = true;
+            }
+            verification.clips.extend(ours_clip.map(|clip| Clip {
+                name: source.animations[clip].name.clone(),
+                frames: of_clip.frames,
+                max_error: of_clip.max,
+            }));
+            errors.add_all(&of_clip);
+        }
+        verification.frames = errors.frames;
+        verification.max_error = errors.max;
+        verification.rms_error = errors.rms();
+        verification.turn_error = errors.turn;
+        verification.resampling = has_lost.then(|| Resampling {
+            frames: lost.frames,
+            max_error: lost.max,
+            rms_error: lost.rms(),
+            worst: lost.worst,
+        });
+        verification.worst = errors.worst;
+        Ok(verification)
+    }
 }
 
 impl Provenance {
-    /// An importer with the options of the conversion.
-    fn importer(&self) -> Importer {
-        let mut importer = Importer::new();
+    /// `importer`, reading the source as it was read for the conversion.
+    fn importer(&self, mut importer: Importer) -> Importer {
         if let Some(used) = &self.root_offset {
             importer = importer.root_offset(used.policy);
         }
@@ -176,190 +385,86 @@ impl Provenance {
     }
 }
 
-/// Pairs the joints of two skeletons by name; the n-th joint of a name belongs to the n-th of that name. Unique names
-/// may also differ in case and in characters that are neither letters nor digits.
-fn pairs(ours: &Skeleton, theirs: &Skeleton) -> Vec<(usize, usize)> {
-    let simplified = |name: &str| {
-        name.chars()
-            .filter(|c| c.is_alphanumeric())
-            .flat_map(char::to_lowercase)
-            .collect()
+/// Holds what a file says of its frames against what is to be in it.
+fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &mut Vec<Finding>) {
+    let mut claim = |what: &str, claimed: u64, found: u64| {
+        if claimed != found {
+            let message = format!("the file says that {what} {claimed} frames, but there are {found}");
+            findings.push(Finding::new(FindingKind::Provenance, message));
+        }
     };
-    let exact = match_names(ours, theirs, std::borrow::ToOwned::to_owned);
-    let loose = match_names(ours, theirs, simplified);
-    if loose.len() > exact.len() { loose } else { exact }
-}
-
-fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
-    let mut places: HashMap<(String, bool), VecDeque<usize>> = HashMap::new();
-    // Other programs do not mark end sites, so the kind of a node is compared only if the file has marks.
-    let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
-    let key = |joint: &chain::Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
-    for (place, joint) in theirs.joints.iter().enumerate() {
-        places.entry(key(joint)).or_default().push_back(place);
+    let frames = |scene: &Scene| scene.animations.first().map_or(0, |clip| clip.frame_count() as u64);
+    if let Some(origin) = &provenance.source {
+        claim("its source has", origin.frames, frames(source));
     }
-    let sources = ours
-        .joints
-        .iter()
-        .enumerate()
-        .filter(|(_, joint)| joint.kind != NodeKind::Group);
-    sources
-        .filter_map(|(index, joint)| Some((index, places.get_mut(&key(joint))?.pop_front()?)))
-        .collect()
+    if !source.animations.is_empty() {
+        let timeline = Timeline::new(source, Some(0), change);
+        claim("it has", provenance.frames, timeline.frame_count());
+    }
 }
 
-/// The intended changes between a source and a file.
-struct Change {
-    metres_per_unit: f64,
-    up: UpAxis,
-    /// The ticks of the source at the file's start and end.
-    first: f64,
-    last: f64,
-    /// The frame rate of the file, where it is not the source's.
-    frames_per_second: Option<f64>,
-    in_place: bool,
+/// A file that was written.
+enum Output<'a> {
+    Gltf(Box<File<'a>>),
+    /// Another format, as its reader gives it.
+    Scene(Box<Scene>),
 }
 
-impl Change {
-    fn none() -> Self {
-        Self {
-            metres_per_unit: 1.0,
-            up: UpAxis::Y,
-            first: 0.0,
-            last: f64::INFINITY,
-            frames_per_second: None,
-            in_place: false,
+impl<'a> Output<'a> {
+    fn read(bytes: &'a [u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Self> {
+        if File::sniff(bytes) {
+            return Ok(Self::Gltf(Box::new(File::read(bytes, open, &Limits::default())?)));
+        }
+        let importer = Importer::new().skeleton_mesh(SkeletonMesh::None).hash(false);
+        Ok(Self::Scene(Box::new(importer.read(bytes, name)?)))
+    }
+
+    fn provenance(&self) -> Option<Provenance> {
+        match self {
+            Self::Gltf(file) => file.provenance(),
+            Self::Scene(_) => None,
         }
     }
 
-    /// The recorded steps. Resampling should not move a joint at the time of a frame; differences count as error.
-    fn recorded(steps: &[AppliedStep]) -> Self {
-        let mut change = Self::none();
-        for step in steps {
-            match *step {
-                AppliedStep::ConvertUnits { metres_per_unit, up } => {
-                    change.metres_per_unit *= metres_per_unit;
-                    change.up = up;
-                }
-                AppliedStep::Trim { first, last } if change.frames_per_second.is_none() => {
-                    change.last = change.first + last;
-                    change.first += first;
-                }
-                AppliedStep::Resample { frames_per_second } => {
-                    change.frames_per_second.get_or_insert(frames_per_second);
-                }
-                AppliedStep::InPlace => change.in_place = true,
-                AppliedStep::Trim { .. } | AppliedStep::RootMotion | AppliedStep::SelectClip { .. } => {}
+    /// The nodes and the keys of a clip; without one, the rest pose.
+    fn skeleton(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
+        match self {
+            Self::Gltf(file) => Skeleton::of_file(file, clip),
+            Self::Scene(scene) => Ok(Skeleton::of_scene(scene, clip)),
+        }
+    }
+
+    fn clip_names(&self) -> Vec<String> {
+        match self {
+            Self::Gltf(file) => {
+                let clips = file.animations();
+                clips.map(|clip| clip.name.clone().unwrap_or_default()).collect()
+            }
+            Self::Scene(scene) => scene.animations.iter().map(|clip| clip.name.clone()).collect(),
+        }
+    }
+
+    /// Metres in a unit of the file: what the file says, else the unit of the source.
+    fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
+        let Self::Scene(scene) = self else { return 1.0 };
+        let of_source = || {
+            let stated = source.metadata.metres_per_unit;
+            stated.unwrap_or_else(|| skeleton::survey(source).unit.value.metres())
+        };
+        match scene.metadata.metres_per_unit {
+            Some(metres) => metres,
+            None if change.is_in_metres => 1.0,
+            None => of_source() / change.metres_per_unit,
+        }
+    }
+
+    /// Whether the joints have the axes of the source: in glTF of this crate, and in BVH that was made of BVH.
+    fn keeps_axes(&self, source: &Scene) -> bool {
+        match self {
+            Self::Gltf(file) => file.provenance().is_some(),
+            Self::Scene(scene) => {
+                scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
             }
         }
-        change
     }
-
-    /// Guesses the unit from the lengths of the links in the first frame, and the up axis with which the roots are
-    /// closer.
-    fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &[(usize, usize)]) -> Self {
-        let (mut here, mut there) = (Vec::new(), Vec::new());
-        ours.world(0.0, &mut here);
-        theirs.world(0.0, &mut there);
-        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
-        let span = |world: &[DMat4], pick: fn(&(usize, usize)) -> usize| -> f64 {
-            let positions = || pairs.iter().map(|pair| position(world, pick(pair)));
-            positions().zip(positions().skip(1)).map(|(a, b)| a.distance(b)).sum()
-        };
-        let ratio = span(&there, |pair| pair.1) / span(&here, |pair| pair.0);
-        let mut change = Self::none();
-        if ratio.is_finite() && ratio > 0.0 {
-            change.metres_per_unit = ratio;
-        }
-        let distance = |change: &Self| -> f64 {
-            pairs
-                .iter()
-                .map(|(a, b)| change.place(position(&here, *a)).distance(position(&there, *b)))
-                .sum()
-        };
-        let turned = Self {
-            up: UpAxis::Z,
-            ..change
-        };
-        if distance(&turned) < distance(&change) {
-            turned
-        } else {
-            change
-        }
-    }
-
-    /// Maps a point of the source to the file.
-    fn place(&self, point: DVec3) -> DVec3 {
-        let point = point * self.metres_per_unit;
-        match self.up {
-            UpAxis::Y => point,
-            UpAxis::Z => DVec3::new(point.x, point.z, -point.y),
-        }
-    }
-}
-
-/// Compares every frame of the source that is in the file.
-fn compare(
-    source: &Scene,
-    ours: &Skeleton,
-    theirs: &Skeleton,
-    pairs: &[(usize, usize)],
-    change: &Change,
-    verification: &mut Verification,
-) {
-    let animation = source.animations.first();
-    let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
-    let last = animation.map_or(0.0, |animation| animation.duration).min(change.last);
-    // A file of another program may end earlier. Half a frame allows for rounding.
-    let their_rate = change
-        .frames_per_second
-        .map_or(rate, |wanted| skeleton::rate_before(rate, wanted));
-    let last = last.min(change.first + theirs.end * their_rate + 0.5);
-    let root_of = roots(ours);
-    let mut start: Option<Vec<DVec3>> = None;
-    let (mut here, mut there) = (Vec::new(), Vec::new());
-    let mut sum_of_squares = 0.0;
-    for frame in change.first.ceil() as usize..=last.floor() as usize {
-        let seconds = (frame as f64 - change.first) / their_rate;
-        ours.world(frame as f64 / rate, &mut here);
-        // The frame's time as rounded in glTF. Just before it, at a cut, the pose is another one.
-        theirs.world(f64::from(seconds as f32), &mut there);
-        let places: Vec<_> = here
-            .iter()
-            .map(|matrix| change.place(matrix.w_axis.truncate()))
-            .collect();
-        let start = start.get_or_insert_with(|| places.clone());
-        for &(a, b) in pairs {
-            let mut expected = places[a];
-            if change.in_place {
-                let way = places[root_of[a]] - start[root_of[a]];
-                expected -= DVec3::new(way.x, 0.0, way.z);
-            }
-            let error = expected.distance(there[b].w_axis.truncate());
-            sum_of_squares += error * error;
-            // NaN counts as the largest error.
-            let is_worse = error > verification.max_error || (error.is_nan() && !verification.max_error.is_nan());
-            if is_worse || verification.worst.is_none() {
-                verification.max_error = error;
-                verification.worst = Some(Worst {
-                    joint: ours.joints[a].name.clone(),
-                    frame,
-                    seconds,
-                });
-            }
-        }
-        verification.frames += 1;
-    }
-    let compared = (verification.frames * pairs.len()).max(1);
-    verification.rms_error = (sum_of_squares / compared as f64).sqrt();
-}
-
-/// The root of every joint: the highest ancestor that is not a group.
-fn roots(skeleton: &Skeleton) -> Vec<usize> {
-    let mut roots: Vec<usize> = Vec::with_capacity(skeleton.joints.len());
-    for (index, joint) in skeleton.joints.iter().enumerate() {
-        let is_below_root = |parent: &usize| skeleton.joints[*parent].kind != NodeKind::Group;
-        roots.push(joint.parent.filter(is_below_root).map_or(index, |parent| roots[parent]));
-    }
-    roots
 }

@@ -22,7 +22,7 @@ use crate::scene::Format;
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::File;
 pub use self::provenance::Provenance;
-pub(crate) use self::tracks::Values;
+pub(crate) use self::tracks::{Bend, Values};
 pub use self::write::{BufferPlace, Document, Options, Renamed, Report, export, write_glb};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {

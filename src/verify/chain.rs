@@ -6,35 +6,39 @@ use std::collections::HashMap;
 use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::error::Result;
-use crate::format::gltf::{File, Values};
+use crate::format::gltf::{Bend, File, Values};
 use crate::pose::Binding;
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 
-/// Nodes, parents before children, with their tracks.
+/// Nodes, parents before children, each with what moves it.
 pub(super) struct Skeleton<'a> {
     pub(super) joints: Vec<Joint<'a>>,
-    /// The time of the last key, in seconds.
+    /// When the last key is, in seconds.
     pub(super) end: f64,
+    /// A joint that jumps from key to key, if there is one.
+    pub(super) stepped: Option<String>,
 }
 
 pub(super) struct Joint<'a> {
     pub(super) name: String,
     pub(super) parent: Option<usize>,
     pub(super) kind: NodeKind,
+    /// Whether it holds something to see.
+    pub(super) shows: bool,
     rest: (DVec3, DQuat, DVec3),
     translation: Option<Track<'a, Vec3>>,
     rotation: Option<Track<'a, Quat>>,
     scale: Option<Track<'a, Vec3>>,
 }
 
-/// The keys of one property, and their times.
+/// The keys of one property, and when they are.
 struct Track<'a, T: Clone> {
     times: Times<'a>,
     values: Cow<'a, [T]>,
 }
 
 enum Times<'a> {
-    /// One key per tick; ticks per second.
+    /// A key a tick, and ticks per second.
     EveryTick(f64),
     /// Ticks, and ticks per second.
     Ticks(&'a [f64], f64),
@@ -43,20 +47,23 @@ enum Times<'a> {
 }
 
 impl<'a> Skeleton<'a> {
-    /// The nodes of `scene` and the keys of its first animation.
-    pub(super) fn of_scene(scene: &'a Scene) -> Self {
+    /// The nodes of `scene` and the keys of a clip; without one, the rest pose.
+    pub(super) fn of_scene(scene: &'a Scene, clip: Option<usize>) -> Self {
         let joint = |node: &crate::scene::Node| {
             let (scale, rotation, translation) = node.transform.as_dmat4().to_scale_rotation_translation();
-            Joint::at_rest(
-                node.name.clone(),
-                node.parent.map(NodeId::index),
-                node.kind,
-                (translation, rotation, scale),
-            )
+            Joint {
+                shows: !node.meshes.is_empty(),
+                ..Joint::at_rest(
+                    node.name.clone(),
+                    node.parent.map(NodeId::index),
+                    node.kind,
+                    (translation, rotation, scale),
+                )
+            }
         };
         let mut joints: Vec<_> = scene.nodes.iter().map(joint).collect();
         let mut end = 0.0;
-        if let Some(animation) = scene.animations.first() {
+        if let Some(animation) = clip.and_then(|clip| scene.animations.get(clip)) {
             let rate = animation.ticks_per_second;
             end = animation.duration / rate;
             for (node, channel) in Binding::new(scene, animation).driven() {
@@ -66,13 +73,17 @@ impl<'a> Skeleton<'a> {
                 joint.scale = Track::of_keys(&channel.scaling_keys, rate);
             }
         }
-        Self { joints, end }
+        Self {
+            joints,
+            end,
+            stepped: None,
+        }
     }
 }
 
 impl Skeleton<'static> {
-    /// The nodes of a file's default scene and the tracks of its first animation.
-    pub(super) fn of_file(file: &File<'_>) -> Result<Self> {
+    /// The nodes of a file's default scene and the tracks of a clip; without one, the rest pose.
+    pub(super) fn of_file(file: &File<'_>, clip: Option<usize>) -> Result<Self> {
         let listed = file.nodes()?;
         let mut place_of = HashMap::new();
         let mut joints = Vec::with_capacity(listed.len());
@@ -85,41 +96,32 @@ impl Skeleton<'static> {
             } else {
                 NodeKind::Joint
             };
-            joints.push(Joint::at_rest(file.source_name(node.index), node.parent, kind, rest));
+            joints.push(Joint {
+                shows: file.shows(node.index),
+                ..Joint::at_rest(file.source_name(node.index), node.parent, kind, rest)
+            });
         }
-        let tracks = match file.animations().len() {
-            0 => Vec::new(),
-            _ => file.tracks(0)?,
+        let tracks = match clip.filter(|clip| *clip < file.animations().len()) {
+            Some(clip) => file.tracks(clip)?,
+            None => Vec::new(),
         };
-        let mut end = 0.0;
+        let (mut end, mut stepped) = (0.0, None);
         for track in tracks {
-            end = track.times.last().map_or(end, |last| f64::max(end, f64::from(*last)));
             let Some(&place) = place_of.get(&track.node) else {
                 continue;
             };
+            end = track.times.last().map_or(end, |last| f64::max(end, f64::from(*last)));
             let (joint, times) = (&mut joints[place], Times::Seconds(track.times));
+            if matches!(track.bent, Some((Bend::Step, _))) {
+                stepped.get_or_insert_with(|| joint.name.clone());
+            }
             match track.values {
-                Values::Translations(values) => {
-                    joint.translation = Some(Track {
-                        times,
-                        values: values.into(),
-                    });
-                }
-                Values::Rotations(values) => {
-                    joint.rotation = Some(Track {
-                        times,
-                        values: values.into(),
-                    });
-                }
-                Values::Scales(values) => {
-                    joint.scale = Some(Track {
-                        times,
-                        values: values.into(),
-                    });
-                }
+                Values::Translations(values) => joint.translation = Some(Track::owned(times, values)),
+                Values::Rotations(values) => joint.rotation = Some(Track::owned(times, values)),
+                Values::Scales(values) => joint.scale = Some(Track::owned(times, values)),
             }
         }
-        Ok(Self { joints, end })
+        Ok(Self { joints, end, stepped })
     }
 }
 
@@ -135,6 +137,18 @@ impl Skeleton<'_> {
             });
         }
     }
+
+    /// The first and the last key, in seconds, of the tracks that change in this part of the time.
+    pub(super) fn span(&self, first: f64, last: f64) -> Option<(f64, f64)> {
+        let of_joint = |joint: &Joint| {
+            let translation = joint.translation.as_ref().and_then(|track| track.span(first, last));
+            let rotation = joint.rotation.as_ref().and_then(|track| track.span(first, last));
+            let scale = joint.scale.as_ref().and_then(|track| track.span(first, last));
+            [translation, rotation, scale]
+        };
+        let spans = self.joints.iter().flat_map(of_joint).flatten();
+        spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
 }
 
 impl Joint<'_> {
@@ -144,6 +158,7 @@ impl Joint<'_> {
             name,
             parent,
             kind,
+            shows: false,
             rest,
             translation,
             rotation,
@@ -173,6 +188,23 @@ fn unit(rotation: &Quat) -> DQuat {
     rotation.as_dquat().normalize()
 }
 
+impl<T: Clone + PartialEq> Track<'_, T> {
+    /// The first and the last key, in seconds and within this part of the time, if a value changes in it.
+    fn span(&self, first: f64, last: f64) -> Option<(f64, f64)> {
+        let end = self.values.len() - 1;
+        // With the keys around the part, for between them and its ends values change too.
+        let from = self.after(first).saturating_sub(1);
+        let mut to = self.after(last);
+        if to > 0 && self.time(to - 1) >= last {
+            to -= 1;
+        }
+        let to = to.min(end);
+        let part = self.values.get(from..=to)?;
+        let changes = part.windows(2).any(|pair| pair[0] != pair[1]);
+        changes.then(|| (self.time(0).max(first), self.time(end).min(last)))
+    }
+}
+
 impl<'a, T: Clone> Track<'a, T> {
     fn of_keys(keys: &'a Keys<T>, ticks_per_second: f64) -> Option<Self> {
         let times = match &keys.ticks {
@@ -185,25 +217,39 @@ impl<'a, T: Clone> Track<'a, T> {
         })
     }
 
-    /// The value at `seconds`, interpolated between keys; beyond the ends that of the nearest key.
-    fn at<V>(&self, seconds: f64, convert: impl Fn(&T) -> V, mix: impl Fn(V, V, f64) -> V) -> V {
-        let last = self.values.len() - 1;
-        // The first key after `seconds`.
-        let next = match &self.times {
-            // Whole ticks come from a division and may be off by a rounding, so a neighbouring key counts as exact.
-            Times::EveryTick(rate) => (seconds * rate).floor().max(-1.0) as i64 as usize + 1,
+    fn owned(times: Times<'a>, values: Vec<T>) -> Self {
+        Self {
+            times,
+            values: values.into(),
+        }
+    }
+
+    /// The first key after `seconds`; there may be none.
+    fn after(&self, seconds: f64) -> usize {
+        match &self.times {
+            // Whole ticks come out of a division, and may miss themselves by a rounding; their neighbour is as good then.
+            Times::EveryTick(rate) => ((seconds * rate).floor() + 1.0).max(0.0) as usize,
             Times::Ticks(ticks, rate) => ticks.partition_point(|tick| tick / rate <= seconds),
             Times::Seconds(times) => times.partition_point(|time| f64::from(*time) <= seconds),
-        };
-        if next == 0 || next > last {
-            return convert(&self.values[next.saturating_sub(1).min(last)]);
         }
-        let time = |key: usize| match &self.times {
+    }
+
+    fn time(&self, key: usize) -> f64 {
+        match &self.times {
             Times::EveryTick(rate) => key as f64 / rate,
             Times::Ticks(ticks, rate) => ticks[key] / rate,
             Times::Seconds(times) => f64::from(times[key]),
-        };
-        let share = (seconds - time(next - 1)) / (time(next) - time(next - 1));
+        }
+    }
+
+    /// The value at `seconds`: mixed from the keys before and after, and beyond the ends that of the nearest key.
+    fn at<V>(&self, seconds: f64, convert: impl Fn(&T) -> V, mix: impl Fn(V, V, f64) -> V) -> V {
+        let last = self.values.len() - 1;
+        let next = self.after(seconds);
+        if next == 0 || next > last {
+            return convert(&self.values[next.saturating_sub(1).min(last)]);
+        }
+        let share = (seconds - self.time(next - 1)) / (self.time(next) - self.time(next - 1));
         mix(
             convert(&self.values[next - 1]),
             convert(&self.values[next]),

@@ -189,15 +189,10 @@ fn every_command_takes_the_rate_that_the_error_asks_for() {
 }
 
 #[test]
-fn another_frame_rate_keeps_the_jump_and_can_fail_the_check() {
+fn another_frame_rate_keeps_the_jump_and_says_what_it_lost() {
     let (_folder, path, output) = convert("cmu_short.bvh", &["--fps", "10", "--verify"]);
-    assert_eq!(
-        output.status.code(),
-        Some(1),
-        "a tenth of a second is too coarse for a millimetre"
-    );
-    assert!(words(&output).contains("more than the 1.0000 mm allowed"));
-    assert!(path.exists(), "the file is written and whole");
+    assert!(output.status.success(), "{}", words(&output));
+    assert!(words(&output).contains("the other frame rate: "), "{}", words(&output));
     let animation = gltf::Gltf::open(&path).unwrap();
     let input = animation
         .document
@@ -312,7 +307,7 @@ fn verify_fails_on_the_wrong_source() {
     let path = path.to_str().unwrap();
     let far = mocap(&["verify", &fixture("cmu_12_01_walk.bvh"), path]);
     assert_eq!(far.status.code(), Some(1));
-    assert!(words(&far).contains("mm allowed"), "{}", words(&far));
+    assert!(words(&far).contains("its source has 75 frames"), "{}", words(&far));
     let strange = mocap(&["verify", &fixture("lecture_Test.bvh"), path]);
     assert_eq!(strange.status.code(), Some(1));
     assert!(words(&strange).contains("no joint"), "{}", words(&strange));

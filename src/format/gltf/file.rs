@@ -122,7 +122,7 @@ impl<'a> File<'a> {
     }
 
     /// Whether a node holds something to see.
-    pub(super) fn shows(&self, node: usize) -> bool {
+    pub(crate) fn shows(&self, node: usize) -> bool {
         let node = &self.root.nodes[node];
         node.mesh.is_some() || node.camera.is_some()
     }

@@ -6,7 +6,7 @@ use mocap::bvh;
 use mocap::export::{ReplacePolicy, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Scene, Topic};
-use mocap::verify::{Verification, verify_files};
+use mocap::verify::{Verification, Verifier};
 use mocap::{Code, Diagnostic, Importer};
 
 use super::{change, convert_many, verify};
@@ -46,9 +46,6 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
         let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
         return Err(Failure::Usage(message));
     };
-    if args.verify && matches!(format, FormatArg::Bvh) {
-        return Err(Failure::Usage("--verify checks glTF outputs, not BVH".to_owned()));
-    }
     refuse_bvh(args, format)?;
     let policy = ReplacePolicy::new([input]).force(args.force);
     let converted = convert(args, input, &output, &policy, &|| false)?;
@@ -168,11 +165,18 @@ pub(crate) fn convert(
     }
     let mut warnings = std::mem::take(&mut scene.warnings);
     warnings.append(&mut written.warnings);
+    // A BVH file does not say how it was made.
+    let verifier = args.verify.then(|| {
+        let importer = args.read.importer();
+        Verifier::new()
+            .importer(importer)
+            .provenance(gltf::Provenance::of(&scene))
+    });
     // The keys of a long take are better gone before the file is read back.
     drop(scene);
     Ok(Converted {
         warnings,
-        verification: args.verify.then(|| verify_files(input, output)).transpose()?,
+        verification: verifier.map(|verifier| verifier.files(input, output)).transpose()?,
         hash,
         choice: choice(args),
         decisions,

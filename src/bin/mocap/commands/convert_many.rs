@@ -126,11 +126,8 @@ impl Run<'_> {
         record.output_sha256 = converted.hash;
         record.max_error = converted.achieved.map(|achieved| achieved.max_error);
         let allowed = self.args.compress.tolerance();
-        if let Some(verification) = converted
-            .verification
-            .filter(|found| !verify::is_within(found, allowed))
-        {
-            return Err(verify::too_far(&verification, allowed));
+        if let Some(verification) = converted.verification.filter(|found| !found.is_within(allowed)) {
+            return Err(verify::difference(&verification, allowed));
         }
         Ok(Outcome::Done)
     }

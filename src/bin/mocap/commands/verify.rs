@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use mocap::verify::{Verification, verify_files};
+use mocap::verify::{Verification, Verifier};
 use serde::Serialize;
 
 use super::print_json;
@@ -21,9 +21,10 @@ struct Verdict<'a> {
 }
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
-    let verification = verify_files(&args.source, &args.output)?;
+    let verifier = Verifier::new().importer(args.read.importer());
+    let verification = verifier.files(&args.source, &args.output)?;
     let max_allowed = args.tolerance.max_error;
-    let ok = is_within(&verification, max_allowed);
+    let ok = verification.is_within(max_allowed);
     if args.json {
         print_json(&Verdict {
             source: args.source.display().to_string(),
@@ -38,22 +39,22 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     require(&verification, max_allowed)
 }
 
-/// NaN is not within the tolerance.
-pub(crate) fn is_within(verification: &Verification, max_allowed: f64) -> bool {
-    verification.max_error <= max_allowed
-}
-
-/// Reports an error above the tolerance.
+/// Reports findings and an error above the tolerance.
 pub(crate) fn require(verification: &Verification, max_allowed: f64) -> Result<(), Failure> {
-    if is_within(verification, max_allowed) {
+    if verification.is_within(max_allowed) {
         return Ok(());
     }
-    report::complain(&too_far(verification, max_allowed));
+    report::complain(&difference(verification, max_allowed));
     Err(Failure::Told)
 }
 
-pub(crate) fn too_far(verification: &Verification, max_allowed: f64) -> String {
-    let (error, allowed) = (millimetres(verification.max_error), millimetres(max_allowed));
+/// The first thing that is wrong.
+pub(crate) fn difference(verification: &Verification, max_allowed: f64) -> String {
+    if let Some(finding) = verification.findings.first() {
+        return format!("the file is not what its source is: {finding}");
+    }
+    let largest = f64::max(verification.max_error, verification.turn_error.unwrap_or(0.0));
+    let (error, allowed) = (millimetres(largest), millimetres(max_allowed));
     format!("the largest error is {error} mm, more than the {allowed} mm allowed")
 }
 
@@ -72,13 +73,20 @@ pub(crate) fn summary(verification: &Verification) -> String {
             worst.joint, worst.frame, worst.seconds
         );
     }
-    for (what, names) in [
-        ("joints", &verification.missing),
-        ("end sites", &verification.missing_end_sites),
-    ] {
-        if !names.is_empty() {
-            text += &format!("\n{what} missing in the file: {}", names.join(", "));
-        }
+    if let Some(lost) = &verification.resampling {
+        text += &format!(
+            "\nthe other frame rate: {} mm at most, {} mm RMS, at the {} frames of the source",
+            millimetres(lost.max_error),
+            millimetres(lost.rms_error),
+            lost.frames,
+        );
+    }
+    for finding in &verification.findings {
+        text += &format!("\n{finding}");
+    }
+    if !verification.missing_end_sites.is_empty() {
+        let names = verification.missing_end_sites.join(", ");
+        text += &format!("\nend sites missing in the file: {names}");
     }
     text
 }

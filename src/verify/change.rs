@@ -1,0 +1,270 @@
+//! What lies on purpose between a source and a file: where its points are, and when its frames are.
+
+use glam::{DMat4, DVec3};
+
+use super::chain::Skeleton;
+use super::pairs::Pairs;
+use super::{Finding, FindingKind};
+use crate::process;
+use crate::scene::{AppliedStep, Scene, UpAxis};
+use crate::skeleton;
+
+/// How near, in ticks, two moments are that are one.
+const SAME_TICK: f64 = 1e-6;
+
+/// What lies on purpose between a source and a file.
+pub(super) struct Change {
+    /// Units of the file in one of the source.
+    pub(super) metres_per_unit: f64,
+    up: UpAxis,
+    pub(super) in_place: bool,
+    pub(super) has_root_motion: bool,
+    /// Whether the unit of the file is a metre.
+    pub(super) is_in_metres: bool,
+    /// The steps that change times, in their order.
+    times: Vec<AppliedStep>,
+}
+
+impl Change {
+    fn none() -> Self {
+        Self {
+            metres_per_unit: 1.0,
+            up: UpAxis::Y,
+            in_place: false,
+            has_root_motion: false,
+            is_in_metres: false,
+            times: Vec::new(),
+        }
+    }
+
+    /// What was done, step by step.
+    pub(super) fn recorded(steps: &[AppliedStep]) -> Self {
+        let mut change = Self::none();
+        for step in steps {
+            match *step {
+                AppliedStep::ConvertUnits { metres_per_unit, up } => {
+                    change.metres_per_unit *= metres_per_unit;
+                    change.up = up;
+                    change.is_in_metres = true;
+                }
+                AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
+                AppliedStep::InPlace => change.in_place = true,
+                AppliedStep::RootMotion => change.has_root_motion = true,
+                AppliedStep::SelectClip { .. } => {}
+            }
+        }
+        change
+    }
+
+    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer.
+    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs) -> Self {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(0.0, &mut here);
+        theirs.world(0.0, &mut there);
+        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
+        let span = |world: &[DMat4], pick: fn(&(usize, usize)) -> usize| -> f64 {
+            let positions = || pairs.list.iter().map(|pair| position(world, pick(pair)));
+            positions().zip(positions().skip(1)).map(|(a, b)| a.distance(b)).sum()
+        };
+        let ratio = span(&there, |pair| pair.1) / span(&here, |pair| pair.0);
+        let mut change = Self::none();
+        if ratio.is_finite() && ratio > 0.0 {
+            change.metres_per_unit = ratio;
+        }
+        let distance = |change: &Self| -> f64 {
+            let distances = pairs
+                .list
+                .iter()
+                .map(|(a, b)| change.place(position(&here, *a)).distance(position(&there, *b)));
+            distances.sum()
+        };
+        let upright = distance(&change);
+        change.up = UpAxis::Z;
+        if upright <= distance(&change) {
+            change.up = UpAxis::Y;
+        }
+        change
+    }
+
+    /// Where a point of the source is in the file.
+    pub(super) fn place(&self, point: DVec3) -> DVec3 {
+        self.turn(point * self.metres_per_unit)
+    }
+
+    /// Where a direction of the source points in the file.
+    pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
+        match self.up {
+            UpAxis::Y => direction,
+            UpAxis::Z => DVec3::new(direction.x, direction.z, -direction.y),
+        }
+    }
+}
+
+/// When the frames of a clip are. Ticks are those of the source.
+pub(super) struct Timeline {
+    /// Ticks of the source in a second of the source.
+    pub(super) rate: f64,
+    /// Ticks of the source in a second of the file, and in one of its frames.
+    file_rate: f64,
+    frame: f64,
+    /// The part of the source that the file is to have.
+    first: f64,
+    last: f64,
+    /// The moments at which the file is to be what its source is: the frames of the source; or, where the frame rate is
+    /// another, its own.
+    pub(super) moments: Vec<f64>,
+    pub(super) is_resampled: bool,
+    /// Whether anything is known of what was done to times.
+    is_recorded: bool,
+}
+
+impl Timeline {
+    /// Of a clip of `source`; without one, a single moment.
+    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Self {
+        let animation = clip.and_then(|clip| source.animations.get(clip));
+        let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
+        let duration = animation.map_or(0.0, |animation| animation.duration);
+        let mut timeline = Self {
+            rate,
+            file_rate: rate,
+            frame: 1.0,
+            first: 0.0,
+            last: duration,
+            moments: Vec::new(),
+            is_resampled: false,
+            is_recorded: !change.times.is_empty(),
+        };
+        // The frames between which nothing may be taken from, each with the next.
+        let mut cuts = Vec::new();
+        let mut edges = Vec::new();
+        let mut before = change.times.iter().any(is_resample).then(|| source.clone());
+        for step in &change.times {
+            match *step {
+                AppliedStep::Trim { first, last } => {
+                    let start = timeline.first;
+                    timeline.first = f64::min(start + first * timeline.frame, timeline.last);
+                    timeline.last = f64::min(start + last * timeline.frame, timeline.last).max(timeline.first);
+                    if let Some(before) = &mut before {
+                        process::trim(before, first, last);
+                    }
+                }
+                AppliedStep::Resample { frames_per_second } => {
+                    let (Some(before), Some(clip)) = (&mut before, clip) else {
+                        continue;
+                    };
+                    for cut in skeleton::cuts(before, clip) {
+                        let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
+                        cuts.push((edge(cut), edge(cut + 1)));
+                        edges.extend([edge(cut), edge(cut + 1)]);
+                    }
+                    let old_rate = timeline.file_rate / timeline.frame;
+                    let meant = skeleton::rate_before(old_rate, frames_per_second);
+                    timeline.file_rate *= meant / old_rate;
+                    timeline.frame *= meant / frames_per_second;
+                    timeline.is_resampled = true;
+                    process::resample(before, frames_per_second);
+                }
+                _ => {}
+            }
+        }
+        timeline.moments = match timeline.is_resampled {
+            false => timeline.source_frames(),
+            true => timeline.own_frames(&cuts, &edges),
+        };
+        timeline
+    }
+
+    /// The whole ticks of the source that the file is to have, and the ends of its part.
+    pub(super) fn source_frames(&self) -> Vec<f64> {
+        let whole = self.first.ceil() as u64..=self.last.floor() as u64;
+        let mut frames: Vec<_> = whole.map(|frame| frame as f64).collect();
+        if self.first.fract() != 0.0 {
+            frames.insert(0, self.first);
+        }
+        if self.last.fract() != 0.0 && self.last > self.first {
+            frames.push(self.last);
+        }
+        frames
+    }
+
+    /// The frames of the file, as [`process::resample`] sets them.
+    fn own_frames(&self, cuts: &[(f64, f64)], edges: &[f64]) -> Vec<f64> {
+        let near = SAME_TICK * self.frame;
+        let count = ((self.last - self.first) / self.frame + SAME_TICK).floor() as u64;
+        let frames = (0..=count).map(|frame| self.first + frame as f64 * self.frame);
+        let is_inside = |moment: f64| cuts.iter().any(|&(a, b)| a + near < moment && moment < b - near);
+        let mut moments: Vec<_> = frames.filter(|moment| !is_inside(*moment)).collect();
+        let is_in_part = |edge: &f64| self.first - near <= *edge && *edge <= self.last + near;
+        moments.extend(edges.iter().copied().filter(is_in_part));
+        moments.sort_by(f64::total_cmp);
+        moments.dedup_by(|later, earlier| *later - *earlier < near);
+        moments
+    }
+
+    /// The time of a tick in the file, in seconds.
+    pub(super) fn seconds(&self, tick: f64) -> f64 {
+        (tick - self.first) / self.file_rate
+    }
+
+    /// How many frames the file is to have, as it says so itself.
+    pub(super) fn frame_count(&self) -> u64 {
+        let last = self.moments.last().copied().unwrap_or(self.first);
+        ((last - self.first) / self.frame).round() as u64 + 1
+    }
+
+    /// Whether anything moves in the part of the source that the file is to have.
+    pub(super) fn moves(&self, ours: &Skeleton) -> bool {
+        ours.span(self.first / self.rate, self.last / self.rate).is_some()
+    }
+
+    /// Finds what is missing at either end, and what is too much.
+    pub(super) fn find(&self, name: &str, ours: &Skeleton, theirs: &Skeleton, findings: &mut Vec<Finding>) {
+        let last = self.moments.last().copied().unwrap_or(self.first);
+        let end = self.seconds(last);
+        // Times of other programs are rounded to their frames.
+        let room = 0.5 * self.frame / self.file_rate + 1e-5 * end;
+        let moving = ours.span(self.first / self.rate, self.last / self.rate);
+        let start = moving.map(|(start, _)| self.seconds(start * self.rate));
+        // Where nothing moves in the source at the end, a file need not say so.
+        let least_end = match moving {
+            Some((_, moving_end)) => self.seconds(moving_end * self.rate).min(end),
+            None if self.is_recorded => end,
+            None => 0.0,
+        };
+        let mut find = |kind, message| findings.push(Finding::new(kind, message));
+        let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
+        match (start, found) {
+            (Some(_), None) if least_end > room => {
+                find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
+            }
+            (Some(start), Some((found, _))) if found > start + room => {
+                let message =
+                    format!("{name} begins to move at {found:.4} s in the file, and in its source at {start:.4} s");
+                find(FindingKind::MissingFrames, message);
+            }
+            _ => {}
+        }
+        if theirs.end < least_end - room {
+            let message = format!(
+                "{name} ends at {:.4} s in the file, and in its source at {least_end:.4} s",
+                theirs.end
+            );
+            find(FindingKind::MissingFrames, message);
+        } else if theirs.end > end + room {
+            let message = format!(
+                "{name} ends at {:.4} s in the file, and in its source at {end:.4} s",
+                theirs.end
+            );
+            find(FindingKind::ExtraFrames, message);
+        }
+        if let Some(joint) = &theirs.stepped {
+            let message =
+                format!("{name} holds the keys of \"{joint}\" until the next, where its source goes straight");
+            find(FindingKind::Stepped, message);
+        }
+    }
+}
+
+fn is_resample(step: &AppliedStep) -> bool {
+    matches!(step, AppliedStep::Resample { .. })
+}
