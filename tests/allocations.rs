@@ -1,4 +1,4 @@
-//! Driving nodes allocates nothing once everything is bound.
+//! Updating nodes does not allocate after the binding is made.
 
 #![allow(unsafe_code, reason = "a global allocator cannot be written without")]
 
@@ -9,11 +9,11 @@ use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
 use mocap::{Binding, LoopMode, Player, Pose, Updater};
 
-/// The system's allocator, which counts how often it is asked.
+/// The system's allocator with a count of allocations.
 struct Counting;
 
 thread_local! {
-    /// Each thread counts for itself, so that the test runner's own allocations stay out.
+    /// Each thread has its own count, so that the test runner's allocations are not counted.
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
 }
 

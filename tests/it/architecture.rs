@@ -1,4 +1,4 @@
-//! The shape of the source: who may use whom, and what stays out.
+//! The architecture: which modules may use which, and what is not allowed.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -99,8 +99,8 @@ fn turns(rotations: impl Iterator<Item = (usize, f64)>) -> Matrix {
     })
 }
 
-/// Where every bone begins and ends in a frame. A vector from the near to the far end turns into the bone's own axes,
-/// there by the motion, back, and then by all bones above.
+/// The two ends of every bone in a frame. A vector from the near to the far end turns into the bone's own axes, there
+/// by the motion, back, and then by all bones above.
 fn ends(
     bones: &HashMap<String, Bone>,
     order: &[String],

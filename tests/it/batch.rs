@@ -1,4 +1,4 @@
-//! Many files through the program: nothing is lost, nothing is half, and the same files come out however it is run.
+//! Many files through the program: no output is missing or partial, and all ways to run it give the same files.
 
 use std::collections::BTreeMap;
 use std::fs;

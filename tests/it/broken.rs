@@ -1,4 +1,4 @@
-//! Files that must be refused: the message, to the letter.
+//! Files that must be refused, with the exact message.
 
 use std::fs;
 use std::path::PathBuf;

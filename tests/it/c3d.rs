@@ -334,7 +334,7 @@ fn broken_files_are_refused_with_their_message() {
             format!("the file ends before its parameters; expected parameters at byte 512; found 512 bytes; {cut_off}"),
         ),
         (
-            // The number of blocks left open, and the file cut inside the name of a parameter.
+            // The number of blocks is 0, and the file is cut off inside the name of a parameter.
             [&with(&[(514, &[0])])[..560], &[]].concat(),
             format!(
                 "the file is cut off inside the list of parameters; expected 4 more bytes at byte 557; found 3; {cut_off}"

@@ -8,7 +8,7 @@ use mocap::process::SkeletonMesh;
 use mocap::scene::{NodeId, RootOffset, Scene};
 use mocap::{Code, Diagnostic, Importer, Pose};
 
-/// How far a node may stand from where it should. The skeletons are some units tall.
+/// The largest distance of a node from its expected position. The skeletons are a few units tall.
 const TOLERANCE: f64 = 1e-5;
 
 /// A file `NAME.expected`, as `fixtures/README.md` describes it.
@@ -89,7 +89,7 @@ fn describe(warning: &Diagnostic, like: &str) -> String {
     text
 }
 
-/// What is wrong with `scene`, a sentence each.
+/// The differences of `scene`, as one sentence each.
 fn differences(scene: &Scene, expected: &Expected) -> Vec<String> {
     let mut differences = Vec::new();
     let mut check = |what: &str, is: String, should: String| {
@@ -140,7 +140,7 @@ fn differences(scene: &Scene, expected: &Expected) -> Vec<String> {
     let pose = Pose::at_tick(scene, 0, last).unwrap_or_else(|| Pose::rest(scene));
     for (index, (_, name, position)) in expected.nodes.iter().enumerate() {
         let stands = pose.position(NodeId::new(index)).to_array().map(f64::from);
-        // A NaN is near nothing.
+        // NaN is not near any number.
         let off = distance(stands, *position);
         if off > TOLERANCE || off.is_nan() {
             differences.push(format!("{name} stands at {stands:?} and not at {position:?}"));
@@ -176,7 +176,7 @@ fn import_nameless(path: impl AsRef<Path>) -> Scene {
     scene
 }
 
-/// Spelling is not meaning: what has neither a warning nor another skeleton is the very same scene.
+/// Files that differ only in spelling, without a warning, give equal scenes.
 #[test]
 fn a_dialect_of_spelling_alone_gives_the_identical_scene() {
     let plain = Expected::parse(&fs::read_to_string("fixtures/dialects/plain.expected").unwrap());

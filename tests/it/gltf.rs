@@ -1,4 +1,4 @@
-//! What is written as glTF, read back by another implementation and compared.
+//! Written glTF files, read back by another implementation and compared.
 
 mod file;
 mod fixtures;

@@ -1,4 +1,4 @@
-//! The scenes of this crate beside those of Assimp 5.2.5, number by number and line by line.
+//! The scenes of this crate against those of Assimp 5.2.5, number by number and line by line.
 //!
 //! Every difference must be explained by a row of [`explained::EXPLAINED`], and every row must explain one.
 

@@ -1,4 +1,4 @@
-//! Damaged files: an error or a valid scene, and nothing else. A panic or an endless loop fails these tests by itself.
+//! Damaged files give an error or a valid scene. A panic or an endless loop fails these tests.
 
 use std::fs;
 use std::path::PathBuf;

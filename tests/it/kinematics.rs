@@ -1,13 +1,12 @@
 //! Forward kinematics of a BVH file, in double precision, straight from its text.
 //!
-//! The tests hold the library against this. It shares nothing with the library: it has its own reader (line by line
-//! where the library reads tokens), its own 3x3 matrices in place of quaternions, and no single precision anywhere.
-//! It reads plain files, not every dialect; a fixture in a dialect is compared through the plain text that means the
-//! same.
+//! The tests compare the library with this. It shares no code with the library: it has its own reader (line by line
+//! where the library reads tokens), its own 3x3 matrices in place of quaternions, and no single precision anywhere. It
+//! reads plain files, not every dialect; a fixture in a dialect is compared through the plain text that means the same.
 //!
-//! A joint stands at `parent_position + parent_rotation * local`, where `local` is its OFFSET with each component that
-//! has a position channel replaced by the channel's value. It turns by `parent_rotation * R1 * R2 * R3`, the rotation
-//! channels in the order in which CHANNELS names them.
+//! The position of a joint is `parent_position + parent_rotation * local`, where `local` is its OFFSET with each
+//! component that has a position channel replaced by the channel's value. Its rotation is `parent_rotation * R1 * R2 *
+//! R3`, the rotation channels in the order in which CHANNELS names them.
 
 mod closed_forms;
 
@@ -48,7 +47,7 @@ pub(crate) struct Capture {
     /// Depth-first, in the order of the file.
     pub(crate) nodes: Vec<Node>,
     pub(crate) frame_time: f64,
-    /// One value a column, one `Vec` a frame.
+    /// One value per column, one `Vec` per frame.
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
@@ -102,12 +101,12 @@ impl Capture {
         }
     }
 
-    /// Where every node is in `frame`, in the order of `nodes`.
+    /// The positions of all nodes in `frame`, in the order of `nodes`.
     pub(crate) fn placements(&self, frame: usize, root: Root) -> Vec<Placement> {
         self.place(Some(&self.rows[frame]), root)
     }
 
-    /// Where every node is when nothing moves it.
+    /// The positions of all nodes in the rest pose.
     pub(crate) fn rest(&self) -> Vec<Placement> {
         self.place(None, Root::Replace)
     }

@@ -1,6 +1,6 @@
-//! The integration tests: one program, for each is linked with the whole library; a module a subject.
+//! The integration tests: one program, because linking is slow, with one module per subject.
 //!
-//! `memory` and `allocations` stand beside it, for each of them has a global allocator of its own.
+//! `memory` and `allocations` are separate, because each has its own global allocator.
 
 mod architecture;
 mod arrays;

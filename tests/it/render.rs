@@ -1,4 +1,4 @@
-//! Pictures: what is in them, and that they stay the same to the byte.
+//! Pictures: their contents, and that they do not change by a byte.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! What is guessed about real files, against what their makers say.
+//! The guesses about real files, against the statements of their makers.
 
 use mocap::Scene;
 use mocap::glam::{Mat4, Quat, Vec3};

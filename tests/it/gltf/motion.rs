@@ -1,4 +1,4 @@
-//! Channels, times and what stands still.
+//! Channels, times and constant tracks.
 
 use std::collections::HashSet;
 

@@ -1,9 +1,9 @@
-//! Where this crate differs from Assimp, and why.
+//! The differences from Assimp, with reasons.
 
 use super::compare::Difference;
 use super::truth::Flags;
 
-/// A difference that is meant.
+/// An intended difference.
 #[derive(Debug)]
 pub(crate) struct Explained {
     /// Name of the BVH file.
