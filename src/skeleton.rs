@@ -245,6 +245,47 @@ impl Skeleton {
     }
 }
 
+impl Skeleton {
+    /// The guesses of the survey and those about the figure, in the words of
+    /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let mut all = self.survey.assumptions();
+        let mut add = |topic, choice: &str, confidence: Confidence, reason: &str| {
+            let (choice, reason) = (choice.to_owned(), format!("{reason} ({})", confidence.as_str()));
+            all.push(Assumption { topic, choice, reason });
+        };
+        let humanoid = &self.humanoid;
+        let found = if humanoid.found { "yes" } else { "no" };
+        let confidences = humanoid.bones.values().map(|joint| joint.confidence);
+        let least = confidences.max_by_key(|confidence| *confidence as u8);
+        add(
+            Topic::Humanoid,
+            found,
+            least.unwrap_or(Confidence::Likely),
+            &humanoid.reason,
+        );
+        if humanoid.found {
+            let (facing, pose) = (&self.facing, &self.rest_pose);
+            add(Topic::Facing, facing.value.as_str(), facing.confidence, &facing.reason);
+            add(Topic::RestPose, pose.value.as_str(), pose.confidence, &pose.reason);
+            let (sides, confidence) = (humanoid.sides.as_str(), humanoid.sides_confidence);
+            add(Topic::Sides, sides, confidence, &humanoid.sides_reason);
+        }
+        all
+    }
+}
+
+impl Confidence {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Sure => "sure",
+            Self::Likely => "likely",
+            Self::Unsure => "unsure",
+        }
+    }
+}
+
 impl<T> Guess<T> {
     /// Another value with the same confidence and reason.
     fn map<U>(self, value: U) -> Guess<U> {
@@ -274,11 +315,6 @@ impl Survey {
 
     /// The guesses in the words of [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
-        let sure = |confidence| match confidence {
-            Confidence::Sure => "sure",
-            Confidence::Likely => "likely",
-            Confidence::Unsure => "unsure",
-        };
         let assumption = |topic, choice: String, reason: String| Assumption { topic, choice, reason };
         let up = match self.up.value {
             UpAxis::Y => "y",
@@ -286,11 +322,11 @@ impl Survey {
         };
         let mut all = Vec::new();
         if !self.unit_is_stated {
-            let reason = format!("{} ({})", self.unit.reason, sure(self.unit.confidence));
+            let reason = format!("{} ({})", self.unit.reason, self.unit.confidence.as_str());
             all.push(assumption(Topic::Unit, self.unit.value.choice(), reason));
         }
         if !self.up_is_stated {
-            let reason = format!("{} ({})", self.up.reason, sure(self.up.confidence));
+            let reason = format!("{} ({})", self.up.reason, self.up.confidence.as_str());
             all.push(assumption(Topic::Up, up.to_owned(), reason));
         }
         if let Some(rate) = &self.frame_rate {

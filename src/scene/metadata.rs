@@ -226,6 +226,14 @@ pub enum Topic {
     FirstFrame,
     /// How a root's OFFSET was used.
     RootOffset,
+    /// The direction that the rest pose faces.
+    Facing,
+    /// The kind of the rest pose.
+    RestPose,
+    /// Whether the names of the sides are those of the body's sides.
+    Sides,
+    /// Whether the skeleton is a humanoid.
+    Humanoid,
     /// Axes that the reader converted.
     UpAxis,
     /// Meshes that were left out.
@@ -250,6 +258,10 @@ impl Topic {
             Self::FrameRate => "frame-rate",
             Self::FirstFrame => "first-frame",
             Self::RootOffset => "root-offset",
+            Self::Facing => "facing",
+            Self::RestPose => "rest-pose",
+            Self::Sides => "sides",
+            Self::Humanoid => "humanoid",
             Self::UpAxis => "up-axis",
             Self::Meshes => "meshes",
             Self::Analog => "analog",

@@ -22,7 +22,25 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
+use mocap::RootOffset;
+use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
+use mocap::skeleton::Skeleton;
 use serde::Serialize;
+
+/// The assumptions of the reader, and further guesses.
+fn assumptions(scene: &Scene) -> Vec<Assumption> {
+    let mut assumptions = scene.metadata.assumptions.clone();
+    if let Some(RootOffsetUsed { policy, reason }) = &scene.metadata.root_offset {
+        let choice = match policy {
+            RootOffset::Add => "add",
+            RootOffset::Auto | RootOffset::Replace => "replace",
+        };
+        let (topic, choice, reason) = (Topic::RootOffset, choice.to_owned(), reason.clone());
+        assumptions.push(Assumption { topic, choice, reason });
+    }
+    assumptions.extend(Skeleton::new(scene).assumptions());
+    assumptions
+}
 
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
-use mocap::skeleton::survey;
-use mocap::{Diagnostic, RootOffset, SkeletonMesh};
+use mocap::scene::Assumption;
+use mocap::{Diagnostic, SkeletonMesh};
 use serde::Serialize;
 
+use super::assumptions;
 use crate::Failure;
 use crate::args::CheckArgs;
 use crate::batch::inputs::{self, Input};
@@ -135,21 +135,6 @@ fn check(args: &CheckArgs, input: &Input) -> Checked {
         diagnostics,
         assumptions,
     }
-}
-
-/// The assumptions of the reader, and further guesses.
-fn assumptions(scene: &Scene) -> Vec<Assumption> {
-    let mut assumptions = scene.metadata.assumptions.clone();
-    if let Some(RootOffsetUsed { policy, reason }) = &scene.metadata.root_offset {
-        let choice = match policy {
-            RootOffset::Add => "add",
-            RootOffset::Auto | RootOffset::Replace => "replace",
-        };
-        let (topic, choice, reason) = (Topic::RootOffset, choice.to_owned(), reason.clone());
-        assumptions.push(Assumption { topic, choice, reason });
-    }
-    assumptions.extend(survey(scene).assumptions());
-    assumptions
 }
 
 /// `walk.bvh: 1 error, 2 warnings`.

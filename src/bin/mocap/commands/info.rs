@@ -8,7 +8,7 @@ use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
-use super::print_json;
+use super::{assumptions, print_json};
 use crate::Failure;
 use crate::args::InfoArgs;
 
@@ -28,7 +28,7 @@ struct InfoView<'a> {
     duration_seconds: f64,
     clips: Vec<ClipView<'a>>,
     root_offset: Option<&'a RootOffsetUsed>,
-    assumptions: &'a [Assumption],
+    assumptions: Vec<Assumption>,
     warnings: &'a [Diagnostic],
 }
 
@@ -71,7 +71,7 @@ impl<'a> InfoView<'a> {
             duration_seconds: animation.map_or(0.0, |animation| animation.duration / animation.ticks_per_second),
             clips: scene.animations.iter().map(ClipView::new).collect(),
             root_offset: scene.metadata.root_offset.as_ref(),
-            assumptions: &scene.metadata.assumptions,
+            assumptions: assumptions(scene),
             warnings: &scene.warnings,
         }
     }

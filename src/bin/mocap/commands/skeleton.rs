@@ -165,7 +165,7 @@ fn mapped(found: Humanoid, scene: &Scene, map: &Path) -> Result<Humanoid, Failur
 fn print(found: &Report) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
-        writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", in_word(*confidence))
+        writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())
     };
     let unit = match found.unit.name.as_str() {
         "measured" => format!("{} m", found.unit.metres),
@@ -206,13 +206,5 @@ fn print(found: &Report) -> io::Result<()> {
     match missing.as_slice() {
         [] => writeln!(out, "a humanoid: {}", humanoid.reason),
         missing => writeln!(out, "a humanoid without {}: {}", missing.join(", "), humanoid.reason),
-    }
-}
-
-fn in_word(confidence: Confidence) -> &'static str {
-    match confidence {
-        Confidence::Sure => "sure",
-        Confidence::Likely => "likely",
-        Confidence::Unsure => "unsure",
     }
 }
