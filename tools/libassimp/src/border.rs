@@ -5,6 +5,8 @@ use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use crate::system::function;
+
 thread_local! {
     /// Why the last call of this thread that failed did so.
     static LAST_FAILURE: RefCell<Option<CString>> = const { RefCell::new(None) };
@@ -50,6 +52,38 @@ pub(crate) unsafe fn text<'a>(text: *const c_char, what: &str) -> Result<&'a CSt
     }
     // SAFETY: the text is not NULL, so it ends with a zero byte.
     Ok(unsafe { CStr::from_ptr(text) })
+}
+
+/// The bytes at a pointer; none at NULL.
+///
+/// # Safety
+/// `first` is NULL or points to `size` bytes.
+pub(crate) unsafe fn bytes<'a>(first: *const u8, size: usize) -> &'a [u8] {
+    match first.is_null() {
+        true => &[],
+        // SAFETY: there are `size` bytes at a pointer that is not NULL.
+        false => unsafe { std::slice::from_raw_parts(first, size) },
+    }
+}
+
+/// The text of the last failure of the system's Assimp; empty if there was none.
+pub(crate) fn error_text_of_system() -> String {
+    type Get = unsafe extern "C" fn() -> *const c_char;
+    // SAFETY: the function of the headers, which gives a text.
+    unsafe {
+        let text = function::<Get>(c"aiGetErrorString").map_or(std::ptr::null(), |get| get());
+        text_or_empty(text)
+    }
+}
+
+/// # Safety
+/// `text` is NULL or ends with a zero byte.
+unsafe fn text_or_empty(text: *const c_char) -> String {
+    // SAFETY: the same promise.
+    match unsafe { self::text(text, "") } {
+        Ok(text) => text.to_string_lossy().into_owned(),
+        Err(_) => String::new(),
+    }
 }
 
 /// The `count` values at a pointer; an empty slice for a count of 0.

@@ -1,4 +1,5 @@
-//! From a scene to glTF 2.0, in files or in memory.
+//! From a scene to files and blobs. glTF 2.0 of what a motion has is written here; every other format, and a scene with
+//! more than that, is handed to the system's Assimp.
 
 use std::ffi::{OsStr, c_char, c_void};
 use std::os::unix::ffi::OsStrExt;
@@ -8,12 +9,12 @@ use std::ptr;
 use mocap::export::write_file;
 use mocap::gltf::{Document, Options};
 
-use crate::abi::{AI_FAILURE, AI_SUCCESS, aiExportDataBlob, aiExportFormatDesc, aiReturn, aiScene, aiString};
-use crate::arena::Arena;
-use crate::border::{guard, text};
-use crate::from_assimp;
+use crate::abi::{AI_FAILURE, AI_SUCCESS, aiExportDataBlob, aiExportFormatDesc, aiFileIO, aiReturn, aiScene, aiString};
+use crate::border::{error_text_of_system, guard, text};
+use crate::system::function;
+use crate::{destroy, from_assimp, heap};
 
-/// The formats, by Assimp's ids for them.
+/// The formats that are written here, by Assimp's ids for them.
 #[derive(Clone, Copy)]
 enum Format {
     Text,
@@ -39,24 +40,51 @@ static FORMATS: Table = Table([
     },
 ]);
 
-/// How many formats are written.
+/// How many formats are written, here and by the system's Assimp, which has those of this library too.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
-    FORMATS.0.len()
+    // SAFETY: the function of the headers.
+    match unsafe { function::<unsafe extern "C" fn() -> usize>(c"aiGetExportFormatCount") } {
+        // SAFETY: it takes nothing.
+        Ok(count) => unsafe { count() },
+        Err(_) => FORMATS.0.len(),
+    }
 }
 
 /// What a format is called; NULL beyond the last.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const aiExportFormatDesc {
-    FORMATS.0.get(index).map_or(ptr::null(), ptr::from_ref)
+    type Describe = unsafe extern "C" fn(usize) -> *const aiExportFormatDesc;
+    if index >= aiGetExportFormatCount() {
+        return ptr::null();
+    }
+    // SAFETY: the function of the headers.
+    match unsafe { function::<Describe>(c"aiGetExportFormatDescription") } {
+        // SAFETY: there are more formats than that.
+        Ok(describe) => unsafe { describe(index) },
+        Err(_) => &raw const FORMATS.0[index],
+    }
 }
 
 /// Gives a description back.
+///
+/// # Safety
+/// `description` is NULL or comes from [`aiGetExportFormatDescription`], and is not used any more.
 #[unsafe(no_mangle)]
-pub(crate) extern "C" fn aiReleaseExportFormatDescription(_description: *const aiExportFormatDesc) {}
+pub(crate) unsafe extern "C" fn aiReleaseExportFormatDescription(description: *const aiExportFormatDesc) {
+    type Release = unsafe extern "C" fn(*const aiExportFormatDesc);
+    if description.is_null() || FORMATS.0.as_ptr_range().contains(&description) {
+        return;
+    }
+    // SAFETY: the function of the headers, and one of its descriptions.
+    unsafe {
+        if let Ok(release) = function::<Release>(c"aiReleaseExportFormatDescription") {
+            release(description);
+        }
+    }
+}
 
-/// Writes a scene to a file: `glb2`, or `gltf2` with a `.bin` beside it. The flags are not looked at: the writer does
-/// what glTF needs.
+/// Writes a scene to a file: `glb2`, `gltf2` with a `.bin` beside it, or a format of the system's Assimp.
 ///
 /// # Safety
 /// `scene` is NULL or a whole scene; `format` and `path` are NULL or end with a zero byte.
@@ -65,23 +93,51 @@ pub(crate) unsafe extern "C" fn aiExportScene(
     scene: *const aiScene,
     format: *const c_char,
     path: *const c_char,
-    _flags: u32,
+    flags: u32,
 ) -> aiReturn {
+    // SAFETY: the same promise, and no file system.
+    unsafe { aiExportSceneEx(scene, format, path, ptr::null_mut(), flags) }
+}
+
+/// As [`aiExportScene`], into a file system of the caller's own: then the system's Assimp writes.
+///
+/// # Safety
+/// As [`aiExportScene`], and `files` is NULL or a file system.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn aiExportSceneEx(
+    scene: *const aiScene,
+    format: *const c_char,
+    path: *const c_char,
+    files: *mut aiFileIO,
+    flags: u32,
+) -> aiReturn {
+    type Export = unsafe extern "C" fn(*const aiScene, *const c_char, *const c_char, *mut aiFileIO, u32) -> aiReturn;
     guard(AI_FAILURE, || {
-        // SAFETY: the caller hands over NULL or a text.
-        let format = unsafe { format_of(format) }?;
-        // SAFETY: the caller hands over NULL or a text.
-        let path = unsafe { text(path, "the path") }?;
-        let path = Path::new(OsStr::from_bytes(path.to_bytes()));
-        // SAFETY: the caller hands over NULL or a scene.
-        let document = unsafe { document(scene) }?;
-        write(&document, format, path).map_err(|error| error.to_string())?;
+        // SAFETY: the caller hands over NULL or texts, and NULL or a scene.
+        let (format, path, own) = unsafe { (text(format, "the format")?, text(path, "the path")?, own(scene, format)) };
+        match own {
+            Ok((document, kind)) if files.is_null() && flags == 0 => {
+                let path = Path::new(OsStr::from_bytes(path.to_bytes()));
+                write(&document, kind, path).map_err(|error| error.to_string())?;
+            }
+            own => {
+                // SAFETY: the function of the headers, a scene and texts.
+                let result = unsafe {
+                    let export =
+                        function::<Export>(c"aiExportSceneEx").map_err(|reason| not_written(own.err(), &reason))?;
+                    export(scene, format.as_ptr(), path.as_ptr(), files, flags)
+                };
+                if result != AI_SUCCESS {
+                    return Err(failure_of_system(&format.to_string_lossy()));
+                }
+            }
+        }
         Ok(AI_SUCCESS)
     })
 }
 
-/// Writes a scene into memory, as one blob without a name; `gltf2` carries its buffer in itself.
-/// [`aiReleaseExportBlob`] frees it.
+/// Writes a scene into memory, as one blob without a name, or as the system's Assimp does it; `gltf2` carries its buffer
+/// in itself. [`aiReleaseExportBlob`] frees it.
 ///
 /// # Safety
 /// `scene` is NULL or a whole scene; `format` is NULL or ends with a zero byte.
@@ -89,73 +145,91 @@ pub(crate) unsafe extern "C" fn aiExportScene(
 pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
     scene: *const aiScene,
     format: *const c_char,
-    _flags: u32,
+    flags: u32,
 ) -> *const aiExportDataBlob {
+    type Export = unsafe extern "C" fn(*const aiScene, *const c_char, u32) -> *const aiExportDataBlob;
     guard(ptr::null(), || {
-        // SAFETY: the caller hands over NULL or a text.
-        let format = unsafe { format_of(format) }?;
-        // SAFETY: the caller hands over NULL or a scene.
-        let document = unsafe { document(scene) }?;
-        let bytes = match format {
-            Format::Text => document.to_embedded(),
-            Format::Binary => document.to_glb(),
-        };
-        Ok(Blob::into_raw(bytes.map_err(|error| error.to_string())?))
+        // SAFETY: the caller hands over NULL or a text, and NULL or a scene.
+        let (format, own) = unsafe { (text(format, "the format")?, own(scene, format)) };
+        match own {
+            Ok((document, kind)) if flags == 0 => {
+                let bytes = match kind {
+                    Format::Text => document.to_embedded(),
+                    Format::Binary => document.to_glb(),
+                };
+                let bytes = bytes.map_err(|error| error.to_string())?;
+                Ok(heap::new(aiExportDataBlob {
+                    size: bytes.len(),
+                    data: heap::new_array(&bytes).cast::<c_void>(),
+                    name: aiString::new(""),
+                    next: ptr::null_mut(),
+                }))
+            }
+            own => {
+                // SAFETY: the function of the headers, a scene and a text.
+                let blob = unsafe {
+                    let export =
+                        function::<Export>(c"aiExportSceneToBlob").map_err(|reason| not_written(own.err(), &reason))?;
+                    export(scene, format.as_ptr(), flags)
+                };
+                match blob.is_null() {
+                    true => Err(failure_of_system(&format.to_string_lossy())),
+                    false => Ok(blob.cast_mut()),
+                }
+            }
+        }
     })
 }
 
-/// Frees a blob.
+/// Frees a blob, and all that follow it.
 ///
 /// # Safety
 /// `blob` is NULL or comes from [`aiExportSceneToBlob`], and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiReleaseExportBlob(blob: *const aiExportDataBlob) {
-    if !blob.is_null() {
-        // SAFETY: `Blob::into_raw` made it, and the caller gives it up.
-        drop(unsafe { Box::from_raw(blob.cast_mut().cast::<Blob>()) });
-    }
-}
-
-/// A blob and the memory it lies in. A pointer to one is a pointer to the other, since the blob stands first.
-#[repr(C)]
-struct Blob {
-    blob: aiExportDataBlob,
-    arena: Arena,
-}
-
-impl Blob {
-    fn into_raw(bytes: Vec<u8>) -> *const aiExportDataBlob {
-        let mut arena = Arena::default();
-        let blob = aiExportDataBlob {
-            size: bytes.len(),
-            data: arena.keep(bytes).cast::<c_void>(),
-            name: aiString::new(""),
-            next: ptr::null_mut(),
-        };
-        Box::into_raw(Box::new(Self { blob, arena })).cast()
-    }
-}
-
-/// # Safety
-/// `id` is NULL or ends with a zero byte.
-unsafe fn format_of(id: *const c_char) -> Result<Format, String> {
-    // SAFETY: the caller hands over NULL or a text.
-    match unsafe { text(id, "the format") }?.to_bytes() {
-        b"gltf2" => Ok(Format::Text),
-        b"glb2" => Ok(Format::Binary),
-        other => Err(format!(
-            "\"{}\" is not written here, only gltf2 and glb2",
-            String::from_utf8_lossy(other)
-        )),
-    }
-}
-
-/// # Safety
-/// `scene` is NULL or a whole scene.
-unsafe fn document(scene: *const aiScene) -> Result<Document, String> {
     // SAFETY: the same promise.
-    let scene = unsafe { from_assimp::scene(scene) }?;
-    Document::new(&scene, &Options::default()).map_err(|error| error.to_string())
+    unsafe { destroy::blobs(blob.cast_mut()) };
+}
+
+/// What is written here of a scene; else why it is not.
+///
+/// # Safety
+/// `scene` is NULL or a whole scene; `id` ends with a zero byte.
+unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, Format), String> {
+    // SAFETY: the same promise.
+    let (id, scene) = unsafe { (text(id, "the format")?, scene.as_ref().ok_or("the scene is NULL")?) };
+    let format = match id.to_bytes() {
+        b"gltf2" => Format::Text,
+        b"glb2" => Format::Binary,
+        other => {
+            let other = String::from_utf8_lossy(other);
+            return Err(format!(
+                "\"{other}\" is not a format that is written here, only gltf2 and glb2 are"
+            ));
+        }
+    };
+    // SAFETY: the scene is whole.
+    let scene = unsafe {
+        from_assimp::check_nothing_is_lost(scene)?;
+        from_assimp::scene(scene)?
+    };
+    let document = Document::new(&scene, &Options::default()).map_err(|error| error.to_string())?;
+    Ok((document, format))
+}
+
+/// Why a scene was not written at all.
+fn not_written(own: Option<String>, system: &str) -> String {
+    match own {
+        Some(own) => format!("{own}; {system}"),
+        None => format!("steps and file systems are not offered here when a scene is written; {system}"),
+    }
+}
+
+fn failure_of_system(format: &str) -> String {
+    match error_text_of_system() {
+        text if text.is_empty() => format!("the system's Assimp did not write \"{format}\": it has no such format"),
+        text => text,
+    }
 }
 
 fn write(document: &Document, format: Format, path: &Path) -> mocap::Result<()> {

@@ -1,20 +1,32 @@
 //! Assimp's post-processing flags, and which steps of `mocap` they are.
 
+use std::ffi::CStr;
+
 use mocap::Scene;
 use mocap::process::{self, KeyTolerance};
 
+use crate::abi::SCENE_NON_VERBOSE;
+use crate::properties::Properties;
+
 const JOIN_IDENTICAL_VERTICES: u32 = 0x2;
+const GEN_NORMALS: u32 = 0x20;
+const GEN_SMOOTH_NORMALS: u32 = 0x40;
+const PRE_TRANSFORM_VERTICES: u32 = 0x100;
+const LIMIT_BONE_WEIGHTS: u32 = 0x200;
 const VALIDATE_DATA_STRUCTURE: u32 = 0x400;
+const SORT_BY_P_TYPE: u32 = 0x8000;
 const FIND_DEGENERATES: u32 = 0x1_0000;
 const FIND_INVALID_DATA: u32 = 0x2_0000;
+const OPTIMIZE_GRAPH: u32 = 0x40_0000;
 const DEBONE: u32 = 0x400_0000;
+const GLOBAL_SCALE: u32 = 0x800_0000;
 
-/// Flags that would change a skeleton's scene in a way that is not offered here. All others change nothing in it: they
-/// are about texture coordinates, polygons, materials or large meshes, which it does not have.
-const REFUSED: &[(u32, &str)] = &[
+/// Flags that change a skeleton's scene in a way that is not offered here: the system's Assimp runs them. All others
+/// change nothing in it: they are about texture coordinates, polygons, materials or large meshes, which it does not have.
+const FOREIGN: &[(u32, &str)] = &[
     (0x4, "aiProcess_MakeLeftHanded"),
     (0x10, "aiProcess_RemoveComponent"),
-    (0x100, "aiProcess_PreTransformVertices"),
+    (PRE_TRANSFORM_VERTICES, "aiProcess_PreTransformVertices"),
     (0x4000, "aiProcess_PopulateArmatureData"),
     (0x100_0000, "aiProcess_FlipWindingOrder"),
     (0x200_0000, "aiProcess_SplitByBoneCount"),
@@ -23,15 +35,52 @@ const REFUSED: &[(u32, &str)] = &[
     (0x8000_0000, "aiProcess_GenBoundingBoxes"),
 ];
 
-/// `AI_SCENE_FLAGS_NON_VERBOSE_FORMAT`: faces share vertices.
-const SCENE_NON_VERBOSE: u32 = 8;
+/// Settings of steps that are honoured here as they are by default alone.
+const SETTINGS: &[(u32, &CStr, &str)] = &[
+    (SORT_BY_P_TYPE, c"PP_SBP_REMOVE", "PP_SBP_REMOVE"),
+    (FIND_DEGENERATES, c"PP_FD_REMOVE", "PP_FD_REMOVE"),
+    (FIND_INVALID_DATA, c"PP_FID_ANIM_ACCURACY", "PP_FID_ANIM_ACCURACY"),
+    (DEBONE, c"PP_DB_THRESHOLD", "PP_DB_THRESHOLD"),
+    (DEBONE, c"PP_DB_ALL_OR_NONE", "PP_DB_ALL_OR_NONE"),
+    (GLOBAL_SCALE, c"GLOBAL_SCALE_FACTOR", "GLOBAL_SCALE_FACTOR"),
+];
 
-/// Whether all of these flags can be honoured.
-pub(crate) fn check(flags: u32) -> Result<(), String> {
-    match REFUSED.iter().find(|(flag, _)| flags & flag != 0) {
-        Some((_, name)) => Err(format!("{name} is not supported")),
-        None => Ok(()),
-    }
+/// Bones that move a vertex, at most, after `aiProcess_LimitBoneWeights`.
+const MOST_WEIGHTS: usize = 4;
+
+/// A flag that is not a step of this library, if there is one among these.
+pub(crate) fn foreign(flags: u32) -> Option<&'static str> {
+    FOREIGN
+        .iter()
+        .find(|(flag, _)| flags & flag != 0)
+        .map(|(_, name)| *name)
+}
+
+/// What only the system's Assimp can do to this scene, if anything is.
+pub(crate) fn foreign_for(flags: u32, properties: &Properties, scene: &Scene) -> Option<&'static str> {
+    let setting = SETTINGS
+        .iter()
+        .find(|(flag, name, _)| flags & flag != 0 && properties.has_number(name))
+        .map(|(_, _, name)| *name);
+    let too_many_weights =
+        || (flags & LIMIT_BONE_WEIGHTS != 0 && has_many_weights(scene)).then_some("aiProcess_LimitBoneWeights");
+    foreign(flags).or(setting).or_else(too_many_weights)
+}
+
+fn has_many_weights(scene: &Scene) -> bool {
+    scene.meshes.iter().any(|mesh| {
+        let mut counts = vec![0; mesh.vertices.len()];
+        for weight in mesh.bones.iter().flat_map(|bone| &bone.weights) {
+            counts[weight.vertex_id as usize] += 1;
+        }
+        counts.iter().any(|&count| count > MOST_WEIGHTS)
+    })
+}
+
+/// Whether no two of these flags exclude each other.
+pub(crate) fn validate(flags: u32) -> bool {
+    let both = |left, right| flags & left != 0 && flags & right != 0;
+    !both(GEN_NORMALS, GEN_SMOOTH_NORMALS) && !both(OPTIMIZE_GRAPH, PRE_TRANSFORM_VERTICES)
 }
 
 /// Runs the steps in Assimp's order.
@@ -71,12 +120,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn presets_are_accepted_and_other_worlds_refused() {
+    fn presets_are_run_here_and_other_steps_by_the_system() {
         // aiProcessPreset_TargetRealtime_MaxQuality | aiProcess_Debone, and aiProcess_ConvertToLeftHanded.
-        assert_eq!(check(0x37_9ecb | DEBONE), Ok(()));
-        assert_eq!(
-            check(0x180_0004),
-            Err("aiProcess_MakeLeftHanded is not supported".to_owned())
-        );
+        assert_eq!(foreign(0x37_9ecb | DEBONE), None);
+        assert_eq!(foreign(0x180_0004), Some("aiProcess_MakeLeftHanded"));
+        assert!(validate(0x37_9ecb | DEBONE));
+        assert!(!validate(GEN_NORMALS | GEN_SMOOTH_NORMALS));
+    }
+
+    #[test]
+    fn settings_of_steps_are_for_the_system() {
+        let mut properties = Properties::default();
+        let scene = Scene::default();
+        assert_eq!(foreign_for(DEBONE, &properties, &scene), None);
+        properties.floats.insert(c"PP_DB_THRESHOLD".into(), 0.5);
+        assert_eq!(foreign_for(DEBONE, &properties, &scene), Some("PP_DB_THRESHOLD"));
+        assert_eq!(foreign_for(FIND_INVALID_DATA, &properties, &scene), None);
     }
 }

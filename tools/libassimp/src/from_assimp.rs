@@ -47,6 +47,51 @@ pub(crate) unsafe fn scene(scene: *const aiScene) -> Result<Scene, String> {
     }
 }
 
+/// Fails where a scene has something that `mocap` has no word for, and that is no part of a motion.
+///
+/// # Safety
+/// `scene` is a scene whose counts and pointers fit together.
+pub(crate) unsafe fn check_nothing_is_lost(scene: &aiScene) -> Result<(), String> {
+    let lost = |what: &str| Err(format!("{what} are not written here"));
+    for (count, what) in [
+        (scene.mNumTextures, "textures"),
+        (scene.mNumLights, "lights"),
+        (scene.mNumCameras, "cameras"),
+        (scene.mNumSkeletons, "skeletons"),
+    ] {
+        if count > 0 {
+            return lost(what);
+        }
+    }
+    // SAFETY: the scene has so many meshes, materials and animations.
+    unsafe {
+        for mesh in targets(scene.mMeshes, scene.mNumMeshes, "mMeshes")? {
+            if mesh.mTextureCoords.iter().any(|array| !array.is_null()) {
+                return lost("texture coordinates");
+            }
+            if mesh.mColors.iter().any(|array| !array.is_null()) {
+                return lost("vertex colours");
+            }
+            if mesh.mNumAnimMeshes > 0 {
+                return lost("blend shapes");
+            }
+        }
+        for material in targets(scene.mMaterials, scene.mNumMaterials, "mMaterials")? {
+            let properties = targets(material.mProperties, material.mNumProperties, "mProperties")?;
+            let keys = properties.iter().map(|property| property.mKey.to_text());
+            if keys.into_iter().any(|key| key != "?mat.name" && key != "$mat.twosided") {
+                return lost("colours and textures of materials");
+            }
+        }
+        for animation in targets(scene.mAnimations, scene.mNumAnimations, "mAnimations")? {
+            if animation.mNumMeshChannels + animation.mNumMorphMeshChannels > 0 {
+                return lost("animations of meshes");
+            }
+        }
+    }
+    Ok(())
+}
+
 /// What an array of pointers points to.
 ///
 /// # Safety

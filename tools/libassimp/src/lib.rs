@@ -1,28 +1,41 @@
 //! Assimp 5.2.5's binary interface over `mocap`.
 //!
-//! A program that was compiled against Assimp's headers and loads motion runs with this library in place of Assimp's.
-//! The exported functions have the names and the behaviour that those headers document; the README lists the
-//! differences.
+//! A program that was compiled against Assimp's headers runs with this library in place of Assimp's. Motion is read
+//! here; what is not read, written or done here is handed to the system's own Assimp, where there is one. The exported
+//! symbols have the names and the behaviour that the headers document; what differs stands in the README.
 
+// The interface is that of Debian's library for x86-64: the stubs are in its assembler. Elsewhere there is nothing.
+#![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #![allow(unsafe_code, reason = "pointers of other languages go in and out")]
-// The names are Assimp's.
-#![allow(non_snake_case)]
+// The names are Assimp's, and those that the C++ compiler makes of them.
+#![allow(non_snake_case, non_upper_case_globals)]
 #![deny(clippy::missing_safety_doc, clippy::undocumented_unsafe_blocks)]
 // Tests may unwrap; the library may not.
 #![warn(clippy::unwrap_used)]
 
 mod abi;
-mod arena;
+mod allocation;
 mod border;
+mod c_files;
+mod contents;
+mod cpp_string;
+mod destroy;
 mod export;
+mod exporter;
 mod flags;
+mod forward;
 mod from_assimp;
+mod heap;
 mod import;
 mod importer;
 mod log;
 mod material;
 mod math;
-mod node;
+mod memory_info;
 mod properties;
+mod scene;
+mod system;
+mod system_importer;
 mod to_assimp;
 mod version;
+mod virtual_call;

@@ -2,13 +2,14 @@
 //!
 //! A skeleton's material has a name and whether back faces are drawn. All other queries fail, as with Assimp.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, c_char};
 use std::ptr;
 
 use crate::abi::{
     AI_FAILURE, AI_SUCCESS, MAXLEN, PROPERTY_DOUBLE, PROPERTY_FLOAT, PROPERTY_INTEGER, PROPERTY_STRING, aiColor4D,
-    aiMaterial, aiMaterialProperty, aiReturn, aiString,
+    aiMaterial, aiMaterialProperty, aiReturn, aiString, aiUVTransform,
 };
+use crate::{destroy, heap};
 
 /// `$tex.file`, under which a material has the path of a texture.
 const TEXTURE_FILE: &CStr = c"$tex.file";
@@ -159,16 +160,110 @@ pub(crate) unsafe extern "C" fn aiGetMaterialTexture(
     unsafe { aiGetMaterialString(material, TEXTURE_FILE.as_ptr(), semantic, index, path) }
 }
 
-/// How a texture's coordinates are moved; no material says so.
+/// How a texture's coordinates are moved.
+///
+/// # Safety
+/// As [`aiGetMaterialFloatArray`], with room for a transform.
 #[unsafe(no_mangle)]
-pub(crate) extern "C" fn aiGetMaterialUVTransform(
-    _material: *const aiMaterial,
-    _key: *const c_char,
-    _semantic: u32,
-    _index: u32,
-    _out: *mut c_void,
+pub(crate) unsafe extern "C" fn aiGetMaterialUVTransform(
+    material: *const aiMaterial,
+    key: *const c_char,
+    semantic: u32,
+    index: u32,
+    out: *mut aiUVTransform,
 ) -> aiReturn {
-    AI_FAILURE
+    let mut count = 5;
+    // SAFETY: the same promise; a transform is five numbers.
+    unsafe { aiGetMaterialFloatArray(material, key, semantic, index, out.cast(), &raw mut count) }
+}
+
+/// What a kind of texture is called.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn aiTextureTypeToString(kind: u32) -> *const c_char {
+    const NAMES: [&CStr; 22] = [
+        c"n/a",
+        c"Diffuse",
+        c"Specular",
+        c"Ambient",
+        c"Emissive",
+        c"Height",
+        c"Normals",
+        c"Shininess",
+        c"Opacity",
+        c"Displacement",
+        c"Lightmap",
+        c"Reflection",
+        c"BaseColor",
+        c"NormalCamera",
+        c"EmissionColor",
+        c"Metalness",
+        c"DiffuseRoughness",
+        c"AmbientOcclusion",
+        c"Unknown",
+        c"Sheen",
+        c"Clearcoat",
+        c"Transmission",
+    ];
+    NAMES.get(kind as usize).unwrap_or(&c"BUG").as_ptr()
+}
+
+/// `aiMaterial()`
+///
+/// # Safety
+/// `material` is the place of a material.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn _ZN10aiMaterialC1Ev(material: *mut aiMaterial) {
+    const ROOM: [*mut aiMaterialProperty; 5] = [ptr::null_mut(); 5];
+    // SAFETY: the same promise.
+    unsafe {
+        material.write(aiMaterial {
+            mProperties: heap::new_array(&ROOM),
+            mNumProperties: 0,
+            mNumAllocated: ROOM.len() as u32,
+        });
+    }
+}
+
+/// `aiMaterial()`
+///
+/// # Safety
+/// As [`_ZN10aiMaterialC1Ev`].
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn _ZN10aiMaterialC2Ev(material: *mut aiMaterial) {
+    // SAFETY: the same promise.
+    unsafe { _ZN10aiMaterialC1Ev(material) };
+}
+
+/// `~aiMaterial()`
+///
+/// # Safety
+/// `material` is a material that is not used any more.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn _ZN10aiMaterialD1Ev(material: *mut aiMaterial) {
+    // SAFETY: the same promise.
+    unsafe { destroy::material(&mut *material) };
+}
+
+/// `~aiMaterial()`
+///
+/// # Safety
+/// As [`_ZN10aiMaterialD1Ev`].
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn _ZN10aiMaterialD2Ev(material: *mut aiMaterial) {
+    // SAFETY: the same promise.
+    unsafe { destroy::material(&mut *material) };
+}
+
+/// `aiString GetName() const`: empty if there is none.
+///
+/// # Safety
+/// `material` is a material.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn _ZNK10aiMaterial7GetNameEv(material: *const aiMaterial) -> aiString {
+    let mut name = aiString::new("");
+    // SAFETY: the same promise.
+    unsafe { aiGetMaterialString(material, c"?mat.name".as_ptr(), 0, 0, &raw mut name) };
+    name
 }
 
 /// # Safety

@@ -1,15 +1,24 @@
 //! Property stores: settings of an import, by name.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_void};
+
+use crate::abi::{aiMatrix4x4, aiString};
 
 /// `AI_CONFIG_IMPORT_NO_SKELETON_MESHES`: not 0 to leave the skeleton without a mesh.
 const NO_SKELETON_MESHES: &CStr = c"IMPORT_NO_SKELETON_MESHES";
 
-/// What an import is told beside its flags. Of all properties that Assimp knows, those that change how motion is read.
-#[derive(Default)]
+type Name = Box<CStr>;
+
+/// What an import is told beside its flags. Everything is kept, for the system's Assimp; what changes how motion is read
+/// is looked at here too.
+#[derive(Clone, Default)]
 pub(crate) struct Properties {
-    integers: HashMap<Box<CStr>, i32>,
+    pub(crate) integers: BTreeMap<Name, i32>,
+    pub(crate) floats: BTreeMap<Name, f32>,
+    pub(crate) strings: BTreeMap<Name, Box<CStr>>,
+    pub(crate) matrices: BTreeMap<Name, aiMatrix4x4>,
+    pub(crate) pointers: BTreeMap<Name, *mut c_void>,
 }
 
 impl Properties {
@@ -17,9 +26,9 @@ impl Properties {
         self.integers.get(NO_SKELETON_MESHES).is_some_and(|&value| value != 0)
     }
 
-    /// Whether it was set before.
-    pub(crate) fn set_integer(&mut self, name: &CStr, value: i32) -> bool {
-        self.integers.insert(name.into(), value).is_some()
+    /// Whether a property of this name is set to a number.
+    pub(crate) fn has_number(&self, name: &CStr) -> bool {
+        self.integers.contains_key(name) || self.floats.contains_key(name)
     }
 }
 
@@ -47,34 +56,65 @@ pub(crate) unsafe extern "C" fn aiReleasePropertyStore(store: *mut Properties) {
 /// `store` is NULL or a store, and `name` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiSetImportPropertyInteger(store: *mut Properties, name: *const c_char, value: i32) {
-    // SAFETY: the caller hands over NULL or a store that only this call uses.
-    let Some(store) = (unsafe { store.as_mut() }) else {
-        return;
-    };
-    if !name.is_null() {
-        // SAFETY: the name is not NULL, so it ends with a zero byte.
-        store.set_integer(unsafe { CStr::from_ptr(name) }, value);
+    // SAFETY: the same promise.
+    if let Some((store, name)) = unsafe { store_and_name(store, name) } {
+        store.integers.insert(name, value);
     }
 }
 
-/// Accepted without effect: no float property affects how motion is read.
+/// Sets a number with a point.
+///
+/// # Safety
+/// `store` is NULL or a store, and `name` is NULL or ends with a zero byte.
 #[unsafe(no_mangle)]
-pub(crate) extern "C" fn aiSetImportPropertyFloat(_store: *mut Properties, _name: *const c_char, _value: f32) {}
-
-/// Accepted without effect: no text property affects how motion is read.
-#[unsafe(no_mangle)]
-pub(crate) extern "C" fn aiSetImportPropertyString(
-    _store: *mut Properties,
-    _name: *const c_char,
-    _value: *const c_void,
-) {
+pub(crate) unsafe extern "C" fn aiSetImportPropertyFloat(store: *mut Properties, name: *const c_char, value: f32) {
+    // SAFETY: the same promise.
+    if let Some((store, name)) = unsafe { store_and_name(store, name) } {
+        store.floats.insert(name, value);
+    }
 }
 
-/// Accepted without effect: no matrix property affects how motion is read.
+/// Sets a text.
+///
+/// # Safety
+/// `store` is NULL or a store, `name` is NULL or ends with a zero byte, and `value` is NULL or an `aiString`.
 #[unsafe(no_mangle)]
-pub(crate) extern "C" fn aiSetImportPropertyMatrix(
-    _store: *mut Properties,
-    _name: *const c_char,
-    _value: *const c_void,
+pub(crate) unsafe extern "C" fn aiSetImportPropertyString(
+    store: *mut Properties,
+    name: *const c_char,
+    value: *const aiString,
 ) {
+    // SAFETY: the same promise; an `aiString` ends with a zero byte.
+    if let Some(((store, name), value)) = unsafe { store_and_name(store, name).zip(value.as_ref()) } {
+        let value = CStr::from_bytes_until_nul(&value.data).unwrap_or_default();
+        store.strings.insert(name, value.into());
+    }
+}
+
+/// Sets a matrix.
+///
+/// # Safety
+/// `store` is NULL or a store, `name` is NULL or ends with a zero byte, and `value` is NULL or a matrix.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn aiSetImportPropertyMatrix(
+    store: *mut Properties,
+    name: *const c_char,
+    value: *const aiMatrix4x4,
+) {
+    // SAFETY: the same promise.
+    if let Some(((store, name), value)) = unsafe { store_and_name(store, name).zip(value.as_ref()) } {
+        store.matrices.insert(name, *value);
+    }
+}
+
+/// # Safety
+/// `store` is NULL or a store that only this call uses, and `name` is NULL or ends with a zero byte.
+unsafe fn store_and_name<'a>(store: *mut Properties, name: *const c_char) -> Option<(&'a mut Properties, Name)> {
+    // SAFETY: the same promise.
+    let store = unsafe { store.as_mut() }?;
+    if name.is_null() {
+        return None;
+    }
+    // SAFETY: the name is not NULL, so it ends with a zero byte.
+    Some((store, unsafe { CStr::from_ptr(name) }.into()))
 }

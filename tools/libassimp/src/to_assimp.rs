@@ -1,110 +1,92 @@
-//! A scene of `mocap` as an Assimp scene.
+//! A scene of `mocap` in Assimp's shape.
 
 use std::ffi::c_void;
 use std::ptr;
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Primitive};
+use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Node, Primitive};
 use mocap::{Format, Scene};
 
 use crate::abi::{
-    METADATA_STRING, PRIMITIVE_POINT, PRIMITIVE_TRIANGLE, PROPERTY_INTEGER, PROPERTY_STRING, aiAnimation, aiBone,
-    aiFace, aiMaterial, aiMaterialProperty, aiMatrix4x4, aiMesh, aiMetadata, aiMetadataEntry, aiNode, aiNodeAnim,
-    aiQuatKey, aiScene, aiString, aiVectorKey, aiVertexWeight,
+    METADATA_STRING, PRIMITIVE_POINT, PRIMITIVE_TRIANGLE, PROPERTY_INTEGER, PROPERTY_STRING, ScenePrivate, aiAnimation,
+    aiBone, aiFace, aiMaterial, aiMaterialProperty, aiMatrix4x4, aiMesh, aiMetadata, aiMetadataEntry, aiNode,
+    aiNodeAnim, aiQuatKey, aiScene, aiString, aiVector3D, aiVectorKey, aiVertexWeight,
 };
-use crate::arena::Arena;
+use crate::{destroy, heap};
 
-/// A scene and the memory it lies in. A pointer to one is a pointer to the other, since the scene stands first.
-#[repr(C)]
-pub(crate) struct Imported {
-    scene: aiScene,
-    arena: Arena,
+/// Brings a scene into Assimp's shape, on the heap of C++. `flags` is what `aiScene::mFlags` shall be.
+pub(crate) fn scene(scene: &Scene, flags: u32) -> *mut aiScene {
+    let private = ScenePrivate {
+        importer: ptr::null_mut(),
+        steps: 0,
+        is_copy: false,
+    };
+    heap::new(aiScene {
+        mFlags: flags,
+        mRootNode: nodes(scene),
+        mNumMeshes: scene.meshes.len() as u32,
+        mMeshes: heap::new_pointers(scene.meshes.iter().map(mesh).collect()),
+        mNumMaterials: scene.materials.len() as u32,
+        mMaterials: heap::new_pointers(scene.materials.iter().map(material).collect()),
+        mNumAnimations: scene.animations.len() as u32,
+        mAnimations: heap::new_pointers(scene.animations.iter().map(animation).collect()),
+        mMetaData: metadata(scene.metadata.format),
+        mPrivate: heap::new(private),
+        ..aiScene::default()
+    })
 }
 
-impl Imported {
-    /// Makes an Assimp scene. `flags` becomes `aiScene::mFlags`.
-    pub(crate) fn into_raw(scene: &Scene, flags: u32) -> *const aiScene {
-        let mut arena = Arena::default();
-        let materials = scene.materials.iter().map(|it| material(&mut arena, it)).collect();
-        let meshes = scene.meshes.iter().map(|it| mesh(&mut arena, it)).collect();
-        let animations = scene.animations.iter().map(|it| animation(&mut arena, it)).collect();
-        let mut imported = Box::new(Self {
-            scene: aiScene {
-                mFlags: flags,
-                mRootNode: nodes(&mut arena, scene),
-                mNumMeshes: scene.meshes.len() as u32,
-                mMeshes: arena.keep_pointers(meshes),
-                mNumMaterials: scene.materials.len() as u32,
-                mMaterials: arena.keep_pointers(materials),
-                mNumAnimations: scene.animations.len() as u32,
-                mAnimations: arena.keep_pointers(animations),
-                mMetaData: metadata(&mut arena, scene.metadata.format),
-                ..aiScene::default()
-            },
-            arena,
-        });
-        // Tells a scene of ours from one that the program made itself. Assimp leaves something here too.
-        imported.scene.mPrivate = (&raw mut imported.scene).cast();
-        Box::into_raw(imported).cast()
-    }
-
-    /// Frees a scene and all that it points to; a scene that is not from here stays.
-    ///
-    /// # Safety
-    /// `scene` is NULL or a scene, and is not used any more.
-    pub(crate) unsafe fn release(scene: *const aiScene) {
-        // SAFETY: the caller hands over NULL or a scene.
-        let is_ours = unsafe { scene.as_ref() }.is_some_and(|it| ptr::eq(it.mPrivate.cast(), scene));
-        if is_ours {
-            // SAFETY: `into_raw` made it, and the caller gives it up.
-            drop(unsafe { Box::from_raw(scene.cast_mut().cast::<Self>()) });
+/// Destructs and frees a scene.
+///
+/// # Safety
+/// `scene` is NULL or a scene of the C++ heap that is not used any more.
+pub(crate) unsafe fn free(scene: *mut aiScene) {
+    // SAFETY: the same promise.
+    unsafe {
+        if let Some(it) = scene.as_mut() {
+            destroy::scene(it);
+            heap::delete(scene);
         }
     }
 }
 
-/// The node graph, all nodes in one block in the order of the scene. Returns the root.
-fn nodes(arena: &mut Arena, scene: &Scene) -> *mut aiNode {
+/// The node graph. Returns the root.
+fn nodes(scene: &Scene) -> *mut aiNode {
     let mut children = vec![Vec::new(); scene.nodes.len()];
+    let nodes: Vec<*mut aiNode> = scene.nodes.iter().map(node).collect();
     for (index, node) in scene.nodes.iter().enumerate() {
         if let Some(parent) = node.parent {
-            children[parent.index()].push(index);
+            let node = nodes[index];
+            children[parent.index()].push(node);
+            // SAFETY: the nodes were made above, and nothing else refers to them yet.
+            unsafe { (*node).mParent = nodes[parent.index()] };
         }
     }
-    let nodes = scene.nodes.iter().map(|node| {
-        let meshes: Vec<u32> = node.meshes.iter().map(|&mesh| mesh as u32).collect();
-        aiNode {
-            mName: aiString::new(&node.name),
-            mTransformation: rows(node.transform),
-            mParent: ptr::null_mut(),
-            mNumChildren: 0,
-            mChildren: ptr::null_mut(),
-            mNumMeshes: meshes.len() as u32,
-            mMeshes: arena.keep(meshes),
-            mMetaData: ptr::null_mut(),
-        }
-    });
-    let nodes = nodes.collect();
-    let first: *mut aiNode = arena.keep(nodes);
-    let node_at = |index: usize| first.wrapping_add(index);
-    for (index, children) in children.into_iter().enumerate() {
-        // SAFETY: `index` is that of a node in the block, which nothing else refers to yet.
-        let node = unsafe { &mut *node_at(index) };
-        let parent = scene.nodes[index].parent;
-        node.mParent = parent.map_or(ptr::null_mut(), |parent| node_at(parent.index()));
+    for (&node, children) in nodes.iter().zip(&children) {
+        // SAFETY: as above.
+        let node = unsafe { &mut *node };
         node.mNumChildren = children.len() as u32;
-        node.mChildren = arena.keep(children.into_iter().map(node_at).collect());
+        node.mChildren = heap::new_array(children);
     }
-    first
+    nodes.first().copied().unwrap_or(ptr::null_mut())
 }
 
-fn mesh(arena: &mut Arena, mesh: &Mesh) -> aiMesh {
-    let indices_per_face = mesh.primitive.indices_per_face();
-    let indices: *mut u32 = arena.keep(mesh.indices.clone());
-    let faces = (0..mesh.faces().len()).map(|face| aiFace {
-        mNumIndices: indices_per_face as u32,
-        mIndices: indices.wrapping_add(face * indices_per_face),
+fn node(node: &Node) -> *mut aiNode {
+    let meshes: Vec<u32> = node.meshes.iter().map(|&mesh| mesh as u32).collect();
+    heap::new(aiNode {
+        mName: aiString::new(&node.name),
+        mTransformation: rows(node.transform),
+        mNumMeshes: meshes.len() as u32,
+        mMeshes: heap::new_array(&meshes),
+        ..aiNode::default()
+    })
+}
+
+fn mesh(mesh: &Mesh) -> aiMesh {
+    let faces = mesh.faces().map(|face| aiFace {
+        mNumIndices: face.len() as u32,
+        mIndices: heap::new_array(face),
     });
-    let bones = mesh.bones.iter().map(|it| bone(arena, it)).collect();
     aiMesh {
         mPrimitiveTypes: match mesh.primitive {
             Primitive::Triangles => PRIMITIVE_TRIANGLE,
@@ -112,18 +94,22 @@ fn mesh(arena: &mut Arena, mesh: &Mesh) -> aiMesh {
         },
         mNumVertices: mesh.vertices.len() as u32,
         mNumFaces: faces.len() as u32,
-        mVertices: arena.keep(mesh.vertices.iter().map(Vec3::to_array).collect()),
-        mNormals: arena.keep(mesh.normals.iter().map(Vec3::to_array).collect()),
-        mFaces: arena.keep(faces.collect()),
+        mVertices: vectors(&mesh.vertices),
+        mNormals: vectors(&mesh.normals),
+        mFaces: heap::new_counted_array(&faces.collect::<Vec<_>>()),
         mNumBones: mesh.bones.len() as u32,
-        mBones: arena.keep_pointers(bones),
+        mBones: heap::new_pointers(mesh.bones.iter().map(bone).collect()),
         mMaterialIndex: mesh.material_index as u32,
         mName: aiString::new(&mesh.name),
         ..aiMesh::default()
     }
 }
 
-fn bone(arena: &mut Arena, bone: &Bone) -> aiBone {
+fn vectors(vectors: &[Vec3]) -> *mut aiVector3D {
+    heap::new_array(&vectors.iter().map(Vec3::to_array).collect::<Vec<_>>())
+}
+
+fn bone(bone: &Bone) -> aiBone {
     let weights = bone.weights.iter().map(|weight| aiVertexWeight {
         mVertexId: weight.vertex_id,
         mWeight: weight.weight,
@@ -133,48 +119,50 @@ fn bone(arena: &mut Arena, bone: &Bone) -> aiBone {
         mNumWeights: bone.weights.len() as u32,
         mArmature: ptr::null_mut(),
         mNode: ptr::null_mut(),
-        mWeights: arena.keep(weights.collect()),
+        mWeights: heap::new_array(&weights.collect::<Vec<_>>()),
         mOffsetMatrix: rows(bone.offset_matrix),
     }
 }
 
-fn material(arena: &mut Arena, material: &Material) -> aiMaterial {
+fn material(material: &Material) -> aiMaterial {
     // A text is its length in four bytes, its characters, and a zero byte.
     let mut name = (material.name.len() as u32).to_ne_bytes().to_vec();
     name.extend_from_slice(material.name.as_bytes());
     name.push(0);
-    let mut properties = vec![property(arena, "?mat.name", PROPERTY_STRING, name)];
+    let mut properties = vec![property("?mat.name", PROPERTY_STRING, &name)];
     if material.two_sided {
-        let value = 1i32.to_ne_bytes().to_vec();
-        properties.push(property(arena, "$mat.twosided", PROPERTY_INTEGER, value));
+        properties.push(property("$mat.twosided", PROPERTY_INTEGER, &1i32.to_ne_bytes()));
     }
+    // As in C++, there is room for more.
+    const ROOM: usize = 5;
     let count = properties.len() as u32;
+    let mut pointers: Vec<_> = properties.into_iter().map(heap::new).collect();
+    pointers.resize(ROOM, ptr::null_mut());
     aiMaterial {
-        mProperties: arena.keep_pointers(properties),
+        mProperties: heap::new_array(&pointers),
         mNumProperties: count,
-        mNumAllocated: count,
+        mNumAllocated: ROOM as u32,
     }
 }
 
-fn property(arena: &mut Arena, key: &str, kind: u32, data: Vec<u8>) -> aiMaterialProperty {
+fn property(key: &str, kind: u32, data: &[u8]) -> aiMaterialProperty {
     aiMaterialProperty {
         mKey: aiString::new(key),
         mSemantic: 0,
         mIndex: 0,
         mDataLength: data.len() as u32,
         mType: kind,
-        mData: arena.keep(data),
+        mData: heap::new_array(data),
     }
 }
 
-fn animation(arena: &mut Arena, animation: &Animation) -> aiAnimation {
-    let channels: Vec<_> = animation.channels.iter().map(|it| channel(arena, it)).collect();
+fn animation(animation: &Animation) -> aiAnimation {
     aiAnimation {
         mName: aiString::new(&animation.name),
         mDuration: animation.duration,
         mTicksPerSecond: animation.ticks_per_second,
-        mNumChannels: channels.len() as u32,
-        mChannels: arena.keep_pointers(channels),
+        mNumChannels: animation.channels.len() as u32,
+        mChannels: heap::new_pointers(animation.channels.iter().map(channel).collect()),
         mNumMeshChannels: 0,
         mMeshChannels: ptr::null_mut(),
         mNumMorphMeshChannels: 0,
@@ -182,15 +170,15 @@ fn animation(arena: &mut Arena, animation: &Animation) -> aiAnimation {
     }
 }
 
-fn channel(arena: &mut Arena, channel: &Channel) -> aiNodeAnim {
+fn channel(channel: &Channel) -> aiNodeAnim {
     aiNodeAnim {
         mNodeName: aiString::new(&channel.node_name),
         mNumPositionKeys: channel.position_keys.len() as u32,
-        mPositionKeys: arena.keep(vector_keys(&channel.position_keys)),
+        mPositionKeys: heap::new_array(&vector_keys(&channel.position_keys)),
         mNumRotationKeys: channel.rotation_keys.len() as u32,
-        mRotationKeys: arena.keep(rotation_keys(&channel.rotation_keys)),
+        mRotationKeys: heap::new_array(&rotation_keys(&channel.rotation_keys)),
         mNumScalingKeys: channel.scaling_keys.len() as u32,
-        mScalingKeys: arena.keep(vector_keys(&channel.scaling_keys)),
+        mScalingKeys: heap::new_array(&vector_keys(&channel.scaling_keys)),
         mPreState: 0,
         mPostState: 0,
     }
@@ -213,23 +201,21 @@ fn rotation_keys(keys: &Keys<Quat>) -> Vec<aiQuatKey> {
 }
 
 /// Says which format the scene was read from. Of BVH it says so in the words of Assimp's importer.
-fn metadata(arena: &mut Arena, format: Option<Format>) -> *mut aiMetadata {
-    let name = match format {
+fn metadata(format: Option<Format>) -> *mut aiMetadata {
+    let format = match format {
         Some(Format::Bvh) => "BVH Importer (MoCap)",
         Some(other) => other.as_str(),
         None => "",
     };
-    let value: *mut aiString = arena.keep_one(aiString::new(name));
     let entry = aiMetadataEntry {
         mType: METADATA_STRING,
-        mData: value.cast::<c_void>(),
+        mData: heap::new(aiString::new(format)).cast::<c_void>(),
     };
-    let metadata = aiMetadata {
+    heap::new(aiMetadata {
         mNumProperties: 1,
-        mKeys: arena.keep_one(aiString::new("SourceAsset_Format")),
-        mValues: arena.keep_one(entry),
-    };
-    arena.keep_one(metadata)
+        mKeys: heap::new_array(&[aiString::new("SourceAsset_Format")]),
+        mValues: heap::new_array(&[entry]),
+    })
 }
 
 fn rows(matrix: Mat4) -> aiMatrix4x4 {

@@ -2,6 +2,7 @@
 
 mod program;
 
+use std::path::Path;
 use std::process::Command;
 
 use program::{Library, compile, our_folder, run, run_under_valgrind, succeed, text, with};
@@ -92,6 +93,109 @@ fn the_class_of_cpp_programs_is_the_same() {
     let (ours, again) = ours.split_once("again: ").unwrap();
     assert_eq!(ours, debian);
     assert!(ours.ends_with(&format!("file: {again}")), "{ours}, {again}");
+}
+
+/// A mesh that Debian's library writes, with which a program tries everything that is handed to it.
+#[test]
+fn what_is_not_read_or_done_here_is_done_by_the_systems_assimp() {
+    let program = compile("forward", &[]);
+    let mesh = program.with_extension("obj");
+    let box_of = "o box\nv 0 0 0\nv 1 0 0\nv 1 2 0\nv 0 2 0\nv 0 0 3\nf 1 2 3 4\nf 1 2 5\n";
+    std::fs::write(&mesh, box_of).unwrap();
+    let arguments = [mesh.to_str().unwrap(), &fixture(LECTURE)];
+    let debian = program::run_with(&program, Library::Debian, &arguments);
+    let output = succeed(with(Command::new(&program).args(arguments), Library::Ours));
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("\"none\""),
+        "{output:?}"
+    );
+    let ours = text(output);
+    assert!(ours.contains("a blob 1\n"), "{ours}");
+    assert_same_words("forward", &debian, &ours, share);
+}
+
+#[test]
+fn the_commands_of_debian_say_the_same() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let mesh = folder.join("command.obj");
+    std::fs::write(&mesh, "v 0 0 0\nv 1 0 0\nv 1 2 0\nf 1 2 3\n").unwrap();
+    let (mesh, motion) = (mesh.to_str().unwrap(), fixture(LECTURE));
+    let stl = folder.join("command.stl");
+    for arguments in [
+        vec!["info", mesh],
+        vec!["info", &motion],
+        vec!["listexport"],
+        vec!["knowext", "obj"],
+        vec!["export", mesh, stl.to_str().unwrap()],
+        vec!["export", &motion, stl.to_str().unwrap()],
+    ] {
+        let run = |library| {
+            let mut command = Command::new("assimp");
+            let output = text(succeed(with(command.args(&arguments), library)));
+            // How far it is, how long it took, and how much memory it takes.
+            let is_said = |line: &&str| !["%", "seconds", "Memory"].iter().any(|word| line.contains(word));
+            output
+                .lines()
+                .filter(is_said)
+                .map(|line| format!("{line}\n"))
+                .collect::<String>()
+        };
+        assert_same_words(&arguments.join(" "), &run(Library::Debian), &run(Library::Ours), share);
+    }
+}
+
+/// Lists what a library exports, functions and objects with their sizes, as `tests/symbols.txt` does.
+#[test]
+fn every_symbol_of_assimp_is_there() {
+    let mut readelf = Command::new("readelf");
+    readelf
+        .args(["--dyn-syms", "--wide"])
+        .arg(our_folder().join("libassimp.so.5"));
+    let ours = text(succeed(&mut readelf));
+    let ours: std::collections::HashSet<String> = ours
+        .lines()
+        .filter_map(|line| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match words[..] {
+                [_, _, _, "FUNC", _, _, place, name] if place != "UND" => Some(format!("{name} function")),
+                [_, _, size, "OBJECT", _, _, place, name] if place != "UND" => Some(format!("{name} object {size}")),
+                _ => None,
+            }
+        })
+        .collect();
+    let wanted: Vec<&str> = SYMBOLS.lines().filter(|line| !line.starts_with('#')).collect();
+    assert_eq!(wanted.len(), 550);
+    let missing: Vec<_> = wanted.iter().filter(|symbol| !ours.contains(**symbol)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
+
+const SYMBOLS: &str = include_str!("symbols.txt");
+
+/// Of a file in centimetres with +Z up: `fixtures/README.md` describes it.
+#[test]
+fn fbx_is_in_centimetres() {
+    let tiny = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/made/tiny.fbx");
+    let seen = run(&compile("course", &[]), Library::Ours, tiny);
+    let lines: Vec<&str> = seen.lines().collect();
+    let hip = lines.iter().position(|line| line.starts_with("node hip,")).unwrap();
+    assert_eq!(lines[hip + 1].split_whitespace().nth(7), Some("100"), "{seen}");
+}
+
+#[test]
+fn without_the_systems_assimp_motion_is_read_and_the_rest_refused_with_a_text() {
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new("assimp");
+        let command = with(command.args(arguments), Library::Ours);
+        let output = command.env("MOCAP_ASSIMP_FORWARD", "off").output().unwrap();
+        String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned()
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let (mesh, skeleton) = (folder.join("refused.obj"), folder.join("no_motion.bvh"));
+    std::fs::write(&mesh, "v 0 0 0\n").unwrap();
+    std::fs::write(&skeleton, "HIERARCHY\nROOT a\n{\n  OFFSET 0 0 0\n  CHANNELS 0\n}\n").unwrap();
+    assert!(run(&["info", &fixture(LECTURE)]).contains("Animations:         1"));
+    assert!(run(&["info", mesh.to_str().unwrap()]).contains("MOCAP_ASSIMP_FORWARD is off"));
+    assert!(run(&["info", skeleton.to_str().unwrap()]).contains("the file has no motion"));
 }
 
 #[test]

@@ -1,0 +1,148 @@
+//! What a file holds, by its first bytes, else by its extension: motion, a scene, or what is not read here.
+
+use std::ffi::{CStr, OsStr};
+use std::fs::File;
+use std::io::Read;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+
+use crate::c_files;
+use crate::import::{Input, Request, unable_to_open};
+
+/// What to do with a file.
+pub(crate) enum Contents {
+    /// A format of motion, which is read here.
+    Motion,
+    /// glTF or FBX without meshes, which is read here.
+    Scene,
+    /// glTF or FBX with meshes, whose materials are not read here.
+    WithMeshes,
+    /// Another format; the name of the file.
+    Other(String),
+}
+
+/// The first bytes, which tell a format.
+const HEAD: usize = 64 << 10;
+
+/// Extensions of the formats that are read here, without glTF's and FBX's.
+const MOTION: [&str; 5] = ["bvh", "asf", "amc", "c3d", "bip"];
+
+/// # Safety
+/// What the input and the handlers point to is what their types say.
+pub(crate) unsafe fn of(request: &Request<'_>) -> Result<Contents, String> {
+    let (name, extension) = match request.input {
+        Input::File(path) | Input::FileOf(_, path) => (path.to_string_lossy().into_owned(), extension(path)),
+        Input::Memory(_, hint) => ("the file in memory".to_owned(), hint.to_string_lossy().to_lowercase()),
+    };
+    // SAFETY: the same promise.
+    let head = unsafe { read(request, HEAD) }?;
+    let begins = |word: &[u8]| head.trim_ascii_start().starts_with(word);
+    let is_gltf = begins(b"glTF") || (begins(b"{") && matches!(extension.as_str(), "gltf" | "glb" | "vrm"));
+    let is_fbx = begins(b"Kaydara FBX Binary") || begins(b"; FBX");
+    if is_gltf || is_fbx {
+        // SAFETY: the same promise.
+        let all = unsafe { read(request, usize::MAX) }?;
+        let has_meshes = if is_gltf {
+            gltf_has_meshes(&all)
+        } else {
+            fbx_has_meshes(&all)
+        };
+        return Ok(if has_meshes {
+            Contents::WithMeshes
+        } else {
+            Contents::Scene
+        });
+    }
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head).trim_ascii_start();
+    let is_bvh = text
+        .get(..9)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"HIERARCHY"));
+    if is_bvh || MOTION.contains(&extension.as_str()) {
+        return Ok(Contents::Motion);
+    }
+    Ok(Contents::Other(name))
+}
+
+/// All bytes of a file that is not read from the disk by its path.
+///
+/// # Safety
+/// As [`of`].
+pub(crate) unsafe fn all(request: &Request<'_>) -> Option<Vec<u8>> {
+    match request.input {
+        Input::File(_) if request.handlers.io.0.is_null() => None,
+        // SAFETY: the same promise.
+        _ => unsafe { read(request, usize::MAX) }.ok(),
+    }
+}
+
+/// The first bytes of a file, at most `most`.
+///
+/// # Safety
+/// As [`of`].
+unsafe fn read(request: &Request<'_>, most: usize) -> Result<Vec<u8>, String> {
+    match request.input {
+        Input::Memory(bytes, _) => Ok(bytes[..bytes.len().min(most)].to_vec()),
+        // SAFETY: the same promise.
+        Input::FileOf(files, path) => unsafe { c_files::read(files, path, most) }.ok_or_else(|| unable_to_open(path)),
+        Input::File(path) if request.handlers.io.0.is_null() => {
+            let file = File::open(Path::new(OsStr::from_bytes(path.to_bytes())));
+            let mut bytes = Vec::new();
+            let count = file.and_then(|file| file.take(most as u64).read_to_end(&mut bytes));
+            count.map_err(|error| format!("{} {error}", unable_to_open(path)))?;
+            Ok(bytes)
+        }
+        Input::File(path) => {
+            // SAFETY: the same promise.
+            let bytes = unsafe { request.handlers.io.read(path.as_ptr(), most) };
+            bytes.ok_or_else(|| unable_to_open(path))
+        }
+    }
+}
+
+fn extension(path: &CStr) -> String {
+    let extension = Path::new(OsStr::from_bytes(path.to_bytes())).extension();
+    extension.unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Whether the JSON of a glTF file lists a mesh. A file whose JSON cannot be read is left to the readers.
+fn gltf_has_meshes(bytes: &[u8]) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Document {
+        #[serde(default)]
+        meshes: Vec<serde::de::IgnoredAny>,
+    }
+    let json = match bytes.starts_with(b"glTF") {
+        // A header of 12 bytes, then the length and the kind of the first chunk.
+        true => {
+            let length = bytes.get(12..16).and_then(|bytes| bytes.try_into().ok());
+            let length = length.map_or(0, u32::from_le_bytes) as usize;
+            bytes.get(20..).map(|rest| &rest[..rest.len().min(length)])
+        }
+        false => Some(bytes),
+    };
+    let document = json.and_then(|json| serde_json::from_slice::<Document>(json).ok());
+    document.is_some_and(|document| !document.meshes.is_empty())
+}
+
+/// Whether an FBX file has an array of vertices: a node of this name, in binary files with its length before it.
+fn fbx_has_meshes(bytes: &[u8]) -> bool {
+    let is_binary = bytes.starts_with(b"Kaydara");
+    let name: &[u8] = if is_binary { b"\x08Vertices" } else { b"Vertices:" };
+    memchr::memmem::find(bytes, name).is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_are_seen_in_both_kinds_of_files() {
+        assert!(gltf_has_meshes(
+            br#"{"asset": {"version": "2.0"}, "meshes": [{"primitives": []}]}"#
+        ));
+        assert!(!gltf_has_meshes(br#"{"asset": {"version": "2.0"}, "nodes": [{}]}"#));
+        let fixture = |name: &str| std::fs::read(format!("../../fixtures/real/{name}")).unwrap();
+        assert!(!fbx_has_meshes(&fixture("run.fbx")));
+        assert!(fbx_has_meshes(&fixture("huesitos.fbx")));
+    }
+}

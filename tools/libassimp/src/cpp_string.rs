@@ -1,0 +1,82 @@
+//! `std::string` of the GNU C++ library, as it lies in memory.
+
+use std::ffi::{CStr, c_char};
+use std::ptr;
+
+use crate::heap;
+
+/// A string. Texts of up to 15 bytes stand in the string itself, so it must not be moved once it is made.
+#[repr(C)]
+pub(crate) struct StdString {
+    first: *mut u8,
+    length: usize,
+    /// The text, or how much room there is at `first`.
+    local: [u8; LOCAL],
+}
+
+/// Bytes in the string itself, the zero byte included.
+const LOCAL: usize = 16;
+
+impl StdString {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        // SAFETY: a string has `length` bytes at `first`, which is never NULL.
+        unsafe { std::slice::from_raw_parts(self.first, self.length) }
+    }
+
+    /// Calls `use_it` with a string that lives as long as the call.
+    pub(crate) fn with<R>(text: &[u8], use_it: impl FnOnce(*const Self) -> R) -> R {
+        let mut place = std::mem::MaybeUninit::<Self>::uninit();
+        let string = place.as_mut_ptr();
+        // SAFETY: the place has room for a string; it is not moved, and destructed below.
+        unsafe { Self::construct(string, text) };
+        let result = use_it(string);
+        // SAFETY: as above; a long text stands in a block of its own.
+        unsafe {
+            if text.len() >= LOCAL {
+                heap::delete((*string).first);
+            }
+        }
+        result
+    }
+
+    pub(crate) fn to_c_string(&self) -> Box<CStr> {
+        let bytes = self.bytes();
+        let before_zero = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
+        let mut text = before_zero.to_vec();
+        text.push(0);
+        CStr::from_bytes_until_nul(&text).unwrap_or_default().into()
+    }
+
+    /// Constructs a string at `place`.
+    ///
+    /// # Safety
+    /// `place` has room for a string.
+    pub(crate) unsafe fn construct(place: *mut Self, text: &[u8]) {
+        // SAFETY: the caller hands over room for a string; the text goes into the string or into a block of its own.
+        unsafe {
+            let local = (&raw mut (*place).local).cast::<u8>();
+            let first = if text.len() < LOCAL {
+                local
+            } else {
+                local.cast::<usize>().write_unaligned(text.len());
+                heap::allocate(text.len() + 1).cast::<u8>()
+            };
+            ptr::copy_nonoverlapping(text.as_ptr(), first, text.len());
+            first.add(text.len()).write(0);
+            (&raw mut (*place).first).write(first);
+            (&raw mut (*place).length).write(text.len());
+        }
+    }
+}
+
+/// The text at a pointer, as bytes.
+///
+/// # Safety
+/// `text` is NULL or ends with a zero byte.
+pub(crate) unsafe fn bytes_or_empty<'a>(text: *const c_char) -> &'a [u8] {
+    match text.is_null() {
+        true => b"",
+        // SAFETY: the text is not NULL, so it ends with a zero byte.
+        false => unsafe { CStr::from_ptr(text) }.to_bytes(),
+    }
+}

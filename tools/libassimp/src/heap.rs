@@ -1,0 +1,118 @@
+//! The heap of C++. A program may `delete` what it gets from here, and hand over what it has made with `new`, as it may
+//! with Assimp's own library.
+
+use std::alloc::{Layout, handle_alloc_error};
+use std::ffi::c_void;
+use std::ptr;
+
+// build.rs links the C++ library.
+unsafe extern "C" {
+    #[link_name = "_ZnwmRKSt9nothrow_t"]
+    fn new_or_null(size: usize, nothrow: *const u8) -> *mut c_void;
+    #[link_name = "_ZnamRKSt9nothrow_t"]
+    fn new_array_or_null(size: usize, nothrow: *const u8) -> *mut c_void;
+    #[link_name = "_ZdlPv"]
+    fn operator_delete(block: *mut c_void);
+    #[link_name = "_ZdaPv"]
+    fn operator_delete_array(block: *mut c_void);
+    #[link_name = "_ZSt7nothrow"]
+    static NOTHROW: u8;
+}
+
+/// Bytes before an array of things that have a destructor: how many there are.
+const COUNT: usize = size_of::<usize>();
+
+/// `new T`
+pub(crate) fn new<T: Copy>(value: T) -> *mut T {
+    let place = allocate(size_of::<T>()).cast::<T>();
+    // SAFETY: the block has room for the value, and the alignment that every type of Assimp's is content with.
+    unsafe { place.write(value) };
+    place
+}
+
+/// `operator new(size)`
+pub(crate) fn allocate(size: usize) -> *mut c_void {
+    // SAFETY: any size may be asked for.
+    checked(size, unsafe { new_or_null(size, &raw const NOTHROW) })
+}
+
+/// `operator new[](size)`
+pub(crate) fn allocate_array(size: usize) -> *mut c_void {
+    // SAFETY: any size may be asked for.
+    checked(size, unsafe { new_array_or_null(size, &raw const NOTHROW) })
+}
+
+/// `new T[]` of things without a destructor; NULL where there are none, as Assimp has it.
+pub(crate) fn new_array<T: Copy>(values: &[T]) -> *mut T {
+    if values.is_empty() {
+        return ptr::null_mut();
+    }
+    let first = allocate_array(size_of_val(values)).cast::<T>();
+    // SAFETY: the block is new and has room for the values.
+    unsafe { ptr::copy_nonoverlapping(values.as_ptr(), first, values.len()) };
+    first
+}
+
+/// `new T[]` of things with a destructor; NULL where there are none.
+pub(crate) fn new_counted_array<T: Copy>(values: &[T]) -> *mut T {
+    if values.is_empty() {
+        return ptr::null_mut();
+    }
+    let block = allocate_array(COUNT + size_of_val(values));
+    // SAFETY: the block is new and has room for the count and, behind it, the values.
+    unsafe {
+        block.cast::<usize>().write(values.len());
+        let first = block.byte_add(COUNT).cast::<T>();
+        ptr::copy_nonoverlapping(values.as_ptr(), first, values.len());
+        first
+    }
+}
+
+/// `new T*[]`, with each value in a block of its own.
+pub(crate) fn new_pointers<T: Copy>(values: Vec<T>) -> *mut *mut T {
+    new_array(&values.into_iter().map(new).collect::<Vec<_>>())
+}
+
+/// `delete`, after whatever the destructor does.
+///
+/// # Safety
+/// `block` is NULL or comes from `new`, and is not used any more.
+pub(crate) unsafe fn delete<T>(block: *mut T) {
+    // SAFETY: the same promise.
+    unsafe { operator_delete(block.cast()) };
+}
+
+/// `delete[]` of things without a destructor.
+///
+/// # Safety
+/// `first` is NULL or comes from `new[]`, and is not used any more.
+pub(crate) unsafe fn delete_array<T>(first: *mut T) {
+    // SAFETY: the same promise.
+    unsafe { operator_delete_array(first.cast()) };
+}
+
+/// `delete[]` of things with a destructor, which `destroy` is.
+///
+/// # Safety
+/// `first` is NULL or comes from `new[]` of such things, and is not used any more.
+pub(crate) unsafe fn delete_counted_array<T>(first: *mut T, destroy: impl Fn(&mut T)) {
+    if first.is_null() {
+        return;
+    }
+    // SAFETY: the block begins with the count, and the things follow.
+    unsafe {
+        let block = first.cast::<usize>().byte_sub(COUNT);
+        std::slice::from_raw_parts_mut(first, *block)
+            .iter_mut()
+            .for_each(destroy);
+        operator_delete_array(block.cast());
+    }
+}
+
+fn checked(size: usize, block: *mut c_void) -> *mut c_void {
+    if block.is_null() {
+        let layout = Layout::from_size_align(size, 1).unwrap_or(Layout::new::<u8>());
+        handle_alloc_error(layout);
+    }
+    block
+}

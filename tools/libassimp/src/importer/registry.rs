@@ -1,0 +1,123 @@
+//! Loaders and steps, the program's and the built-in: they are those of the system's Assimp.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::ptr;
+
+use super::{State, methods};
+use crate::abi::{AI_FAILURE, AI_SUCCESS, aiImporterDesc, aiReturn, aiString};
+use crate::import::{aiGetExtensionList, aiIsExtensionSupported};
+use crate::system::function;
+
+/// Defines methods that the importer of the system's Assimp does, and their value where there is none.
+macro_rules! system_methods {
+    ($(
+        $(#[$attribute:meta])*
+        fn $symbol:ident($($name:ident: $type:ty),*) -> $result:ty | $otherwise:expr
+    )*) => {
+        methods! {
+            $(
+                $(#[$attribute])*
+                fn $symbol(state $(, $name: $type)*) -> $result | $otherwise => {
+                    type Inner = unsafe extern "C" fn(*mut c_void $(, $type)*) -> $result;
+                    const NAME: &str = concat!(stringify!($symbol), "\0");
+                    let symbol = CStr::from_bytes_with_nul(NAME.as_bytes()).unwrap_or_default();
+                    // SAFETY: the method of the headers.
+                    match (state.system(), unsafe { function::<Inner>(symbol) }) {
+                        // SAFETY: an importer, and what the caller hands over.
+                        (Ok(system), Ok(method)) => unsafe { method(system.object() $(, $name)*) },
+                        _ => $otherwise,
+                    }
+                }
+            )*
+        }
+    };
+}
+
+system_methods! {
+    /// `size_t GetImporterCount() const`
+    fn _ZNK6Assimp8Importer16GetImporterCountEv() -> usize | 0
+
+    /// `const aiImporterDesc *GetImporterInfo(size_t index) const`
+    fn _ZNK6Assimp8Importer15GetImporterInfoEm(index: usize) -> *const aiImporterDesc | ptr::null()
+
+    /// `BaseImporter *GetImporter(size_t index) const`
+    fn _ZNK6Assimp8Importer11GetImporterEm(index: usize) -> *mut c_void | ptr::null_mut()
+
+    /// `BaseImporter *GetImporter(const char *extension) const`
+    fn _ZNK6Assimp8Importer11GetImporterEPKc(extension: *const c_char) -> *mut c_void | ptr::null_mut()
+
+    /// `size_t GetImporterIndex(const char *extension) const`
+    fn _ZNK6Assimp8Importer16GetImporterIndexEPKc(extension: *const c_char) -> usize | usize::MAX
+
+    /// `void SetExtraVerbose(bool verbose)`
+    fn _ZN6Assimp8Importer15SetExtraVerboseEb(verbose: bool) -> () | ()
+
+    /// `aiReturn UnregisterLoader(BaseImporter *loader)`
+    fn _ZN6Assimp8Importer16UnregisterLoaderEPNS_12BaseImporterE(loader: *mut c_void) -> aiReturn | AI_FAILURE
+
+    /// `aiReturn UnregisterPPStep(BaseProcess *step)`
+    fn _ZN6Assimp8Importer16UnregisterPPStepEPNS_11BaseProcessE(step: *mut c_void) -> aiReturn | AI_FAILURE
+}
+
+methods! {
+    /// `aiReturn RegisterLoader(BaseImporter *loader)`: from now on the system's Assimp reads every file.
+    fn _ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE(
+        state, loader: *mut c_void
+    ) -> aiReturn | AI_FAILURE => register(state, c"_ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE", loader)
+
+    /// `aiReturn RegisterPPStep(BaseProcess *step)`: from now on the system's Assimp reads every file.
+    fn _ZN6Assimp8Importer14RegisterPPStepEPNS_11BaseProcessE(
+        state, step: *mut c_void
+    ) -> aiReturn | AI_FAILURE => register(state, c"_ZN6Assimp8Importer14RegisterPPStepEPNS_11BaseProcessE", step)
+
+    /// `bool IsExtensionSupported(const char *extension) const`
+    fn _ZNK6Assimp8Importer20IsExtensionSupportedEPKc(state, extension: *const c_char) -> bool | false => {
+        let _ = state;
+        // SAFETY: the caller hands over NULL or a text.
+        unsafe { aiIsExtensionSupported(extension) == 1 }
+    }
+
+    /// `void GetExtensionList(aiString &list) const`
+    fn _ZNK6Assimp8Importer16GetExtensionListER8aiString(state, list: *mut aiString) -> () | () => {
+        let _ = state;
+        // SAFETY: the caller hands over the place of an `aiString`.
+        unsafe { aiGetExtensionList(list) }
+    }
+}
+
+fn register(state: &mut State, method: &CStr, part: *mut c_void) -> aiReturn {
+    type Register = unsafe extern "C" fn(*mut c_void, *mut c_void) -> aiReturn;
+    // SAFETY: both methods of the headers take a pointer.
+    let method = unsafe { function::<Register>(method) };
+    let (Ok(method), Ok(system)) = (method, state.system()) else {
+        return AI_FAILURE;
+    };
+    // SAFETY: an importer, and what the caller hands over.
+    let result = unsafe { method(system.object(), part) };
+    state.has_registered |= result == AI_SUCCESS;
+    result
+}
+
+/// A handler that the importer of the system's Assimp has; NULL if there is none.
+pub(super) fn handler(state: &mut State, method: &CStr) -> *mut c_void {
+    type Get = unsafe extern "C" fn(*mut c_void) -> *mut c_void;
+    // SAFETY: both methods of the headers give a pointer.
+    match (state.system(), unsafe { function::<Get>(method) }) {
+        // SAFETY: an importer.
+        (Ok(system), Ok(method)) => unsafe { method(system.object()) },
+        _ => ptr::null_mut(),
+    }
+}
+
+/// Whether the system's Assimp has all of these steps.
+pub(super) fn validate(state: &mut State, flags: u32) -> bool {
+    type Validate = unsafe extern "C" fn(*mut c_void, u32) -> bool;
+    // SAFETY: the method of the headers.
+    match (state.system(), unsafe {
+        function::<Validate>(c"_ZNK6Assimp8Importer13ValidateFlagsEj")
+    }) {
+        // SAFETY: an importer.
+        (Ok(system), Ok(method)) => unsafe { method(system.object(), flags) },
+        _ => false,
+    }
+}

@@ -1,0 +1,207 @@
+//! The system's own Assimp, which takes what is not read, written or done here. It is opened at first need.
+//!
+//! It has the same name and the same symbols as this library. It is opened by its path, so that it is not taken for this
+//! library, which the dynamic linker has loaded under that name already; with `RTLD_LOCAL`, so that the program's calls
+//! still come here; and with `RTLD_DEEPBIND`, so that its own calls stay within it.
+
+use std::env;
+use std::ffi::{CStr, CString, c_void};
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use crate::version;
+
+/// What to forward to: `off` for nothing, else the path of the library; unset for the system's.
+const VARIABLE: &str = "MOCAP_ASSIMP_FORWARD";
+
+/// The name by which programs of Debian 12 ask for Assimp.
+const FILE_NAME: &str = "libassimp.so.5";
+
+/// Where libraries are, beside the folders of `LD_LIBRARY_PATH`.
+const FOLDERS: &[&str] = &[
+    "/usr/local/lib",
+    #[cfg(target_arch = "x86_64")]
+    "/usr/lib/x86_64-linux-gnu",
+    #[cfg(target_arch = "aarch64")]
+    "/usr/lib/aarch64-linux-gnu",
+    "/usr/lib64",
+    "/usr/lib",
+];
+
+/// Stands in every copy of this library and in no other, so that none forwards to another copy of itself.
+#[unsafe(no_mangle)]
+pub(crate) static mocap_libassimp: u8 = 1;
+
+/// An open library. It is never closed: objects of its classes may live as long as the process.
+pub(crate) struct System {
+    handle: *mut c_void,
+}
+
+// SAFETY: a handle of the dynamic linker may be used from any thread.
+unsafe impl Send for System {}
+// SAFETY: as above.
+unsafe impl Sync for System {}
+
+static SYSTEM: OnceLock<Result<System, String>> = OnceLock::new();
+
+/// The system's Assimp, or why there is none.
+pub(crate) fn system() -> Result<&'static System, String> {
+    SYSTEM.get_or_init(open).as_ref().map_err(Clone::clone)
+}
+
+/// The system's Assimp if something was forwarded already.
+pub(crate) fn opened() -> Option<&'static System> {
+    SYSTEM.get()?.as_ref().ok()
+}
+
+impl System {
+    /// The address of a symbol; NULL if there is none of this name.
+    pub(crate) fn find(&self, name: &CStr) -> *mut c_void {
+        // SAFETY: the handle is open, and the name ends with a zero byte.
+        unsafe { libc::dlsym(self.handle, name.as_ptr()) }
+    }
+}
+
+/// A function of the system's Assimp, by its symbol, as a pointer of the type that is asked for.
+///
+/// # Safety
+/// `F` is the type of a pointer to that function.
+pub(crate) unsafe fn function<F: Copy>(name: &CStr) -> Result<F, String> {
+    const { assert!(size_of::<F>() == size_of::<*mut c_void>()) };
+    let address = system()?.find(name);
+    if address.is_null() {
+        return Err(format!("the system's Assimp has no {}", name.to_string_lossy()));
+    }
+    // SAFETY: the caller says what type the function has, and a function's address makes a pointer to it.
+    Ok(unsafe { std::mem::transmute_copy(&address) })
+}
+
+/// Defines functions that those of the system's Assimp do, and their value where there is none. Of a method, the object is
+/// the first argument.
+macro_rules! system_functions {
+    ($(
+        $(#[$attribute:meta])*
+        fn $symbol:ident($($name:ident: $type:ty),*) -> $result:ty | $otherwise:expr
+    )*) => {
+        $(
+            $(#[$attribute])*
+            ///
+            /// # Safety
+            /// As its declaration in the headers says.
+            #[unsafe(no_mangle)]
+            pub(crate) unsafe extern "C" fn $symbol($($name: $type),*) -> $result {
+                const NAME: &str = concat!(stringify!($symbol), "\0");
+                let symbol = std::ffi::CStr::from_bytes_with_nul(NAME.as_bytes()).unwrap_or_default();
+                // SAFETY: the function of the headers.
+                match unsafe { crate::system::function::<unsafe extern "C" fn($($type),*) -> $result>(symbol) } {
+                    // SAFETY: the same promise.
+                    Ok(function) => unsafe { function($($name),*) },
+                    Err(_) => $otherwise,
+                }
+            }
+        )*
+    };
+}
+pub(crate) use system_functions;
+
+fn open() -> Result<System, String> {
+    let chosen = env::var_os(VARIABLE).filter(|value| !value.is_empty());
+    if chosen.as_deref().is_some_and(|value| value == "off") {
+        return Err(format!("{VARIABLE} is off"));
+    }
+    // The sanitizer ends a process that asks for RTLD_DEEPBIND.
+    // SAFETY: the name ends with a zero byte.
+    if !unsafe { libc::dlsym(libc::RTLD_DEFAULT, c"__asan_init".as_ptr()) }.is_null() {
+        return Err("the system's Assimp cannot be opened under the address sanitizer".to_owned());
+    }
+    if let Some(path) = chosen {
+        return open_library(Path::new(&path)).map_err(|reason| format!("{VARIABLE}: {reason}"));
+    }
+    let mut reasons = Vec::new();
+    for path in candidates() {
+        match open_library(&path) {
+            Ok(system) => return Ok(system),
+            Err(reason) => reasons.push(reason),
+        }
+    }
+    let reason = match reasons.is_empty() {
+        true => format!("there is no {FILE_NAME} beside this one"),
+        false => reasons.join("; "),
+    };
+    Err(format!("the system's Assimp was not found: {reason}"))
+}
+
+/// The files that may be it, in the order of the dynamic linker.
+fn candidates() -> impl Iterator<Item = PathBuf> {
+    let listed = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+    let listed: Vec<PathBuf> = env::split_paths(&listed).collect();
+    let folders = listed.into_iter().chain(FOLDERS.iter().map(PathBuf::from));
+    folders
+        .filter(|folder| folder.is_absolute())
+        .map(|folder| folder.join(FILE_NAME))
+        .filter(|path| path.exists() && !is_this(path))
+}
+
+/// Whether this library was loaded from that file.
+fn is_this(path: &Path) -> bool {
+    let Some(own) = own_path() else { return false };
+    let same = |left: std::io::Result<PathBuf>, right: std::io::Result<PathBuf>| Some(left.ok()? == right.ok()?);
+    same(path.canonicalize(), own.canonicalize()).unwrap_or(false)
+}
+
+fn own_path() -> Option<PathBuf> {
+    // SAFETY: zero bytes are a valid `Dl_info`, and the address is one of this library.
+    let mut info: libc::Dl_info = unsafe { std::mem::zeroed() };
+    // SAFETY: as above.
+    let found = unsafe { libc::dladdr((&raw const mocap_libassimp).cast(), &raw mut info) };
+    if found == 0 || info.dli_fname.is_null() {
+        return None;
+    }
+    // SAFETY: the dynamic linker's own text, which ends with a zero byte.
+    let path = unsafe { CStr::from_ptr(info.dli_fname) };
+    Some(PathBuf::from(std::ffi::OsStr::from_bytes(path.to_bytes())))
+}
+
+fn open_library(path: &Path) -> Result<System, String> {
+    let text = CString::new(path.as_os_str().as_bytes()).map_err(|_| "a path has no zero byte".to_owned())?;
+    let flags = libc::RTLD_NOW | libc::RTLD_LOCAL | libc::RTLD_DEEPBIND;
+    // SAFETY: opening runs what the library does when it is loaded; the user or the system chose it.
+    let handle = unsafe { libc::dlopen(text.as_ptr(), flags) };
+    if handle.is_null() {
+        // SAFETY: an opening failed just now, so there is a text, which ends with a zero byte.
+        let reason = unsafe { CStr::from_ptr(libc::dlerror()) };
+        return Err(reason.to_string_lossy().into_owned());
+    }
+    let system = System { handle };
+    check(&system, path).inspect_err(|_| {
+        // SAFETY: the handle is open, and nothing of the library is used.
+        unsafe { libc::dlclose(handle) };
+    })?;
+    Ok(system)
+}
+
+/// Whether the library is Assimp, not this one again, and of the version whose structs these are.
+fn check(system: &System, path: &Path) -> Result<(), String> {
+    let path = path.display();
+    if !system.find(c"mocap_libassimp").is_null() {
+        return Err(format!("{path} is mocap's library too, not Assimp's"));
+    }
+    let number = |name: &CStr| {
+        let address = system.find(name);
+        // SAFETY: Assimp's headers say that the function takes nothing and returns a number.
+        (!address.is_null())
+            .then(|| unsafe { std::mem::transmute::<*mut c_void, unsafe extern "C" fn() -> u32>(address)() })
+    };
+    let (major, minor) = (number(c"aiGetVersionMajor"), number(c"aiGetVersionMinor"));
+    let (Some(major), Some(minor)) = (major, minor) else {
+        return Err(format!("{path} is not Assimp: it states no version"));
+    };
+    if (major, minor) != (version::MAJOR, version::MINOR) {
+        let (wanted_major, wanted_minor) = (version::MAJOR, version::MINOR);
+        return Err(format!(
+            "{path} is Assimp {major}.{minor}; only {wanted_major}.{wanted_minor} has the same structs in memory"
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,340 @@
+//! An `Assimp::Importer` of the system's Assimp: reads what is not read here, and runs the steps that are not here.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::ptr;
+
+use crate::abi::{aiImporterDesc, aiReturn, aiScene};
+use crate::cpp_string::StdString;
+use crate::forward::objects::{_ZTIN6Assimp12BaseImporterE, Word};
+use crate::properties::Properties;
+use crate::system::function;
+use crate::virtual_call::{IoSystem, Progress};
+use crate::{destroy, heap};
+
+/// The object: a class of one pointer, on the C++ heap.
+pub(crate) struct SystemImporter(*mut c_void);
+
+/// What is run on a scene that this library has read.
+#[derive(Clone, Copy)]
+pub(crate) enum Steps {
+    /// The steps of these flags.
+    Flags(u32),
+    /// An `Assimp::BaseProcess` of the program's, and whether the scene is validated.
+    Process(*mut c_void, bool),
+}
+
+/// What an import is done with, beside the file.
+#[derive(Clone, Copy)]
+pub(crate) struct Handlers {
+    /// The program's file system, or NULL.
+    pub(crate) io: IoSystem,
+    /// The program's progress handler, or NULL.
+    pub(crate) progress: Progress,
+}
+
+type Method<R> = unsafe extern "C" fn(*mut c_void) -> R;
+type Set<T> = unsafe extern "C" fn(*mut c_void, *const c_char, T) -> bool;
+
+impl SystemImporter {
+    pub(crate) fn new() -> Result<Self, String> {
+        // SAFETY: the constructor of the headers.
+        let construct = unsafe { function::<Method<()>>(c"_ZN6Assimp8ImporterC1Ev") }?;
+        let importer = heap::allocate(size_of::<*mut c_void>());
+        // SAFETY: the block is as large as the class.
+        unsafe { construct(importer) };
+        Ok(Self(importer))
+    }
+
+    /// The object, for methods that are called by their symbol.
+    pub(crate) fn object(&self) -> *mut c_void {
+        self.0
+    }
+
+    /// Reads a file. The scene is the caller's.
+    pub(crate) fn read_file(
+        &self,
+        path: &CStr,
+        flags: u32,
+        properties: &Properties,
+        handlers: Handlers,
+    ) -> Result<*mut aiScene, String> {
+        type ReadFile = unsafe extern "C" fn(*mut c_void, *const c_char, u32) -> *const aiScene;
+        // SAFETY: the method of the headers.
+        let read = unsafe { function::<ReadFile>(c"_ZN6Assimp8Importer8ReadFileEPKcj") }?;
+        self.set_properties(properties)?;
+        // SAFETY: an importer and a text.
+        self.with_handlers(handlers, || unsafe { read(self.0, path.as_ptr(), flags) })?;
+        self.take_scene()
+    }
+
+    /// Reads a file that is in memory; `hint` is its extension. The scene is the caller's.
+    pub(crate) fn read_memory(
+        &self,
+        bytes: &[u8],
+        flags: u32,
+        hint: &CStr,
+        properties: &Properties,
+        handlers: Handlers,
+    ) -> Result<*mut aiScene, String> {
+        self.set_properties(properties)?;
+        self.read_and_keep(bytes, flags, hint, handlers)?;
+        self.take_scene()
+    }
+
+    fn read_and_keep(&self, bytes: &[u8], flags: u32, hint: &CStr, handlers: Handlers) -> Result<(), String> {
+        type Read = unsafe extern "C" fn(*mut c_void, *const u8, usize, u32, *const c_char) -> *const aiScene;
+        // SAFETY: the method of the headers.
+        let read = unsafe { function::<Read>(c"_ZN6Assimp8Importer18ReadFileFromMemoryEPKvmjPKc") }?;
+        // SAFETY: an importer, bytes and a text.
+        self.with_handlers(handlers, || unsafe {
+            read(self.0, bytes.as_ptr(), bytes.len(), flags, hint.as_ptr())
+        })?;
+        Ok(())
+    }
+
+    /// Runs steps on a scene, which stays where it is. The importer takes it by way of a loader that reads nothing and
+    /// hands the scene over. Where a step refuses the scene, the scene is empty afterwards.
+    ///
+    /// # Safety
+    /// `scene` is a whole scene of the C++ heap, and a process one of the program's.
+    pub(crate) unsafe fn run(
+        &self,
+        scene: *mut aiScene,
+        steps: Steps,
+        properties: &Properties,
+        progress: Progress,
+    ) -> Result<(), String> {
+        type Register = unsafe extern "C" fn(*mut c_void, *mut Loader) -> aiReturn;
+        type Apply = unsafe extern "C" fn(*mut c_void, *mut c_void, bool) -> *const aiScene;
+        // SAFETY: methods of the headers.
+        let (register, unregister, apply) = unsafe {
+            (
+                function::<Register>(c"_ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE")?,
+                function::<Register>(c"_ZN6Assimp8Importer16UnregisterLoaderEPNS_12BaseImporterE")?,
+                function::<Apply>(c"_ZN6Assimp8Importer29ApplyCustomizedPostProcessingEPNS_11BaseProcessEb")?,
+            )
+        };
+        self.set_properties(properties)?;
+        let handlers = Handlers {
+            io: IoSystem(ptr::null_mut()),
+            progress,
+        };
+        let flags = match steps {
+            Steps::Flags(flags) => flags,
+            Steps::Process(..) => 0,
+        };
+        let loader = Loader::new(scene)?;
+        // SAFETY: the loader lives until it is taken back.
+        unsafe { register(self.0, loader) };
+        let read = self.read_and_keep(b" ", flags, Loader::EXTENSION, handlers);
+        // SAFETY: the loader was registered above, and nobody uses it any more.
+        unsafe {
+            unregister(self.0, loader);
+            Loader::delete(loader);
+        }
+        read?;
+        if let Steps::Process(process, validate) = steps {
+            // SAFETY: an importer with a scene or without one, and a process of the program's.
+            unsafe { apply(self.0, process, validate) };
+        }
+        let processed = self.take_scene()?;
+        // SAFETY: both are scenes; each keeps its private part.
+        unsafe {
+            swap_contents(scene, processed);
+            if let (Some(to), Some(from)) = ((*scene).mPrivate.as_mut(), (*processed).mPrivate.as_ref()) {
+                to.steps |= from.steps;
+            }
+            destroy::scene(&mut *processed);
+            heap::delete(processed);
+        }
+        Ok(())
+    }
+
+    /// The scene that the importer has; else why it has none.
+    fn take_scene(&self) -> Result<*mut aiScene, String> {
+        // SAFETY: methods of the headers, and an importer.
+        unsafe {
+            let scene = function::<Method<*const aiScene>>(c"_ZNK6Assimp8Importer8GetSceneEv")?(self.0);
+            if scene.is_null() {
+                let text = function::<Method<*const c_char>>(c"_ZNK6Assimp8Importer14GetErrorStringEv")?(self.0);
+                return Err(CStr::from_ptr(text).to_string_lossy().into_owned());
+            }
+            Ok(function::<Method<*mut aiScene>>(
+                c"_ZN6Assimp8Importer16GetOrphanedSceneEv",
+            )?(self.0))
+        }
+    }
+
+    /// Calls `read` while the importer has these handlers, then takes them away again: they are the program's or the
+    /// other importer's, and this one would delete them.
+    fn with_handlers<R>(&self, handlers: Handlers, read: impl FnOnce() -> R) -> Result<R, String> {
+        type SetHandler = unsafe extern "C" fn(*mut c_void, *mut c_void);
+        // SAFETY: methods of the headers.
+        let (set_io, set_progress) = unsafe {
+            (
+                function::<SetHandler>(c"_ZN6Assimp8Importer12SetIOHandlerEPNS_8IOSystemE")?,
+                function::<SetHandler>(c"_ZN6Assimp8Importer18SetProgressHandlerEPNS_15ProgressHandlerE")?,
+            )
+        };
+        let with = [(set_io, handlers.io.0), (set_progress, handlers.progress.0)];
+        let with = with.into_iter().filter(|(_, handler)| !handler.is_null());
+        // SAFETY: an importer, and handlers that live until the end of this call.
+        with.clone().for_each(|(set, handler)| unsafe { set(self.0, handler) });
+        let result = read();
+        // SAFETY: as above; NULL restores the importer's own handler, and leaves the other to its owner.
+        with.for_each(|(set, _)| unsafe { set(self.0, ptr::null_mut()) });
+        Ok(result)
+    }
+
+    fn set_properties(&self, properties: &Properties) -> Result<(), String> {
+        // SAFETY: methods of the headers, an importer, names and values.
+        unsafe {
+            let set = function::<Set<i32>>(c"_ZN6Assimp8Importer18SetPropertyIntegerEPKci")?;
+            for (name, &value) in &properties.integers {
+                set(self.0, name.as_ptr(), value);
+            }
+            let set = function::<Set<f32>>(c"_ZN6Assimp8Importer16SetPropertyFloatEPKcf")?;
+            for (name, &value) in &properties.floats {
+                set(self.0, name.as_ptr(), value);
+            }
+            let set = function::<Set<*const f32>>(c"_ZN6Assimp8Importer17SetPropertyMatrixEPKcRK12aiMatrix4x4tIfE")?;
+            for (name, value) in &properties.matrices {
+                set(self.0, name.as_ptr(), value.as_ptr().cast());
+            }
+            let set = function::<Set<*mut c_void>>(c"_ZN6Assimp8Importer18SetPropertyPointerEPKcPv")?;
+            for (name, &value) in &properties.pointers {
+                set(self.0, name.as_ptr(), value);
+            }
+            let set = function::<Set<*const StdString>>(
+                c"_ZN6Assimp8Importer17SetPropertyStringEPKcRKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE",
+            )?;
+            for (name, value) in &properties.strings {
+                StdString::with(value.to_bytes(), |value| set(self.0, name.as_ptr(), value));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for SystemImporter {
+    fn drop(&mut self) {
+        // SAFETY: the destructor of the headers.
+        if let Ok(destruct) = unsafe { function::<Method<()>>(c"_ZN6Assimp8ImporterD1Ev") } {
+            // SAFETY: the importer was constructed and is given up.
+            unsafe {
+                destruct(self.0);
+                heap::delete(self.0);
+            }
+        }
+    }
+}
+
+/// Exchanges what two scenes hold; each keeps its private part.
+///
+/// # Safety
+/// Both are scenes.
+unsafe fn swap_contents(left: *mut aiScene, right: *mut aiScene) {
+    // SAFETY: the same promise.
+    unsafe {
+        ptr::swap(left, right);
+        ptr::swap(&raw mut (*left).mPrivate, &raw mut (*right).mPrivate);
+    }
+}
+
+/// A class derived from `Assimp::BaseImporter`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct Loader {
+    base: [u64; BASE / 8],
+    scene: *mut aiScene,
+}
+
+/// Bytes of the class `BaseImporter`.
+pub(crate) const BASE: usize = 72;
+
+static LOADER: [Word; 8] = [
+    Word::NULL,
+    Word::data(&_ZTIN6Assimp12BaseImporterE),
+    Word::code(Loader::destruct as *const c_void),
+    Word::code(Loader::delete as *const c_void),
+    Word::code(Loader::can_read as *const c_void),
+    Word::code(Loader::setup_properties as *const c_void),
+    Word::code(Loader::info as *const c_void),
+    Word::code(Loader::read as *const c_void),
+];
+
+/// A description, which holds pointers to constant texts.
+struct Description(aiImporterDesc);
+
+// SAFETY: nothing writes the description or its texts.
+unsafe impl Sync for Description {}
+
+static DESCRIPTION: Description = Description(aiImporterDesc {
+    mName: c"mocap".as_ptr(),
+    mAuthor: c"".as_ptr(),
+    mMaintainer: c"".as_ptr(),
+    mComments: c"".as_ptr(),
+    mFlags: 0,
+    mMinMajor: 0,
+    mMinMinor: 0,
+    mMaxMajor: 0,
+    mMaxMinor: 0,
+    mFileExtensions: Loader::EXTENSION.as_ptr(),
+});
+
+impl Loader {
+    /// That of no file.
+    const EXTENSION: &CStr = c"mocap-scene";
+
+    fn new(scene: *mut aiScene) -> Result<*mut Self, String> {
+        // SAFETY: the constructor of the headers.
+        let construct = unsafe { function::<Method<()>>(c"_ZN6Assimp12BaseImporterC2Ev") }?;
+        let loader = heap::new(Self {
+            base: [0; BASE / 8],
+            scene,
+        });
+        // SAFETY: the block begins with room for the base class, and that with the table of the derived one.
+        unsafe {
+            construct(loader.cast());
+            loader.cast::<Word>().write(Word::table(LOADER.as_ptr()));
+        }
+        Ok(loader)
+    }
+
+    /// # Safety
+    /// `this` is a loader that is not used any more; the same for `delete`.
+    unsafe extern "C" fn destruct(this: *mut Self) {
+        // SAFETY: the destructor of the headers, for the base class.
+        unsafe {
+            if let Ok(destruct) = function::<Method<()>>(c"_ZN6Assimp12BaseImporterD2Ev") {
+                destruct(this.cast());
+            }
+        }
+    }
+
+    unsafe extern "C" fn delete(this: *mut Self) {
+        // SAFETY: the same promise.
+        unsafe {
+            Self::destruct(this);
+            heap::delete(this);
+        }
+    }
+
+    unsafe extern "C" fn can_read(_this: *const Self, _path: *const StdString, _io: *mut c_void, _: bool) -> bool {
+        // By its extension, which no file has.
+        false
+    }
+
+    unsafe extern "C" fn setup_properties(_this: *mut Self, _importer: *const c_void) {}
+
+    unsafe extern "C" fn info(_this: *const Self) -> *const aiImporterDesc {
+        &raw const DESCRIPTION.0
+    }
+
+    /// # Safety
+    /// `this` is a loader whose scene lives, and `scene` another scene.
+    unsafe extern "C" fn read(this: *mut Self, _path: *const StdString, scene: *mut aiScene, _io: *mut c_void) {
+        // SAFETY: the same promise.
+        unsafe { swap_contents((*this).scene, scene) };
+    }
+}
