@@ -5,7 +5,7 @@
 //! Perception Neuron, mocopi, Kinect, SlimeVR, SMPL, LAFAN1, SOMA. One word is not one part: `LeftShoulder` is a collar
 //! bone or an upper arm, `LeftLeg` a shin or a thigh, so each part has a weight.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 /// A part of the body that a joint begins.
@@ -440,7 +440,8 @@ pub(super) const HELPERS: &[&str] = &[
 
 /// The meaning of a word; empty where it has none.
 pub(super) fn meaning(word: &str) -> Meaning {
-    static MEANINGS: LazyLock<HashMap<&str, Meaning>> = LazyLock::new(|| {
+    // Checkers of memory see a `HashMap` that lives to the end as a leak.
+    static MEANINGS: LazyLock<BTreeMap<&str, Meaning>> = LazyLock::new(|| {
         let rows = WORDS.iter();
         rows.flat_map(|(meaning, words)| words.iter().map(|word| (*word, *meaning)))
             .collect()

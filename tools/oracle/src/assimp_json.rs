@@ -41,7 +41,7 @@ struct Channel {
 }
 
 /// The scene, or Assimp's reason for refusing the file.
-pub fn read(json: &str) -> serde_json::Result<Result<Scene, String>> {
+pub(crate) fn read(json: &str) -> serde_json::Result<Result<Scene, String>> {
     Ok(match serde_json::from_str(json)? {
         Answer::Refused { error } => Err(error),
         Answer::Scene(dump) => Ok(dump.scene(|list| nodes(&list))),

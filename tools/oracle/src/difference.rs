@@ -5,14 +5,14 @@ use std::fmt::{self, Debug};
 use crate::scene::{Key, Scene, Track};
 
 /// The counts of a mesh, as [`Place::Mesh`] names them.
-pub const VERTEX_COUNT: &str = "vertices.len";
-pub const NORMAL_COUNT: &str = "normals.len";
-pub const FACE_COUNT: &str = "faces.len";
-pub const BONE_COUNT: &str = "bones.len";
+pub(crate) const VERTEX_COUNT: &str = "vertices.len";
+pub(crate) const NORMAL_COUNT: &str = "normals.len";
+pub(crate) const FACE_COUNT: &str = "faces.len";
+pub(crate) const BONE_COUNT: &str = "bones.len";
 
 /// Where two scenes differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub(crate) enum Place {
     /// How many nodes, meshes, materials or animations there are.
     Count(&'static str),
     Node(usize, &'static str),
@@ -51,7 +51,7 @@ impl fmt::Display for Place {
 
 /// One place where two scenes differ, and what stands there.
 #[derive(Clone, Debug)]
-pub struct Difference {
+pub(crate) struct Difference {
     pub place: Place,
     pub assimp: String,
     pub ours: String,
@@ -59,26 +59,26 @@ pub struct Difference {
 
 /// The outcome of comparing two scenes.
 #[derive(Debug, Default)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// How many values were found equal.
     pub equal: usize,
     pub differences: Vec<Difference>,
 }
 
 /// Whether two numbers count as equal: within 1e-5, relative above 1. Two NaN are equal.
-pub fn close(a: f64, b: f64) -> bool {
+pub(crate) fn close(a: f64, b: f64) -> bool {
     let near = || a.is_finite() && (a - b).abs() <= 1e-5 * a.abs().max(1.0);
     a == b || (a.is_nan() && b.is_nan()) || near()
 }
 
 /// Whether all numbers of two lists are [`close`].
-pub fn all_close(a: &[f64], b: &[f64]) -> bool {
+pub(crate) fn all_close(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(&a, &b)| close(a, b))
 }
 
 impl Comparison {
     /// Compares two scenes. Where a count differs, what is counted is compared as far as both have it.
-    pub fn of(assimp: &Scene, ours: &Scene) -> Self {
+    pub(crate) fn of(assimp: &Scene, ours: &Scene) -> Self {
         let mut comparison = Self::default();
         comparison.nodes(assimp, ours);
         comparison.meshes(assimp, ours);

@@ -10,7 +10,7 @@ use crate::scene::{Scene, Track};
 use crate::source::{Channel, Joint, Motion, position, rotation};
 
 /// A file and what both programs make of it.
-pub struct Case<'a> {
+pub(crate) struct Case<'a> {
     pub motion: &'a Motion,
     /// Whether the scenes went through the post-processing steps.
     pub processed: bool,
@@ -23,7 +23,7 @@ pub struct Case<'a> {
 }
 
 /// Why two scenes may differ at a place.
-pub struct Rule {
+pub(crate) struct Rule {
     /// The row of `README.md` that gives the reason.
     pub id: &'static str,
     pub applies: fn(&Case<'_>, Place) -> bool,
@@ -35,7 +35,7 @@ impl Rule {
     }
 }
 
-pub const RULES: &[Rule] = &[
+pub(crate) const RULES: &[Rule] = &[
     Rule::new("position-channels-dropped", position_channels_dropped),
     Rule::new("root-offset-added", root_offset_added),
     Rule::new("hole-held", hole_held),
@@ -55,7 +55,7 @@ pub const RULES: &[Rule] = &[
 const NEAR_ZERO: f64 = 0.02;
 
 impl<'a> Case<'a> {
-    pub fn new(motion: &'a Motion, processed: bool, assimp: &'a Scene, ours: &'a Scene) -> Self {
+    pub(crate) fn new(motion: &'a Motion, processed: bool, assimp: &'a Scene, ours: &'a Scene) -> Self {
         Self {
             motion,
             processed,

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use crate::scene::{self, Number, Scene, floats};
 
 #[derive(Deserialize)]
-pub struct Dump<Node, Material, Channel> {
+pub(crate) struct Dump<Node, Material, Channel> {
     nodes: Vec<Node>,
     meshes: Vec<Mesh>,
     materials: Vec<Material>,
@@ -45,7 +45,7 @@ where
     Channel: Into<scene::Channel>,
 {
     /// The scene; `nodes` makes its nodes.
-    pub fn scene(self, nodes: impl FnOnce(Vec<Node>) -> Vec<scene::Node>) -> Scene {
+    pub(crate) fn scene(self, nodes: impl FnOnce(Vec<Node>) -> Vec<scene::Node>) -> Scene {
         Scene {
             nodes: nodes(self.nodes),
             meshes: self.meshes.into_iter().map(mesh).collect(),

@@ -31,7 +31,7 @@ struct Channel {
 /// Ticks and values.
 type Keys = Vec<(f64, Vec<Number>)>;
 
-pub fn read(json: &str) -> serde_json::Result<Scene> {
+pub(crate) fn read(json: &str) -> serde_json::Result<Scene> {
     let dump: Dump<Node, Material, Channel> = serde_json::from_str(json)?;
     Ok(dump.scene(|nodes| nodes.into_iter().map(Into::into).collect()))
 }

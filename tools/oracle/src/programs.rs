@@ -8,27 +8,27 @@ use crate::scene::Scene;
 use crate::{assimp_json, mocap_json};
 
 /// What went wrong with a program itself.
-pub type Failure = String;
+pub(crate) type Failure = String;
 
 /// A scene, or why the program refuses the file.
-pub type Answer = Result<Scene, String>;
+pub(crate) type Answer = Result<Scene, String>;
 
 /// The program of `assimp/dump.cpp` and the `mocap` program.
-pub struct Programs {
+pub(crate) struct Programs {
     pub assimp: OsString,
     pub mocap: OsString,
 }
 
 impl Programs {
-    pub fn assimp_scene(&self, file: &Path, processed: bool) -> Result<Answer, Failure> {
+    pub(crate) fn assimp_scene(&self, file: &Path, processed: bool) -> Result<Answer, Failure> {
         assimp_json::read(&self.assimp(file, processed, "json")?).map_err(|error| format!("Assimp's JSON: {error}"))
     }
 
-    pub fn assimp_text(&self, file: &Path, processed: bool, layout: &str) -> Result<String, Failure> {
+    pub(crate) fn assimp_text(&self, file: &Path, processed: bool, layout: &str) -> Result<String, Failure> {
         self.assimp(file, processed, layout)
     }
 
-    pub fn our_scene(&self, file: &Path, processed: bool) -> Result<Answer, Failure> {
+    pub(crate) fn our_scene(&self, file: &Path, processed: bool) -> Result<Answer, Failure> {
         match self.mocap(file, processed, &["--json"])? {
             Ok(json) => mocap_json::read(&json)
                 .map(Ok)
@@ -37,7 +37,7 @@ impl Programs {
         }
     }
 
-    pub fn our_text(&self, file: &Path, processed: bool, layout: &str) -> Result<String, Failure> {
+    pub(crate) fn our_text(&self, file: &Path, processed: bool, layout: &str) -> Result<String, Failure> {
         self.mocap(file, processed, &["--layout", layout])?
     }
 

@@ -4,13 +4,13 @@
 use crate::source::{Channel, Source};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Program {
+pub(crate) enum Program {
     Assimp,
     Mocap,
 }
 
 /// Why one program refuses a file and the other does not.
-pub struct Refusal {
+pub(crate) struct Refusal {
     /// The row of `README.md` that gives the reason.
     pub id: &'static str,
     pub by: Program,
@@ -20,12 +20,12 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    pub fn applies(&self, by: Program, message: &str, source: &Source) -> bool {
+    pub(crate) fn applies(&self, by: Program, message: &str, source: &Source) -> bool {
         self.by == by && self.words.iter().any(|words| message.contains(words)) && (self.holds)(source)
     }
 }
 
-pub const REFUSALS: &[Refusal] = &[
+pub(crate) const REFUSALS: &[Refusal] = &[
     Refusal {
         id: "duplicate-names",
         by: Program::Assimp,

@@ -14,7 +14,7 @@ use crate::text::{self, TextDifference};
 
 /// A difference, and the row of `README.md` that explains it.
 #[derive(Debug)]
-pub struct Finding {
+pub(crate) struct Finding {
     pub explanation: Option<&'static str>,
     /// Which output differs, and where in it.
     pub place: String,
@@ -24,7 +24,7 @@ pub struct Finding {
 
 /// What was found on one file.
 #[derive(Debug, Default)]
-pub struct Report {
+pub(crate) struct Report {
     /// Values and lines that are equal.
     pub equal: usize,
     pub findings: Vec<Finding>,
@@ -36,24 +36,24 @@ pub struct Report {
 const LAST_PLACE: f64 = f32::EPSILON as f64 / 2.0;
 
 impl Report {
-    pub fn explained(&self) -> usize {
+    pub(crate) fn explained(&self) -> usize {
         self.findings
             .iter()
             .filter(|finding| finding.explanation.is_some())
             .count()
     }
 
-    pub fn unexplained(&self) -> usize {
+    pub(crate) fn unexplained(&self) -> usize {
         self.findings.len() - self.explained()
     }
 
     /// Whether a row of `README.md` explains anything here.
-    pub fn has(&self, id: &str) -> bool {
+    pub(crate) fn has(&self, id: &str) -> bool {
         self.findings.iter().any(|finding| finding.explanation == Some(id))
     }
 
     /// A program that crashed, or printed what it should not.
-    pub fn failure(&mut self, output: &str, what: String) {
+    pub(crate) fn failure(&mut self, output: &str, what: String) {
         self.find(None, format!("{output}: {what}"), String::new(), String::new());
     }
 
@@ -69,7 +69,7 @@ impl Report {
 
     /// Compares two answers. Gives the explained and the unexplained differences of two scenes, and nothing where one
     /// program refuses the file, so that there is no text to compare.
-    pub fn answers(
+    pub(crate) fn answers(
         &mut self,
         source: &Source,
         processed: bool,
@@ -139,7 +139,13 @@ impl Report {
     }
 
     /// Compares two texts of a pair of scenes whose differences are known.
-    pub fn texts(&mut self, output: &str, scenes: &[(Difference, Option<&'static str>)], assimp: &str, ours: &str) {
+    pub(crate) fn texts(
+        &mut self,
+        output: &str,
+        scenes: &[(Difference, Option<&'static str>)],
+        assimp: &str,
+        ours: &str,
+    ) {
         let (equal, differences) = text::compare(assimp, ours);
         self.equal += equal;
         for difference in differences {
@@ -150,7 +156,7 @@ impl Report {
     }
 
     /// The report on a file: one line, one more for each explanation, and each unexplained difference in full.
-    pub fn print(&self, file: &str, every_difference: bool) -> String {
+    pub(crate) fn print(&self, file: &str, every_difference: bool) -> String {
         let mut out = format!("{file}: {self}\n");
         if self.rotation_errors.0 > 0.0 {
             let (assimp, ours) = self.rotation_errors;

@@ -7,7 +7,7 @@ use serde::de::{Deserializer, Error, Visitor};
 
 /// Everything that is compared.
 #[derive(Clone, Debug, Default)]
-pub struct Scene {
+pub(crate) struct Scene {
     pub nodes: Vec<Node>,
     pub meshes: Vec<Mesh>,
     pub materials: Vec<Material>,
@@ -15,7 +15,7 @@ pub struct Scene {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Node {
+pub(crate) struct Node {
     pub name: String,
     pub parent: Option<usize>,
     /// Node to parent, row by row.
@@ -24,7 +24,7 @@ pub struct Node {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Mesh {
+pub(crate) struct Mesh {
     pub name: String,
     pub material: usize,
     pub vertices: Vec<Vec<f64>>,
@@ -34,7 +34,7 @@ pub struct Mesh {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Bone {
+pub(crate) struct Bone {
     pub name: String,
     /// Mesh to node in the bind pose, row by row.
     pub offset: Vec<f64>,
@@ -43,13 +43,13 @@ pub struct Bone {
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Material {
+pub(crate) struct Material {
     pub name: String,
     pub two_sided: bool,
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Animation {
+pub(crate) struct Animation {
     pub name: String,
     pub ticks_per_second: f64,
     pub duration: f64,
@@ -57,7 +57,7 @@ pub struct Animation {
 }
 
 #[derive(Clone, Debug, Default)]
-pub struct Channel {
+pub(crate) struct Channel {
     pub node: String,
     pub positions: Vec<Key>,
     /// As w x y z.
@@ -66,7 +66,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    pub fn keys(&self, track: Track) -> &[Key] {
+    pub(crate) fn keys(&self, track: Track) -> &[Key] {
         match track {
             Track::Position => &self.positions,
             Track::Rotation => &self.rotations,
@@ -76,14 +76,14 @@ impl Channel {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Track {
+pub(crate) enum Track {
     Position,
     Rotation,
     Scaling,
 }
 
 impl Track {
-    pub const ALL: [Self; 3] = [Self::Position, Self::Rotation, Self::Scaling];
+    pub(crate) const ALL: [Self; 3] = [Self::Position, Self::Rotation, Self::Scaling];
 }
 
 impl fmt::Display for Track {
@@ -97,19 +97,19 @@ impl fmt::Display for Track {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Key {
+pub(crate) struct Key {
     pub tick: f64,
     pub value: Vec<f64>,
 }
 
 impl Scene {
     /// The node that holds the mesh.
-    pub fn holder(&self, mesh: usize) -> Option<usize> {
+    pub(crate) fn holder(&self, mesh: usize) -> Option<usize> {
         self.nodes.iter().position(|node| node.meshes.contains(&mesh))
     }
 
     /// Where the mesh's own origin stands in the rest pose. The vertices of a skinned mesh stand there already.
-    pub fn mesh_origin(&self, mesh: usize) -> [f64; 3] {
+    pub(crate) fn mesh_origin(&self, mesh: usize) -> [f64; 3] {
         match self.holder(mesh) {
             Some(holder) if self.meshes[mesh].bones.is_empty() => self.rest_position(holder),
             _ => [0.0; 3],
@@ -117,7 +117,7 @@ impl Scene {
     }
 
     /// Where the node stands in the rest pose. BVH's rest pose has no rotations, so the offsets add up.
-    pub fn rest_position(&self, node: usize) -> [f64; 3] {
+    pub(crate) fn rest_position(&self, node: usize) -> [f64; 3] {
         let mut position = [0.0; 3];
         let mut at = Some(node);
         while let Some(node) = at.map(|index| &self.nodes[index]) {
@@ -132,7 +132,7 @@ impl Scene {
 
 /// A JSON number, or the text or the null that stands for what JSON has no number for.
 #[derive(Clone, Copy, Debug)]
-pub struct Number(pub f64);
+pub(crate) struct Number(pub f64);
 
 impl<'de> Deserialize<'de> for Number {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -169,6 +169,6 @@ impl<'de> Deserialize<'de> for Number {
 }
 
 /// The numbers as plain floats.
-pub fn floats(numbers: &[Number]) -> Vec<f64> {
+pub(crate) fn floats(numbers: &[Number]) -> Vec<f64> {
     numbers.iter().map(|number| number.0).collect()
 }

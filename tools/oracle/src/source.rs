@@ -8,7 +8,7 @@ use std::str::SplitWhitespace;
 use crate::scene::Scene;
 
 /// A file, its words, and its contents where it is in the plain grammar.
-pub struct Source {
+pub(crate) struct Source {
     /// The text; bytes that are not UTF-8 are replaced.
     pub text: String,
     /// Hierarchy and motion, where the file is in the plain grammar.
@@ -17,7 +17,7 @@ pub struct Source {
 
 /// Hierarchy and motion.
 #[derive(Clone, Debug, Default)]
-pub struct Motion {
+pub(crate) struct Motion {
     /// Joints and end sites in the order of the file.
     pub nodes: Vec<Node>,
     /// Joints in the order of the file, as the channels of an animation.
@@ -33,14 +33,14 @@ pub struct Motion {
 }
 
 #[derive(Clone, Debug)]
-pub struct Node {
+pub(crate) struct Node {
     /// An end site has the name that Assimp gives it.
     pub name: String,
     pub offset: [f64; 3],
 }
 
 #[derive(Clone, Debug)]
-pub struct Joint {
+pub(crate) struct Joint {
     /// Index into [`Motion::nodes`].
     pub node: usize,
     pub channels: Vec<Channel>,
@@ -49,13 +49,13 @@ pub struct Joint {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Channel {
+pub(crate) enum Channel {
     Position(usize),
     Rotation(usize),
 }
 
 impl Source {
-    pub fn new(bytes: &[u8]) -> Self {
+    pub(crate) fn new(bytes: &[u8]) -> Self {
         let text = String::from_utf8_lossy(bytes).into_owned();
         let motion = read(&text);
         Self { text, motion }
@@ -64,12 +64,12 @@ impl Source {
 
 impl Motion {
     /// Values in a row.
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.joints.iter().map(|joint| joint.channels.len()).sum()
     }
 
     /// The motion without the lines that have not one value a channel, if there are such lines and they are few.
-    pub fn without_odd_lines(&self) -> Option<Self> {
+    pub(crate) fn without_odd_lines(&self) -> Option<Self> {
         let columns = self.columns();
         let odd = self.line_lengths.iter().filter(|&&length| length != columns).count();
         if odd == 0 || 2 * odd > self.line_lengths.len() {
@@ -91,7 +91,7 @@ impl Motion {
 
     /// How far an element of a rotation key is from this motion's, at most. Keys of frames with a hole do not count.
     /// Nothing where the lines are not the rows, so that it is open which value belongs to which joint.
-    pub fn rotation_error(&self, scene: &Scene) -> Option<f64> {
+    pub(crate) fn rotation_error(&self, scene: &Scene) -> Option<f64> {
         if self.line_lengths.iter().any(|&length| length != self.columns()) {
             return None;
         }
@@ -124,18 +124,18 @@ impl Motion {
     }
 
     /// The joint's channels with their values in a frame; nothing beyond the end of the motion.
-    pub fn row<'a>(&'a self, joint: &'a Joint, frame: usize) -> impl Iterator<Item = (Channel, f64)> + 'a {
+    pub(crate) fn row<'a>(&'a self, joint: &'a Joint, frame: usize) -> impl Iterator<Item = (Channel, f64)> + 'a {
         let first = (frame * self.columns() + joint.first_column).min(self.values.len());
         joint.channels.iter().copied().zip(self.values[first..].iter().copied())
     }
 
     /// Whether every value of the joint in the frame is a finite number.
-    pub fn is_finite(&self, joint: &Joint, frame: usize) -> bool {
+    pub(crate) fn is_finite(&self, joint: &Joint, frame: usize) -> bool {
         self.row(joint, frame).all(|(_, value)| value.is_finite())
     }
 
     /// The last finite values of the joint's channels up to the frame. A channel without one is 0, as at rest.
-    pub fn held_row(&self, joint: &Joint, frame: usize) -> Vec<(Channel, f64)> {
+    pub(crate) fn held_row(&self, joint: &Joint, frame: usize) -> Vec<(Channel, f64)> {
         let mut held: Vec<_> = joint.channels.iter().map(|&channel| (channel, 0.0)).collect();
         for (index, held) in held.iter_mut().enumerate() {
             let values = (0..=frame).rev().filter_map(|frame| self.row(joint, frame).nth(index));
@@ -148,7 +148,7 @@ impl Motion {
 }
 
 /// The rotation of a row of channels as w x y z: the product, in the order of the file, in double precision.
-pub fn rotation(row: &[(Channel, f64)]) -> [f64; 4] {
+pub(crate) fn rotation(row: &[(Channel, f64)]) -> [f64; 4] {
     row.iter()
         .fold([1.0, 0.0, 0.0, 0.0], |[w, x, y, z], &(channel, degrees)| {
             let Channel::Rotation(axis) = channel else {
@@ -179,7 +179,7 @@ pub fn rotation(row: &[(Channel, f64)]) -> [f64; 4] {
 }
 
 /// The position of a row of channels; on an axis without a channel it is the joint's offset.
-pub fn position(row: &[(Channel, f64)], offset: [f64; 3]) -> [f64; 3] {
+pub(crate) fn position(row: &[(Channel, f64)], offset: [f64; 3]) -> [f64; 3] {
     row.iter().fold(offset, |mut position, &(channel, value)| {
         if let Channel::Position(axis) = channel {
             position[axis] = value;

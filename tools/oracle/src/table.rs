@@ -3,12 +3,12 @@
 const README: &str = include_str!("../README.md");
 
 /// The ids of the explained differences, in the order of the tables.
-pub fn ids() -> impl Iterator<Item = &'static str> {
+pub(crate) fn ids() -> impl Iterator<Item = &'static str> {
     rows().map(|(id, _)| id)
 }
 
 /// Whether the README explains the difference. A rule without a row explains nothing.
-pub fn explains(id: &str) -> bool {
+pub(crate) fn explains(id: &str) -> bool {
     ids().any(|row| row == id)
 }
 

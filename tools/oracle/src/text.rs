@@ -11,7 +11,7 @@ use crate::scene::Track;
 
 /// What a group of lines prints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Subject {
+pub(crate) enum Subject {
     /// The n-th heading.
     Heading(usize),
     Scene,
@@ -41,7 +41,7 @@ impl fmt::Display for Subject {
 
 /// Lines that differ; empty where one text has no such lines.
 #[derive(Debug)]
-pub struct TextDifference {
+pub(crate) struct TextDifference {
     pub subject: Subject,
     pub assimp: String,
     pub ours: String,
@@ -49,7 +49,7 @@ pub struct TextDifference {
 
 impl TextDifference {
     /// Whether a difference of the scenes at the place shows here.
-    pub fn shows(&self, place: Place) -> bool {
+    pub(crate) fn shows(&self, place: Place) -> bool {
         self.prints(place) || (self.only_one_text_has_it() && self.is_counted(place))
     }
 
@@ -174,7 +174,7 @@ fn mesh_of_bone_line(line: &str) -> Option<usize> {
 }
 
 /// How many lines of the two texts are equal, and where they differ.
-pub fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) {
+pub(crate) fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) {
     if assimp == ours {
         return (assimp.lines().count(), Vec::new());
     }
@@ -206,11 +206,11 @@ pub fn compare(assimp: &str, ours: &str) -> (usize, Vec<TextDifference>) {
 }
 
 /// The explanations that belong to the text alone, as rows of `README.md`.
-pub const MINUS_ZERO: &str = "minus-zero";
-pub const SIXTH_DIGIT: &str = "sixth-digit";
+pub(crate) const MINUS_ZERO: &str = "minus-zero";
+pub(crate) const SIXTH_DIGIT: &str = "sixth-digit";
 
 /// The row of `README.md` that explains a difference of the texts where the scenes have none.
-pub fn explain(difference: &TextDifference) -> Option<&'static str> {
+pub(crate) fn explain(difference: &TextDifference) -> Option<&'static str> {
     let TextDifference { subject, assimp, ours } = difference;
     let unsigned_zeros = |text: &str| match subject {
         Subject::Bone(..) => text.replace(" -0 ", " 0 ").replace(" -0 ", " 0 "),
