@@ -381,17 +381,12 @@ impl Conversion {
             false => self.source.or_found(&scene.metadata, Some(survey)),
         };
         let (metres, up) = (source.metres_per_unit.unwrap_or(1.0), source.up.unwrap_or_default());
-        if self.keep_units && (metres, up) == (1.0, UpAxis::Y) {
-            return;
+        if !self.keep_units || (metres, up) != (1.0, UpAxis::Y) {
+            process::convert_units(scene, metres, up);
         }
-        process::convert_units(scene, metres, up);
-        // What was not converted is still what it was.
-        if source.metres_per_unit.is_none() {
-            scene.metadata.metres_per_unit = stated.0;
-        }
-        if source.up.is_none() {
-            scene.metadata.up = stated.1;
-        }
+        // What was neither stated nor guessed is still unknown.
+        scene.metadata.metres_per_unit = source.metres_per_unit.map(|_| 1.0).or(stated.0);
+        scene.metadata.up = source.up.map(|_| UpAxis::Y).or(stated.1);
     }
 }
 

@@ -108,6 +108,28 @@ impl Pose {
         self.update_world();
     }
 
+    /// [`node_to_parent`](Self::node_to_parent) as arrays, column by column, without a copy: for graphics interfaces, and
+    /// for programs with another version of glam.
+    ///
+    /// ```
+    /// use mocap::Pose;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let pose = Pose::rest(&scene);
+    /// let elbow: [f32; 16] = pose.node_to_parent_arrays()[1];
+    /// assert_eq!(elbow[12..], [2.0, 0.0, 0.0, 1.0]);
+    /// assert_eq!(pose.node_to_world_arrays()[2][12..], [3.5, 0.0, 0.0, 1.0]);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn node_to_parent_arrays(&self) -> &[[f32; 16]] {
+        bytemuck::cast_slice(&self.node_to_parent)
+    }
+
+    /// [`node_to_world`](Self::node_to_world) likewise.
+    pub fn node_to_world_arrays(&self) -> &[[f32; 16]] {
+        bytemuck::cast_slice(&self.node_to_world)
+    }
+
     /// Forward kinematics: `node_to_world` from `node_to_parent`.
     pub fn update_world(&mut self) {
         let parents = &self.parents;

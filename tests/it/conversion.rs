@@ -97,6 +97,15 @@ fn units_that_are_kept_stay_unknown() {
         .unwrap();
     assert_eq!((scaled.metadata.metres_per_unit, scaled.metadata.up), (Some(1.0), None));
     assert!((scaled.nodes[1].transform.w_axis.x - 0.02).abs() < 1e-8);
+    // A unit of 1 m changes no number, and is known from then on.
+    let mut metres = source.clone();
+    Conversion::new()
+        .keep_units(true)
+        .metres_per_unit(1.0)
+        .apply(&mut metres)
+        .unwrap();
+    assert_eq!(metres.metadata.metres_per_unit, Some(1.0));
+    assert_eq!((metres.nodes, metres.animations), (source.nodes, source.animations));
 }
 
 /// The file's frame time is .0083333, which means 1/120.

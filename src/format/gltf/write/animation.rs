@@ -15,6 +15,7 @@ use super::buffer::{Buffer, Usage};
 use super::{Options, Report};
 use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
+use crate::limits::positive;
 use crate::pose::Binding;
 use crate::scene::{self, Keys, NodeId, Scene};
 
@@ -133,11 +134,7 @@ pub(super) fn write(
     buffer: &mut Buffer,
     report: &mut Report,
 ) -> Result<Option<Animation>> {
-    let ticks_per_second = animation.ticks_per_second;
-    if !(ticks_per_second.is_finite() && ticks_per_second > 0.0) {
-        let message = format!("ticks per second must be finite and above 0, got {ticks_per_second}");
-        return Err(Diagnostic::new(Code::FrameTime, message).into());
-    }
+    let ticks_per_second = positive(Code::FrameTime, "ticks per second", animation.ticks_per_second)?;
     let (clocks, key_times, samplers, channels) = Default::default();
     let mut writer = Writer {
         scene,
