@@ -27,7 +27,7 @@ mod number;
 
 use std::path::Path;
 
-use crate::error::Result;
+use crate::error::{Diagnostic, Result};
 use crate::export::write_file;
 use crate::scene::{RotationOrder, Scene};
 
@@ -83,6 +83,14 @@ pub struct Report {
 /// is not a rotation, and where the scene has no nodes.
 pub fn write(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
     Ok(build::text(scene, options)?.0.into_bytes())
+}
+
+/// Where joints of the file will be off because BVH has no scales: a warning with the largest distance.
+///
+/// # Errors
+/// As [`write()`].
+pub fn scale_warning(scene: &Scene, options: &Options) -> Result<Option<Diagnostic>> {
+    build::scale_warning(scene, options)
 }
 
 /// Writes `scene` to `path`. After an error the file is unchanged, or absent.

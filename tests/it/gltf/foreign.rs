@@ -596,3 +596,29 @@ fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
         assert!(error.contains("0 \"one\", 1 \"two\""), "{error}");
     }
 }
+
+#[test]
+fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
+    let nodes =
+        |scale: Value| json!([{ "scale": scale, "children": [1] }, { "children": [2] }, { "translation": [1, 0, 0] }]);
+    let warning = |scale: Value| {
+        let mut file = Foreign::new(nodes(scale));
+        file.clip(
+            "turn",
+            json!({ "node": 1, "path": "rotation" }),
+            &[0.0, 1.0],
+            &[STILL, quarter()],
+            "LINEAR",
+        );
+        mocap::bvh::scale_warning(&file.read(), &mocap::bvh::Options::default()).unwrap()
+    };
+    // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
+    let text = warning(json!([2, 1, 1])).unwrap().to_string();
+    assert!(
+        text.contains("up to 1.000000 m from their place, in frame 30"),
+        "{text}"
+    );
+    // Lengths hold a scale that is the same along all axes.
+    assert_eq!(warning(json!([2, 2, 2])), None);
+    assert_eq!(warning(json!([1, 1, 1])), None);
+}

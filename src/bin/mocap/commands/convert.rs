@@ -132,6 +132,9 @@ pub(crate) fn convert(
         }
         write_file(output, &text)?;
         written.bytes = text.len();
+        written
+            .warnings
+            .extend(bvh::scale_warning(&scene, &args.bvh.options())?);
         hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
     } else {
         let options = gltf::Options {
