@@ -3,7 +3,7 @@
 mod change;
 pub(crate) mod check;
 pub(crate) mod convert;
-mod convert_many;
+pub(crate) mod convert_many;
 pub(crate) mod dump;
 pub(crate) mod fk;
 pub(crate) mod formats;
@@ -44,7 +44,7 @@ fn assumptions(scene: &Scene) -> Vec<Assumption> {
 
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = io::BufWriter::new(crate::report::stdout());
     serde_json::to_writer_pretty(&mut out, value)?;
     writeln!(out)?;
     out.flush()

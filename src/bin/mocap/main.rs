@@ -47,7 +47,10 @@ impl From<io::Error> for Failure {
 fn main() -> ExitCode {
     let (args, options) = Args::parse_with_options();
     let result = match &args.command {
-        Command::Convert(args) => commands::convert::run(args, &options),
+        Command::Convert(args) => match &args.batch.out_dir {
+            Some(folder) => commands::convert_many::run(args, folder, &options),
+            None => commands::convert::run(args),
+        },
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args),
         #[cfg(feature = "parquet")]

@@ -1,5 +1,6 @@
 //! Prints diagnostics as compilers do, on standard error; with colours on a terminal.
 
+use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -30,6 +31,7 @@ pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
 
 /// Prints an error that is not about the contents of a file.
 pub(crate) fn complain(message: &str) {
+    let message = visible_lines(message);
     print(&renderer().render(&[Group::with_title(Level::ERROR.primary_title(message))]));
 }
 
@@ -43,7 +45,91 @@ pub(crate) fn clip_taken(scene: &mocap::Scene) {
 
 /// Prints a line of progress or summary.
 pub(crate) fn say(message: &str) {
-    print(message);
+    print(&visible_lines(message));
+}
+
+/// `text` with escapes in place of what steers a terminal: control characters, such as those that begin an escape
+/// sequence, and characters that change the direction of text. Names and paths come from files and may hold any.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    replace(text, steers)
+}
+
+/// [`visible`], but line ends and tabs stay.
+pub(crate) fn visible_lines(text: &str) -> Cow<'_, str> {
+    replace(text, |c| steers(c) && c != '\n' && c != '\t')
+}
+
+/// Standard output for text and data; [`visible_lines`] if it is a terminal, else the bytes as they are.
+pub(crate) fn stdout() -> impl Write {
+    let out = io::stdout().lock();
+    let is_terminal = out.is_terminal();
+    Lines {
+        out,
+        is_terminal,
+        pending: Vec::new(),
+    }
+}
+
+/// Writes whole lines, so that no character is divided.
+struct Lines<W: Write> {
+    out: W,
+    is_terminal: bool,
+    pending: Vec<u8>,
+}
+
+impl<W: Write> Lines<W> {
+    fn write_pending(&mut self, length: usize) -> io::Result<()> {
+        let rest = self.pending.split_off(length);
+        let text = std::mem::replace(&mut self.pending, rest);
+        self.out
+            .write_all(visible_lines(&String::from_utf8_lossy(&text)).as_bytes())
+    }
+}
+
+impl<W: Write> Write for Lines<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if !self.is_terminal {
+            return self.out.write(bytes);
+        }
+        self.pending.extend_from_slice(bytes);
+        if let Some(end) = self.pending.iter().rposition(|byte| *byte == b'\n') {
+            self.write_pending(end + 1)?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.write_pending(self.pending.len())?;
+        self.out.flush()
+    }
+}
+
+impl<W: Write> Drop for Lines<W> {
+    fn drop(&mut self) {
+        let _ = self.flush();
+    }
+}
+
+fn replace(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_replaced) {
+        return Cow::Borrowed(text);
+    }
+    let mut replaced = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_replaced(c) {
+            replaced.extend(c.escape_unicode());
+        } else {
+            replaced.push(c);
+        }
+    }
+    Cow::Owned(replaced)
+}
+
+fn steers(c: char) -> bool {
+    let changes_direction =
+        matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
+    let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
+    c.is_control() || changes_direction || ends_line
 }
 
 fn print(text: &str) {
@@ -66,7 +152,8 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
         Severity::Error => ("error", Level::ERROR),
         Severity::Warning => ("warning", Level::WARNING),
     };
-    let mut place = path.map(|path| format!("{}:", path.display())).unwrap_or_default();
+    let path = path.map(|path| path.display().to_string());
+    let mut place = path.map(|path| format!("{}:", visible(&path))).unwrap_or_default();
     if let Some(location) = &diagnostic.location {
         place += &format!("{}:{}:", location.line, location.column);
     }
@@ -76,26 +163,33 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
         format!("{place} {severity}")
     };
     let message = match diagnostic.count {
-        1 => diagnostic.message.clone(),
-        count => format!("{} ({count} times)", diagnostic.message),
+        1 => visible(&diagnostic.message).into_owned(),
+        count => format!("{} ({count} times)", visible(&diagnostic.message)),
     };
     let title = level
         .with_name(name)
         .primary_title(message)
         .id(diagnostic.code.as_str());
     let mut group = Group::with_title(title);
-    if let Some(location) = &diagnostic.location {
+    // One character for another, so that columns stay.
+    let line = diagnostic.location.as_ref().map(|location| {
+        let shown = |c| {
+            if steers(c) && c != '\t' {
+                char::REPLACEMENT_CHARACTER
+            } else {
+                c
+            }
+        };
+        location.text.chars().map(shown).collect::<String>()
+    });
+    if let (Some(location), Some(line)) = (&diagnostic.location, &line) {
         let bytes_to = |column: usize| {
             let characters = column.saturating_sub(location.text_column);
-            location
-                .text
-                .char_indices()
-                .nth(characters)
-                .map_or(location.text.len(), |(byte, _)| byte)
+            line.char_indices().nth(characters).map_or(line.len(), |(byte, _)| byte)
         };
         let span = bytes_to(location.column)..bytes_to(location.column + location.length);
         group = group.element(
-            Snippet::source(&location.text)
+            Snippet::source(line)
                 .line_start(location.line)
                 .annotation(AnnotationKind::Primary.span(span)),
         );
@@ -109,8 +203,53 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
     ];
     for (label, text) in details {
         if let Some(text) = text {
-            group = group.element(Level::NOTE.with_name(label).message(text));
+            group = group.element(Level::NOTE.with_name(label).message(visible(text)));
         }
     }
     renderer().render(&[group])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_terminal_gets_no_control_characters() {
+        let name = "Hips\u{1b}]0;title\u{7}\u{9b}2J\u{202e}\u{7f}";
+        let escaped = "Hips\\u{1b}]0;title\\u{7}\\u{9b}2J\\u{202e}\\u{7f}";
+        assert_eq!(visible(name), escaped);
+        assert_eq!(visible("a\nb\tc"), "a\\u{a}b\\u{9}c");
+        assert_eq!(visible_lines("a\nb\tc\r"), "a\nb\tc\\u{d}");
+        assert_eq!(visible("Hüfte 腰"), "Hüfte 腰");
+        for is_terminal in [true, false] {
+            let mut out = Vec::new();
+            let mut lines = Lines {
+                out: &mut out,
+                is_terminal,
+                pending: Vec::new(),
+            };
+            for byte in format!("{name}\n{name}").bytes() {
+                lines.write_all(&[byte]).unwrap();
+            }
+            drop(lines);
+            let expected = if is_terminal { escaped } else { name };
+            assert_eq!(String::from_utf8(out).unwrap(), format!("{expected}\n{expected}"));
+        }
+    }
+
+    #[test]
+    fn a_diagnostic_with_control_characters_is_visible_and_marks_its_column() {
+        let location = mocap::Location {
+            line: 1,
+            column: 4,
+            length: 2,
+            text: "\u{1b}[2Jxy".to_owned(),
+            text_column: 1,
+        };
+        let found = Diagnostic::new(mocap::Code::InvalidNumber, "\u{1b}[31m is not a number")
+            .at(location)
+            .in_joint("\u{202e}spiH");
+        let text = render(Severity::Error, Some("a\u{1b}.bvh".as_ref()), &found);
+        assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
+    }
 }

@@ -84,7 +84,7 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
             report::render(finding.severity, Some(file), &finding.diagnostic)
         )?;
     }
-    writeln!(out, "{}", summary(checked))
+    writeln!(out, "{}", report::visible(&summary(checked)))
 }
 
 fn check(args: &CheckArgs, input: &Input) -> Checked {

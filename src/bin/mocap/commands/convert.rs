@@ -9,26 +9,15 @@ use mocap::scene::{Animation, Scene, Topic};
 use mocap::verify::{Verification, Verifier};
 use mocap::{Code, Diagnostic, Importer};
 
-use super::{change, convert_many, verify};
+use super::{change, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report};
 
-/// `options` says everything beside the inputs that outputs depend on.
-pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
-    let options_are_sound = args.change.conversion().check();
-    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
-    if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
-    {
-        return Err(Failure::Usage(
-            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
-        ));
-    }
-    if let Some(folder) = &args.batch.out_dir {
-        refuse_bvh(args, args.batch.to)?;
-        return convert_many::run(args, folder, options);
-    }
+/// Converts one file.
+pub(crate) fn run(args: &ConvertArgs) -> Result<(), Failure> {
+    check(args)?;
     let (input, output) = match args.paths.as_slice() {
         [input] => (input, input.with_extension(args.batch.to.extension())),
         [input, output] => (input, output.clone()),
@@ -59,6 +48,19 @@ pub(crate) fn run(args: &ConvertArgs, options: &str) -> Result<(), Failure> {
     }
 }
 
+/// Refuses options that do not go together.
+pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
+    let options_are_sound = args.change.conversion().check();
+    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
+    if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
+    {
+        return Err(Failure::Usage(
+            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
 /// Half of what to know about a smaller file was said; this is the other half.
 fn choice(args: &ConvertArgs) -> Option<String> {
     match (args.compress.compress, args.compress.max_error) {
@@ -74,7 +76,7 @@ fn choice(args: &ConvertArgs) -> Option<String> {
 }
 
 /// BVH has decimal numbers and a row a frame, so that there is nothing to leave out.
-fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
+pub(crate) fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
     if matches!(format, FormatArg::Bvh) && args.compress.asks() {
         let message = "--compress and --max-error apply to glTF; for BVH use --digits";
         return Err(Failure::Usage(message.to_owned()));

@@ -40,6 +40,8 @@ struct Ended {
 
 /// Converts what the arguments name into `folder`. `options` says everything beside the inputs that outputs depend on.
 pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<(), Failure> {
+    convert::check(args)?;
+    convert::refuse_bvh(args, args.batch.to)?;
     let spread = &args.batch.spread;
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
     // The input folder may contain outputs of a former run.

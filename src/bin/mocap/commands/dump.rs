@@ -24,7 +24,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
         process::debone(&mut scene);
     }
     if args.json {
-        let mut out = BufWriter::new(io::stdout().lock());
+        let mut out = BufWriter::new(report::stdout());
         // Not indented, because every number would have its own line.
         serde_json::to_writer(&mut out, &SceneView::new(&scene)).map_err(io::Error::from)?;
         writeln!(out)?;
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
         )));
     }
     let sections = if chosen.is_empty() { layout.sections() } else { &chosen };
-    let mut out = io::stdout().lock();
+    let mut out = report::stdout();
     out.write_all(dump::text(&scene, layout, sections).as_bytes())?;
     Ok(())
 }

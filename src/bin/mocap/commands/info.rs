@@ -9,8 +9,8 @@ use serde::Serialize;
 use terminal_size::{Height, Width};
 
 use super::{assumptions, print_json};
-use crate::Failure;
 use crate::args::InfoArgs;
+use crate::{Failure, report};
 
 #[derive(Serialize)]
 struct InfoView<'a> {
@@ -78,18 +78,43 @@ impl<'a> InfoView<'a> {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let scene = args
+    let mut scene = args
         .read
         .importer()
         .skeleton_mesh(SkeletonMesh::Segmented)
         .import(&args.file)?;
+    if !args.json {
+        make_names_visible(&mut scene);
+    }
     let view = InfoView::new(args.file.display().to_string(), &scene);
     if args.json {
         print_json(&view)?;
     } else {
-        print_screen(&view.file, &scene)?;
+        print_screen(&report::visible(&view.file), &scene)?;
     }
     Ok(())
+}
+
+/// The screen has colours, so that escapes cannot be replaced afterwards.
+fn make_names_visible(scene: &mut Scene) {
+    let clips = scene.animations.iter_mut();
+    let in_clips = clips.flat_map(|clip| {
+        let channels = clip.channels.iter_mut().map(|channel| &mut channel.node_name);
+        std::iter::once(&mut clip.name).chain(channels)
+    });
+    let nodes = scene.nodes.iter_mut().map(|node| &mut node.name);
+    let warnings = scene.warnings.iter_mut().flat_map(|warning| {
+        let texts = [
+            &mut warning.joint,
+            &mut warning.expected,
+            &mut warning.found,
+            &mut warning.help,
+        ];
+        texts.into_iter().flatten().chain([&mut warning.message])
+    });
+    for text in nodes.chain(in_clips).chain(warnings) {
+        *text = report::visible(text).into_owned();
+    }
 }
 
 /// The size of the terminal; if the output is not a terminal, the usual width and no limit on the length.

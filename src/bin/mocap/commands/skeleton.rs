@@ -163,7 +163,7 @@ fn mapped(found: Humanoid, scene: &Scene, map: &Path) -> Result<Humanoid, Failur
 }
 
 fn print(found: &Report) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = report::stdout();
     let mut line = |what: &str, value: &str, confidence: &Confidence, reason: &str| {
         writeln!(out, "{what:<24} {value:<24} {:<7} {reason}", confidence.as_str())
     };

@@ -34,7 +34,11 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
             verification: &verification,
         })?;
     } else {
-        writeln!(io::stdout().lock(), "{}", summary(&verification))?;
+        writeln!(
+            io::stdout().lock(),
+            "{}",
+            report::visible_lines(&summary(&verification))
+        )?;
     }
     require(&verification, max_allowed)
 }
