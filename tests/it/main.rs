@@ -19,6 +19,7 @@ mod examples;
 #[cfg(feature = "fbx")]
 mod fbx;
 mod fixtures;
+mod generated_skeletons;
 mod gltf;
 mod golden;
 mod hostile;
