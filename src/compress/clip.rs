@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use super::key_frames::KeyFrames;
+use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::stream_size::{stream_size, words};
 
@@ -46,6 +46,27 @@ pub(crate) enum Track<Value, Format, Key> {
         /// One per key frame.
         keys: Vec<Key>,
     },
+}
+
+impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
+    /// Inserts the keys that `quantize` makes, from the format and the keys so far. A constant track has nothing to insert.
+    pub(super) fn insert(
+        &mut self,
+        new_key_frames: &Arc<KeyFrames>,
+        insertions: &[Insertion],
+        quantize: impl FnOnce(&Format, &[Key]) -> Vec<Key>,
+    ) {
+        if let Self::Animated {
+            format,
+            key_frames,
+            keys,
+        } = self
+        {
+            let new = quantize(format, keys);
+            key_frames::insert(keys, insertions, &new);
+            *key_frames = Arc::clone(new_key_frames);
+        }
+    }
 }
 
 /// The error of a clip: distances between where joints are and where they should be.

@@ -240,22 +240,14 @@ impl<'a> JointEncoder<'a> {
         new_key_frames: &Arc<KeyFrames>,
         insertions: &[Insertion],
     ) {
-        let Track::Animated {
-            format,
-            key_frames,
-            keys,
-        } = track
-        else {
-            return;
-        };
         let tolerance = self.translation_tolerance(tolerance);
-        let new = insertions.iter().map(|insertion| {
-            let (target, previous) = (self.target_translation(insertion.frame), &keys[insertion.after]);
-            format.quantize(target, Some(previous), tolerance)
+        track.insert(new_key_frames, insertions, |format, keys| {
+            let new = insertions.iter().map(|insertion| {
+                let (target, previous) = (self.target_translation(insertion.frame), &keys[insertion.after]);
+                format.quantize(target, Some(previous), tolerance)
+            });
+            new.collect()
         });
-        let new: Vec<QuantizedTranslation> = new.collect();
-        key_frames::insert(keys, insertions, &new);
-        *key_frames = Arc::clone(new_key_frames);
     }
 
     fn insert_rotations(
@@ -266,25 +258,17 @@ impl<'a> JointEncoder<'a> {
         new_key_frames: &Arc<KeyFrames>,
         insertions: &[Insertion],
     ) {
-        let Track::Animated {
-            format,
-            key_frames,
-            keys,
-        } = track
-        else {
-            return;
-        };
-        let joint = self.compensation(lossy_positions);
-        let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
-        let previous: Vec<QuantizedRotation> = insertions.iter().map(|insertion| keys[insertion.after]).collect();
-        let new = match *format {
-            RotationFormat::QuaternionFilter(bits) => {
-                bit_rate::quantize_after(&joint, bits, &frames, &previous, tolerance)
+        track.insert(new_key_frames, insertions, |format, keys| {
+            let joint = self.compensation(lossy_positions);
+            let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
+            let previous: Vec<QuantizedRotation> = insertions.iter().map(|insertion| keys[insertion.after]).collect();
+            match *format {
+                RotationFormat::QuaternionFilter(bits) => {
+                    bit_rate::quantize_after(&joint, bits, &frames, &previous, tolerance)
+                }
+                format => joint.quantize_after(format, &frames, &previous),
             }
-            format => joint.quantize_after(format, &frames, &previous),
-        };
-        key_frames::insert(keys, insertions, &new);
-        *key_frames = Arc::clone(new_key_frames);
+        });
     }
 
     fn decode_translations(&self, track: &TranslationTrack, ranges: &[Range<usize>], positions: &mut [Vec3]) {

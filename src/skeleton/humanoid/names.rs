@@ -64,19 +64,20 @@ impl Name {
                     break;
                 }
             }
-            if side.is_none()
-                && let Some(first) = letters.first()
-                && let Some(stripped) = first.strip_prefix(['l', 'r'])
-                && let Some(kind) = finger_of(stripped, &[stripped.to_owned()]).filter(|_| stripped.len() < first.len())
-                && stripped.len() <= 7
-            {
-                side = Some(if first.starts_with('l') {
-                    Side::Left
-                } else {
-                    Side::Right
-                });
-                finger = Some(kind);
-            }
+        }
+        // `lthumb`: a side glued to a finger.
+        if found.is_empty()
+            && side.is_none()
+            && let Some(first) = letters.first()
+            && let Some(stripped) = first.strip_prefix(['l', 'r']).filter(|stripped| stripped.len() <= 7)
+            && let Some(kind) = finger_of(stripped, &[stripped.to_owned()]).filter(|_| !is_of_foot)
+        {
+            side = Some(if first.starts_with('l') {
+                Side::Left
+            } else {
+                Side::Right
+            });
+            finger = Some(kind);
         }
         if finger.is_some() {
             found = &[(Part::Finger, 1.0)];
@@ -88,7 +89,7 @@ impl Name {
             found = meaning("hipjoint");
         }
         // MikuMikuDance: `左足IK`, `左肩P`, `左足D` double a joint.
-        if !name.is_ascii() && name.ends_with(['P', 'C', 'D']) {
+        if !name.is_ascii() && (name.ends_with(['P', 'C', 'D']) || name.ends_with("IK")) {
             is_helper = true;
         }
         Self {
