@@ -8,8 +8,8 @@
 //! row       := one number a channel, in the order in which the hierarchy names them
 //! ```
 //!
-//! No standard exists; what real files make of this is listed, dialect by dialect, in `fixtures/README.md`. [`read`]
-//! turns a file into a scene, [`write`] a scene into a file. Degrees, columns and rotation orders stay in this folder.
+//! No standard exists; what real files make of this is listed, dialect by dialect, in `fixtures/README.md`. `read`
+//! turns a file into a scene, `write` a scene into a file. Degrees, columns and rotation orders stay in this folder.
 
 mod read;
 mod write;

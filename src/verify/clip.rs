@@ -1,6 +1,6 @@
 //! The comparison of one clip, moment by moment.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, DVec4};
 
 use super::chain::Skeleton;
 use super::change::{Change, Timeline};
@@ -102,8 +102,10 @@ impl Compared<'_> {
         let root_of = roots(ours);
         let mut start: Option<Vec<DVec3>> = None;
         let (mut here, mut there) = (Vec::new(), Vec::new());
-        let mut errors = Errors::default();
-        errors.turn = self.turns.then_some(0.0);
+        let mut errors = Errors {
+            turn: self.turns.then_some(0.0),
+            ..Errors::default()
+        };
         // Steps are seen between frames alone.
         let between = theirs.stepped.as_ref().map_or(&[][..], |_| &[0.5]);
         for (index, &frame) in ticks.iter().enumerate() {
@@ -149,7 +151,7 @@ impl Compared<'_> {
 
     /// How far a point on the skin is off by the turn of its joint.
     fn turn(&self, ours: &DMat4, theirs: &DMat4) -> f64 {
-        let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate());
+        let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
         let off = axes(ours).into_iter().zip(axes(theirs)).map(|(ours, theirs)| {
             // What is flat has no direction.
             let ours = self.change.turn(ours.normalize_or_zero());

@@ -66,7 +66,7 @@ pub struct Options {
     /// The largest distance of any joint or end site from its position in the scene, in metres, at any whole tick and
     /// at any key of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
     /// [`Options::compression`] says; [`Report::achieved`] has the result. Default: none for [`Compression::None`],
-    /// which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`].
+    /// which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`](super::DEFAULT_MAX_ERROR).
     pub max_error: Option<f64>,
 }
 
