@@ -59,7 +59,7 @@ def test_an_error_says_where() -> None:
     for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
         assert (error.code, error.path) == ("invalid-number", "a.bvh")
         assert (error.line, error.column, error.joint) == (4, 12, "a")
-    with pytest.raises(mocap.MocapError, match="no joint has a name") as caught:
+    with pytest.raises(mocap.MocapError, match="no joint's name matches") as caught:
         mocap.read(REAL / "cmu_short.bvh").to_numpy(joints="nobody")
     assert (caught.value.code, caught.value.line) == ("unknown-option", None)
     with pytest.raises(ValueError, match="expected one of `quat`, `6d`, `matrix`, `euler`$"):
