@@ -76,7 +76,7 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         let step = frame_time.unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let end = end_of(&tracks);
-        let frames = (f64::from(end) / step).floor() as u64 + 1;
+        let frames = ((f64::from(end) / step).floor() as u64).saturating_add(1);
         left = left.checked_sub(frames.saturating_mul(values_a_frame)).ok_or_else(|| {
             let found = format!("{frames} frames of {values_a_frame}");
             let expected = format!("at most {most} values in a file of this size");
