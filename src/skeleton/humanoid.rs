@@ -78,7 +78,7 @@ pub struct Humanoid {
     pub found: bool,
     /// Why it is one, or why not, as one phrase.
     pub reason: String,
-    /// Its bones; empty where it is none.
+    /// The bones; empty where the skeleton is not a humanoid.
     pub bones: BTreeMap<HumanoidBone, HumanoidJoint>,
     /// Whether the names of the sides are those of the body's sides.
     pub sides: Sides,

@@ -78,7 +78,7 @@ impl File<'_> {
     /// The tracks of an animation that animate nodes.
     ///
     /// # Errors
-    /// With the name of the animation, where its keys are none.
+    /// Where a key is not valid; the error names the animation.
     pub(crate) fn tracks(&self, index: usize) -> Result<Vec<Track>, Failure> {
         let animation = &self.root.animations[index];
         let mut tracks = Vec::new();

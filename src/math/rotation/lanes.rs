@@ -12,9 +12,9 @@ type Lanes = soa::Lanes<f64, LANES>;
 type Quaternions = soa::Quaternions<f64, LANES>;
 
 wide::dispatch! {
-    /// Fills `keys` with the rotations that some columns of degrees stand for, one a frame: about each axis in turn, each
-    /// axis rotated by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns they are
-    /// identities.
+    /// Fills `keys` with one rotation for each frame, from columns of Euler angles in degrees: about each axis in turn,
+    /// each axis rotated by the rotations before it, `R = R1 R2 R3` as matrices on column vectors. Without columns they
+    /// are identities.
     pub(crate) fn fill(columns: &[(Axis, &[f64])], keys: &mut [Quat]) {
         fill_lanes(columns, keys);
     }

@@ -75,7 +75,7 @@ fn choice(args: &ConvertArgs) -> Option<String> {
     }
 }
 
-/// BVH has decimal numbers and a row a frame, so that there is nothing to leave out.
+/// Refuses the options of compression for BVH, which needs a row for every frame.
 pub(crate) fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
     if matches!(format, FormatArg::Bvh) && args.compress.asks() {
         let message = "--compress and --max-error apply to glTF; for BVH use --digits";
