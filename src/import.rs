@@ -1,25 +1,24 @@
 //! From a file to a scene: the one place of the library that opens input files.
 
+mod clips;
 mod contents;
+mod reading;
 mod sha256;
 
 use std::num::NonZeroUsize;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::thread;
 
-use self::contents::Contents;
-use self::sha256::Sha256Sum;
-use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::{FORMATS, FormatInfo, ReadOptions, Source};
-use crate::limits::{Limits, positive};
-use crate::pose::Binding;
-use crate::process::{self, KeyTolerance, SkeletonMesh};
-use crate::scene::{AppliedStep, Format, Origin, RootOffset, Scene};
-
-/// Bytes from which on a file is mapped and worth a second thread.
-const LARGE: usize = 4 << 20;
+pub use self::clips::Clips;
+use self::contents::{list_siblings, look_into, refused_from_memory};
+use crate::error::Result;
+#[cfg(doc)]
+use crate::error::{Code, Error};
+use crate::format::{ReadOptions, Source};
+use crate::limits::Limits;
+use crate::process::SkeletonMesh;
+#[cfg(doc)]
+use crate::scene::Origin;
+use crate::scene::{Format, RootOffset, Scene};
 
 /// Imports a motion file with the default options.
 ///
@@ -57,31 +56,6 @@ pub struct Importer {
     strict: bool,
     hash: bool,
     clips: Clips,
-}
-
-/// Which animations of a file to keep.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Clips {
-    /// All of them.
-    #[default]
-    All,
-    /// The one at this place, from 0.
-    Index(usize),
-    /// The first one of this name.
-    Name(String),
-}
-
-impl std::str::FromStr for Clips {
-    type Err = std::convert::Infallible;
-
-    /// `all`, a place from 0, or else a name.
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Ok(match (text, text.parse()) {
-            ("all", _) => Self::All,
-            (_, Ok(index)) => Self::Index(index),
-            (name, Err(_)) => Self::Name(name.to_owned()),
-        })
-    }
 }
 
 impl Default for Importer {
@@ -323,7 +297,7 @@ impl Importer {
     /// format is unknown; other codes where the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
-        let contents = self.look_into(path)?;
+        let contents = look_into(path, &self.read.limits)?;
         self.read_source(&Source {
             bytes: &contents,
             name: path,
@@ -357,208 +331,6 @@ impl Importer {
 
     /// The bytes of a file, if there are not more than the limits allow.
     pub(crate) fn open(&self, path: &Path) -> Result<Vec<u8>> {
-        self.checked_size(path)?;
-        std::fs::read(path).map_err(|error| Error::io(path, error))
+        contents::open(path, &self.read.limits)
     }
-
-    /// The bytes of a file, where they need not all be in memory.
-    fn look_into(&self, path: &Path) -> Result<Contents> {
-        let size = self.checked_size(path)?;
-        Contents::of(path, size).map_err(|error| Error::io(path, error))
-    }
-
-    fn checked_size(&self, path: &Path) -> Result<u64> {
-        let size = std::fs::metadata(path).map_err(|error| Error::io(path, error))?.len();
-        self.check_size(size, path)?;
-        Ok(size)
-    }
-
-    fn check_size(&self, size: u64, path: &Path) -> Result<()> {
-        let limit = self.read.limits.max_bytes;
-        if size <= limit {
-            return Ok(());
-        }
-        let diagnostic = Diagnostic::new(Code::LimitExceeded, "the file is larger than Limits::max_bytes")
-            .expected_found(format!("at most {limit} bytes"), format!("{size} bytes"));
-        Err(Error::from(diagnostic).with_path(path))
-    }
-
-    fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
-        self.check_size(source.bytes.len() as u64, source.name)?;
-        if let Some(rate) = self.read.frame_rate {
-            positive(Code::UnknownOption, "frame rate", rate)
-                .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
-        }
-        let (bytes, release) = (source.bytes, source.release);
-        let mut sum = self.hash.then(|| Sha256Sum::new(bytes));
-        let read = |source: &Source<'_>| {
-            self.find_format(bytes, source.name)
-                .and_then(|format| (format.read)(source, &self.read))
-        };
-        let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
-            // What was read is in the processor's caches, and in memory: it is hashed before it is released.
-            let shared = Mutex::new(sum.as_mut());
-            let release = |range: Range<usize>| {
-                if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
-                    sum.add_up_to(range.end);
-                }
-                release(range);
-            };
-            read(&Source {
-                release: &release,
-                ..*source
-            })
-        } else {
-            thread::scope(|scope| {
-                scope.spawn(|| sum.as_mut().map(|sum| sum.add_all(release)));
-                read(source)
-            })
-        };
-        let sha256 = sum.map_or_else(String::new, |mut sum| {
-            sum.add_all(release);
-            sum.finish()
-        });
-        scene
-            .and_then(|scene| self.finish(scene, source, sha256))
-            .map_err(|error| error.with_path(source.name))
-    }
-
-    /// The steps that follow every reader.
-    fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
-        if self.strict && !scene.warnings.is_empty() {
-            let first = scene.warnings.remove(0);
-            return Err(Error::from(first).with_warnings(scene.warnings));
-        }
-        select(&mut scene, &self.clips)?;
-        scene.metadata.origin = Some(origin(&scene, source.name, sha256));
-        if scene.meshes.is_empty() {
-            process::skeleton_mesh(&mut scene, self.skeleton_mesh);
-        }
-        name_nodes_of_channels(&mut scene);
-        if self.collapse_keys {
-            process::collapse_keys(&mut scene, KeyTolerance::default());
-        }
-        debug_assert_eq!(
-            process::validate(&scene),
-            [],
-            "a reader made a scene that breaks the rules"
-        );
-        Ok(scene)
-    }
-
-    /// The explicit choice, else the contents, else the extension.
-    fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
-        if let Some(chosen) = self.format {
-            let format = FORMATS.iter().find(|row| row.format == chosen);
-            return format.ok_or_else(|| {
-                let message = format!("this build does not read {chosen}");
-                let help = format!("build it with the feature `{chosen}`");
-                Diagnostic::new(Code::MissingFeature, message).help(help).into()
-            });
-        }
-        if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(bytes)) {
-            return Ok(format);
-        }
-        let extension = name
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .unwrap_or_default();
-        let has_extension = |format: &&FormatInfo| {
-            format
-                .extensions
-                .iter()
-                .any(|known| known.eq_ignore_ascii_case(extension))
-        };
-        FORMATS.iter().find(has_extension).ok_or_else(|| {
-            let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
-            let message = "neither the contents nor the extension belong to a known format";
-            Diagnostic::new(Code::UnknownFormat, message)
-                .expected_found(known.join(", "), format!("the extension \"{extension}\""))
-                .into()
-        })
-    }
-}
-
-/// Drops all animations but the chosen one.
-fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
-    let index = match clips {
-        Clips::All => return Ok(()),
-        Clips::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
-        Clips::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
-    };
-    let Some(index) = index else {
-        let names = scene.animations.iter().enumerate();
-        let known: Vec<_> = names
-            .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
-            .collect();
-        let found = match clips {
-            Clips::Name(name) => format!("\"{name}\""),
-            Clips::Index(index) => format!("{index}"),
-            Clips::All => String::new(),
-        };
-        let known = if known.is_empty() {
-            "no clip".to_owned()
-        } else {
-            known.join(", ")
-        };
-        return Err(Diagnostic::new(Code::UnknownOption, "the file does not have this clip")
-            .expected_found(known, found)
-            .into());
-    };
-    scene.animations = vec![scene.animations.swap_remove(index)];
-    scene.metadata.steps.push(AppliedStep::SelectClip { index });
-    Ok(())
-}
-
-/// Tells every channel its node, where the reader has not: by its name, as [`Binding::new`] does.
-fn name_nodes_of_channels(scene: &mut Scene) {
-    for index in 0..scene.animations.len() {
-        let animation = &scene.animations[index];
-        if animation.channels.iter().all(|channel| channel.node.is_some()) {
-            continue;
-        }
-        let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
-        for (node, channel) in driven {
-            scene.animations[index].channels[channel].node = Some(node);
-        }
-    }
-}
-
-/// What tells the file again, and what motion was read from it.
-fn origin(scene: &Scene, name: &Path, sha256: String) -> Origin {
-    let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let animation = scene.animations.first();
-    Origin {
-        name,
-        sha256,
-        frames: animation.map_or(0, |animation| animation.frame_count() as u64),
-        frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
-    }
-}
-
-/// The files beside `path` that have this extension, in any case, sorted by name. A folder that cannot be listed has
-/// none: whoever asks says what is missing.
-fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let has_extension = |file: &PathBuf| {
-        file.extension()
-            .is_some_and(|found| found.eq_ignore_ascii_case(extension))
-    };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut files: Vec<_> = entries
-        .map(|entry| path.with_file_name(entry.file_name()))
-        .filter(has_extension)
-        .collect();
-    files.sort();
-    files
-}
-
-fn refused_from_memory(other: &Path) -> Error {
-    let message = format!("bytes in memory cannot refer to the file \"{}\"", other.display());
-    Diagnostic::new(Code::MissingFile, message)
-        .help("import the file by its path, or name the second file")
-        .into()
 }

@@ -1,0 +1,62 @@
+//! Which animations of a file are kept.
+
+use std::str::FromStr;
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::{AppliedStep, Scene};
+
+/// Which animations of a file to keep.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Clips {
+    /// All of them.
+    #[default]
+    All,
+    /// The one at this place, from 0.
+    Index(usize),
+    /// The first one of this name.
+    Name(String),
+}
+
+impl FromStr for Clips {
+    type Err = std::convert::Infallible;
+
+    /// `all`, a place from 0, or else a name.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match (text, text.parse()) {
+            ("all", _) => Self::All,
+            (_, Ok(index)) => Self::Index(index),
+            (name, Err(_)) => Self::Name(name.to_owned()),
+        })
+    }
+}
+
+/// Drops all animations but the chosen one.
+pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
+    let index = match clips {
+        Clips::All => return Ok(()),
+        Clips::Index(index) => Some(*index).filter(|&index| index < scene.animations.len()),
+        Clips::Name(name) => scene.animations.iter().position(|clip| clip.name == *name),
+    };
+    let Some(index) = index else {
+        let names = scene.animations.iter().enumerate();
+        let known: Vec<_> = names
+            .map(|(index, clip)| format!("{index} \"{}\"", clip.name))
+            .collect();
+        let found = match clips {
+            Clips::Name(name) => format!("\"{name}\""),
+            Clips::Index(index) => format!("{index}"),
+            Clips::All => String::new(),
+        };
+        let known = if known.is_empty() {
+            "no clip".to_owned()
+        } else {
+            known.join(", ")
+        };
+        return Err(Diagnostic::new(Code::UnknownOption, "the file does not have this clip")
+            .expected_found(known, found)
+            .into());
+    };
+    scene.animations = vec![scene.animations.swap_remove(index)];
+    scene.metadata.steps.push(AppliedStep::SelectClip { index });
+    Ok(())
+}

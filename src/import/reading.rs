@@ -1,0 +1,141 @@
+//! From the bytes of a file to a scene: finds the format, reads, and does the steps that follow every reader.
+
+use std::num::NonZeroUsize;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Mutex;
+use std::thread;
+
+use super::Importer;
+use super::clips::select;
+use super::contents::{LARGE, check_size};
+use super::sha256::Sha256Sum;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::{FORMATS, FormatInfo, Source};
+use crate::limits::positive;
+use crate::pose::Binding;
+use crate::process::{self, KeyTolerance};
+use crate::scene::{Origin, Scene};
+
+impl Importer {
+    pub(super) fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
+        check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
+        if let Some(rate) = self.read.frame_rate {
+            positive(Code::UnknownOption, "frame rate", rate)
+                .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
+        }
+        let (bytes, release) = (source.bytes, source.release);
+        let mut sum = self.hash.then(|| Sha256Sum::new(bytes));
+        let read = |source: &Source<'_>| {
+            self.find_format(bytes, source.name)
+                .and_then(|format| (format.read)(source, &self.read))
+        };
+        let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
+            // What was read is in the processor's caches, and in memory: it is hashed before it is released.
+            let shared = Mutex::new(sum.as_mut());
+            let release = |range: Range<usize>| {
+                if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
+                    sum.add_up_to(range.end);
+                }
+                release(range);
+            };
+            read(&Source {
+                release: &release,
+                ..*source
+            })
+        } else {
+            thread::scope(|scope| {
+                scope.spawn(|| sum.as_mut().map(|sum| sum.add_all(release)));
+                read(source)
+            })
+        };
+        let sha256 = sum.map_or_else(String::new, |mut sum| {
+            sum.add_all(release);
+            sum.finish()
+        });
+        scene
+            .and_then(|scene| self.finish(scene, source, sha256))
+            .map_err(|error| error.with_path(source.name))
+    }
+
+    /// The steps that follow every reader.
+    fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
+        if self.strict && !scene.warnings.is_empty() {
+            let first = scene.warnings.remove(0);
+            return Err(Error::from(first).with_warnings(scene.warnings));
+        }
+        select(&mut scene, &self.clips)?;
+        scene.metadata.origin = Some(origin(&scene, source.name, sha256));
+        if scene.meshes.is_empty() {
+            process::skeleton_mesh(&mut scene, self.skeleton_mesh);
+        }
+        name_nodes_of_channels(&mut scene);
+        if self.collapse_keys {
+            process::collapse_keys(&mut scene, KeyTolerance::default());
+        }
+        debug_assert_eq!(
+            process::validate(&scene),
+            [],
+            "a reader made a scene that breaks the rules"
+        );
+        Ok(scene)
+    }
+
+    /// The explicit choice, else the contents, else the extension.
+    fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
+        if let Some(chosen) = self.format {
+            let format = FORMATS.iter().find(|row| row.format == chosen);
+            return format.ok_or_else(|| {
+                let message = format!("this build does not read {chosen}");
+                let help = format!("build it with the feature `{chosen}`");
+                Diagnostic::new(Code::MissingFeature, message).help(help).into()
+            });
+        }
+        if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(bytes)) {
+            return Ok(format);
+        }
+        let extension = name
+            .extension()
+            .and_then(|extension| extension.to_str())
+            .unwrap_or_default();
+        let has_extension = |format: &&FormatInfo| {
+            format
+                .extensions
+                .iter()
+                .any(|known| known.eq_ignore_ascii_case(extension))
+        };
+        FORMATS.iter().find(has_extension).ok_or_else(|| {
+            let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
+            let message = "neither the contents nor the extension belong to a known format";
+            Diagnostic::new(Code::UnknownFormat, message)
+                .expected_found(known.join(", "), format!("the extension \"{extension}\""))
+                .into()
+        })
+    }
+}
+
+/// Tells every channel its node, where the reader has not: by its name, as [`Binding::new`] does.
+fn name_nodes_of_channels(scene: &mut Scene) {
+    for index in 0..scene.animations.len() {
+        let animation = &scene.animations[index];
+        if animation.channels.iter().all(|channel| channel.node.is_some()) {
+            continue;
+        }
+        let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
+        for (node, channel) in driven {
+            scene.animations[index].channels[channel].node = Some(node);
+        }
+    }
+}
+
+/// What tells the file again, and what motion was read from it.
+fn origin(scene: &Scene, name: &Path, sha256: String) -> Origin {
+    let name = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let animation = scene.animations.first();
+    Origin {
+        name,
+        sha256,
+        frames: animation.map_or(0, |animation| animation.frame_count() as u64),
+        frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
+    }
+}
