@@ -39,7 +39,7 @@ use crate::limits::Limits;
 use crate::scene::{Scene, UpAxis};
 
 pub use self::joints::Joint;
-pub use self::options::{Contacts, Options, Space};
+pub use self::options::{ArrayOptions, Contacts, Space};
 pub use self::rotation::{Rotation, RotationSpace};
 pub use crate::convert::Moment;
 
@@ -113,10 +113,10 @@ impl Header {
 /// their number.
 ///
 /// ```
-/// use mocap::arrays::{Options, arrays};
+/// use mocap::arrays::{ArrayOptions, arrays};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let motion = arrays(&scene, &Options::default())?;
+/// let motion = arrays(&scene, &ArrayOptions::default())?;
 /// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
 /// assert_eq!(motion.joints()[1].name, "Elbow");
 /// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and turned by 5 degrees.
@@ -129,7 +129,7 @@ impl Header {
 /// [`Code::UnknownOption`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
 /// begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the default
 /// [`Limits::max_values`].
-pub fn arrays(scene: &Scene, options: &Options) -> Result<Arrays> {
+pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let mut provenance = Provenance::of(scene);
     let frame = frame::Frame::new(scene, options, &mut provenance.assumptions)?;
     let joints = joints::Selection::new(scene, options, frame.scale)?;

@@ -10,7 +10,7 @@
 //! for assumption in Conversion::new().apply(&mut scene)? {
 //!     eprintln!("{assumption}"); // unit: cmu, because from ankle to head there are 20.6820 units of bone, ...
 //! }
-//! let glb = gltf::write_glb(&scene, &gltf::Options::default())?; // in metres, with +Y up
+//! let glb = gltf::write_glb(&scene, &gltf::GltfOptions::default())?; // in metres, with +Y up
 //! # let _ = glb;
 //! # Ok::<(), mocap::Error>(())
 //! ```
@@ -44,7 +44,7 @@ pub enum FirstFrame {
 /// The pose of the nodes without motion, which is also the bind pose of meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum RestPose {
+pub enum RestPoseSource {
     /// The rest pose of the file; in BVH that of the OFFSETs, with all rotations zero.
     #[default]
     InFile,
@@ -94,7 +94,7 @@ pub struct Conversion {
     last: Option<Moment>,
     frame_rate: Option<f64>,
     first_frame: FirstFrame,
-    rest: RestPose,
+    rest: RestPoseSource,
     root: RootMotion,
 }
 
@@ -252,22 +252,22 @@ impl Conversion {
 
     /// The rest pose of the output.
     ///
-    /// Default: [`RestPose::InFile`].
+    /// Default: [`RestPoseSource::InFile`].
     ///
     /// The motion does not change. For targets that need a T-pose, choose a frame in which the motion has one.
     ///
     /// ```
-    /// use mocap::convert::RestPose;
+    /// use mocap::convert::RestPoseSource;
     /// use mocap::{Conversion, Pose, scene::NodeId};
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let ninth = Pose::at_tick(&scene, 0, 9.0).unwrap();
-    /// Conversion::new().keep_units(true).rest(RestPose::Frame(9)).apply(&mut scene)?;
+    /// Conversion::new().keep_units(true).rest(RestPoseSource::Frame(9)).apply(&mut scene)?;
     /// assert_eq!(Pose::rest(&scene).position(NodeId(3)), ninth.position(NodeId(3)));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     #[must_use]
-    pub fn rest(mut self, rest: RestPose) -> Self {
+    pub fn rest(mut self, rest: RestPoseSource) -> Self {
         self.rest = rest;
         self
     }
@@ -337,7 +337,7 @@ impl Conversion {
         let start = if drops { 1.0 } else { 0.0 };
         let animation = scene.animations.first();
         let (first, last) = part_ticks(animation, self.first, self.last, start)?;
-        if let RestPose::Frame(frame) = self.rest {
+        if let RestPoseSource::Frame(frame) = self.rest {
             let message = "the frame of the rest pose is after the last frame";
             moment::check_within(animation, frame as f64, message)?;
         }
@@ -353,7 +353,7 @@ impl Conversion {
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
         scene.metadata.assumptions.extend(recorded.cloned());
 
-        if let RestPose::Frame(frame) = self.rest {
+        if let RestPoseSource::Frame(frame) = self.rest {
             process::rest_pose(scene, frame as f64);
         }
         if first > 0.0 || last.is_finite() {

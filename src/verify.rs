@@ -54,7 +54,7 @@ pub struct Verification {
     /// are about the frames that the file has.
     pub resampling: Option<Resampling>,
     /// The clips that were compared.
-    pub clips: Vec<Clip>,
+    pub clips: Vec<VerifiedClip>,
     /// What is wrong beside distances.
     pub findings: Vec<Finding>,
     /// Joints of the source that the file does not have.
@@ -81,7 +81,7 @@ impl Verification {
 /// One clip of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Clip {
+pub struct VerifiedClip {
     /// Its name in the source.
     pub name: String,
     /// Frames that were compared.
@@ -199,11 +199,11 @@ pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Resul
 /// with `source`, the scene that its source file reads as, before any step that moves things.
 ///
 /// ```
-/// use mocap::gltf::{Options, write_glb};
+/// use mocap::gltf::{GltfOptions, write_glb};
 /// use mocap::verify::verify;
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let verified = verify(&scene, &write_glb(&scene, &Options::default())?)?;
+/// let verified = verify(&scene, &write_glb(&scene, &GltfOptions::default())?)?;
 /// assert_eq!((verified.frames, verified.joints), (10, 4));
 /// assert!(verified.is_within(1e-6));
 /// # Ok::<(), mocap::Error>(())
@@ -235,7 +235,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 /// trim(&mut scene, 10.0, 20.0);
 /// let folder = tempfile::tempdir().unwrap();
 /// let output = folder.path().join("part.bvh");
-/// bvh::export(&scene, &output, &bvh::Options::default())?;
+/// bvh::export(&scene, &output, &bvh::BvhOptions::default())?;
 /// // BVH does not say that it is a part.
 /// let verified = Verifier::new().provenance(Provenance::of(&scene)).files(walk, &output)?;
 /// assert_eq!(verified.frames, 11);
@@ -345,7 +345,7 @@ impl Verifier {
                 lost.add_all(&compared.frames(ours_clip, &ours, &theirs, &timeline, &frames));
                 has_lost = true;
             }
-            verification.clips.extend(ours_clip.map(|clip| Clip {
+            verification.clips.extend(ours_clip.map(|clip| VerifiedClip {
                 name: source.animations[clip].name.clone(),
                 frames: of_clip.frames,
                 max_error: of_clip.max,

@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::arrays::frame::Frame;
 use crate::arrays::joints::{Selection, pattern};
 use crate::arrays::velocities::velocities;
-use crate::arrays::{Contacts, Options, unknown_option};
+use crate::arrays::{ArrayOptions, Contacts, unknown_option};
 use crate::error::Result;
 
 /// The positions of the feet in the world of the output.
@@ -19,7 +19,7 @@ pub(super) struct Feet {
 }
 
 impl Feet {
-    pub(super) fn new(joints: &Selection, options: &Options, frames: usize) -> Result<Self> {
+    pub(super) fn new(joints: &Selection, options: &ArrayOptions, frames: usize) -> Result<Self> {
         let mut feet = Vec::new();
         if let Some(thresholds) = &options.contacts {
             for value in [thresholds.height, thresholds.speed] {

@@ -13,9 +13,9 @@ use crate::arrays::Arrays;
 /// `contact` as 0 or 1.
 ///
 /// ```
-/// use mocap::arrays::{Options, arrays, csv};
+/// use mocap::arrays::{ArrayOptions, arrays, csv};
 ///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &Options::default())?;
+/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
 /// let text = csv::write(&motion);
 /// let mut lines = text.lines().skip(1);
 /// assert_eq!(lines.next(), Some("frame,time,joint,x,y,z,qx,qy,qz,qw"));

@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Vec3};
 
-use crate::arrays::Options;
+use crate::arrays::ArrayOptions;
 use crate::convert::Space;
 use crate::error::Result;
 use crate::math::up_axis;
@@ -23,7 +23,7 @@ pub(super) struct Frame {
 
 impl Frame {
     /// Guesses only what is needed, and adds each guess to `assumptions`.
-    pub(super) fn new(scene: &Scene, options: &Options, assumptions: &mut Vec<Assumption>) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, options: &ArrayOptions, assumptions: &mut Vec<Assumption>) -> Result<Self> {
         let output = Space {
             metres_per_unit: options.metres_per_unit,
             up: options.up,

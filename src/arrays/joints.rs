@@ -4,7 +4,7 @@ use glam::{Mat4, Vec3};
 use regex_lite::Regex;
 use serde::Serialize;
 
-use crate::arrays::{Options, unknown_option};
+use crate::arrays::{ArrayOptions, unknown_option};
 use crate::error::Result;
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
@@ -43,7 +43,7 @@ pub(super) fn pattern(pattern: &str) -> Result<Regex> {
 }
 
 impl Selection {
-    pub(super) fn new(scene: &Scene, options: &Options, scale: f32) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, options: &ArrayOptions, scale: f32) -> Result<Self> {
         let wanted = options.joints.as_deref().map(pattern).transpose()?;
         let is_wanted = |name: &str| wanted.as_ref().is_none_or(|wanted| wanted.is_match(name));
         let rest = Pose::rest(scene);

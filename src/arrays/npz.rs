@@ -28,9 +28,9 @@ use crate::scene::RotationOrder;
 /// The bytes of the file. The same arrays give the same bytes.
 ///
 /// ```
-/// use mocap::arrays::{Options, arrays, npz};
+/// use mocap::arrays::{ArrayOptions, arrays, npz};
 ///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &Options::default())?;
+/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
 /// assert!(npz::write(&motion).starts_with(b"PK"));
 /// # Ok::<(), mocap::Error>(())
 /// ```

@@ -10,17 +10,17 @@ use crate::scene::UpAxis;
 /// parent as quaternions, and the file's own unit, axes and frames.
 ///
 /// ```
-/// use mocap::arrays::{Moment, Options, Rotation, arrays};
+/// use mocap::arrays::{ArrayOptions, Moment, Rotation, arrays};
 /// use mocap::scene::UpAxis;
 ///
-/// let options = Options {
+/// let options = ArrayOptions {
 ///     rotation: Rotation::SixD,
 ///     frames_per_second: Some(30.0),
 ///     metres_per_unit: Some(1.0),
 ///     up: Some(UpAxis::Z),
 ///     first: Some(Moment::Seconds(0.5)),
 ///     joints: Some("Foot|Hips".to_owned()),
-///     ..Options::default()
+///     ..ArrayOptions::default()
 /// };
 /// let motion = arrays(&mocap::import("fixtures/real/cmu_01_01.bvh")?, &options)?;
 /// assert_eq!(motion.joints()[0].name, "Hips");
@@ -28,7 +28,7 @@ use crate::scene::UpAxis;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Options {
+pub struct ArrayOptions {
     /// The space of positions. Default: the world.
     pub space: Space,
     /// The representation of rotations. Default: a quaternion.

@@ -10,7 +10,7 @@ use crate::arrays::frame::Frame;
 use crate::arrays::joints::Selection;
 use crate::arrays::lanes::LANES;
 use crate::arrays::timeline::Timeline;
-use crate::arrays::{Options, RotationSpace, Space};
+use crate::arrays::{ArrayOptions, RotationSpace, Space};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Scene};
 
@@ -21,7 +21,7 @@ const LARGE: usize = 1 << 19;
 pub(super) struct Source<'a> {
     pub(super) scene: &'a Scene,
     pub(super) animation: &'a Animation,
-    pub(super) options: &'a Options,
+    pub(super) options: &'a ArrayOptions,
     pub(super) frame: &'a Frame,
     pub(super) joints: &'a Selection,
     pub(super) timeline: &'a Timeline,

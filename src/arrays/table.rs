@@ -35,8 +35,8 @@
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
 //! state them, and `warnings`, a list of utf8.
 //!
-//! Which columns there are follows from the [`Options`] alone, so tables that were made with the same options can be
-//! concatenated.
+//! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
+//! be concatenated.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -49,7 +49,7 @@ use arrow_array::{
 use arrow_schema::{Field, Schema};
 use sha2::{Digest, Sha256};
 
-use crate::arrays::{self, Arrays, Header, Joint, Options};
+use crate::arrays::{self, ArrayOptions, Arrays, Header, Joint};
 use crate::error::Result;
 use crate::scene::{Animation, Scene, UpAxis};
 use crate::skeleton::{self, Survey};
@@ -60,9 +60,9 @@ pub use {arrow_array, arrow_schema};
 /// The table of `motion` with one row for each frame and joint.
 ///
 /// ```
-/// use mocap::arrays::{Options, arrays, table};
+/// use mocap::arrays::{ArrayOptions, arrays, table};
 ///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &Options::default())?;
+/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
 /// let rows = table::long(&motion, "lecture");
 /// assert_eq!((rows.num_rows(), rows.num_columns()), (10 * 4, 4 + 3 + 4));
 /// # Ok::<(), mocap::Error>(())
@@ -113,15 +113,15 @@ pub type ClipArrays<'a> = (&'a str, Result<&'a Arrays, &'a str>);
 /// The table with one row for each clip. `options` must be those that the arrays were made with.
 ///
 /// ```
-/// use mocap::arrays::{Options, arrays, table};
+/// use mocap::arrays::{ArrayOptions, arrays, table};
 ///
-/// let options = Options::default();
+/// let options = ArrayOptions::default();
 /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &options)?;
 /// let rows = table::clips(&[("lecture", Ok(&motion)), ("broken", Err("empty file"))], &options);
 /// assert_eq!(rows.num_rows(), 2);
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn clips(clips: &[ClipArrays<'_>], options: &Options) -> RecordBatch {
+pub fn clips(clips: &[ClipArrays<'_>], options: &ArrayOptions) -> RecordBatch {
     let motions: Vec<Option<&Arrays>> = clips.iter().map(|(_, motion)| motion.ok()).collect();
     let strings = |value: &dyn Fn(&Arrays) -> String| -> ArrayRef {
         Arc::new(motions.iter().map(|motion| motion.map(value)).collect::<StringArray>())
@@ -186,7 +186,7 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     };
     let joints: Vec<Option<Vec<Joint>>> = scenes
         .iter()
-        .map(|scene| arrays::arrays(&motionless((*scene)?), &Options::default()).ok())
+        .map(|scene| arrays::arrays(&motionless((*scene)?), &ArrayOptions::default()).ok())
         .map(|arrays| arrays.map(|arrays| arrays.header.joints))
         .collect();
     let animations = || scenes.iter().map(|scene| scene.map(|scene| scene.animations.first()));

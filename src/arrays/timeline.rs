@@ -1,6 +1,6 @@
 //! The ticks of the output's frames.
 
-use crate::arrays::Options;
+use crate::arrays::ArrayOptions;
 use crate::convert::part_ticks;
 use crate::error::{Code, Result};
 use crate::limits::positive;
@@ -23,7 +23,7 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Adds the steps that change times to `steps`.
-    pub(super) fn new(scene: &Scene, options: &Options, steps: &mut Vec<AppliedStep>) -> Result<Self> {
+    pub(super) fn new(scene: &Scene, options: &ArrayOptions, steps: &mut Vec<AppliedStep>) -> Result<Self> {
         if let Some(rate) = options.frames_per_second {
             positive(Code::UnknownOption, "frame rate", rate)?;
         }

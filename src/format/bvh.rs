@@ -17,7 +17,7 @@ mod write;
 use crate::format::FormatInfo;
 use crate::scene::Format;
 
-pub use self::write::{Channels, Options, Report, export, scale_warning, write};
+pub use self::write::{BvhOptions, BvhReport, Channels, export, scale_warning, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bvh,

@@ -23,7 +23,7 @@ pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::File;
 pub use self::provenance::Provenance;
 pub(crate) use self::tracks::{Bend, Values};
-pub use self::write::{BufferPlace, Document, Options, Renamed, Report, export, write_glb};
+pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, Renamed, export, write_glb};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Gltf,

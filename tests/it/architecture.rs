@@ -413,3 +413,28 @@ fn nothing_names_a_path_outside_the_repository() {
     }
     report(&failures);
 }
+
+#[test]
+fn no_two_public_types_share_a_name() {
+    let mut types: Vec<(String, String)> = Vec::new();
+    for source in sources().iter().filter(|source| source.module() != "bin/mocap") {
+        for keyword in ["struct", "enum", "trait", "type"] {
+            for (place, name) in source.names_after(&format!("pub {keyword} ")) {
+                types.push((name, place));
+            }
+        }
+    }
+    assert!(types.len() > 60, "the types are not found");
+    types.sort();
+    let failures: Vec<String> = types
+        .windows(2)
+        .filter(|pair| pair[0].0 == pair[1].0)
+        .map(|pair| {
+            format!(
+                "{}: {} has a type of the same name, `{}`",
+                pair[1].1, pair[0].1, pair[0].0
+            )
+        })
+        .collect();
+    report(&failures);
+}

@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::kinematics::{Capture, Column, Root, distance, multiply, turn};
-use mocap::arrays::{Arrays, Contacts, Moment, Options, Rotation, RotationSpace, Space, arrays, csv, npz};
+use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space, arrays, csv, npz};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};
 use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
@@ -30,7 +30,7 @@ fn import(name: &str) -> Scene {
     importer.read(&bytes(name), name).unwrap()
 }
 
-fn motion(name: &str, options: &Options) -> Arrays {
+fn motion(name: &str, options: &ArrayOptions) -> Arrays {
     arrays(&import(name), options).unwrap()
 }
 
@@ -57,7 +57,7 @@ fn largest_error(positions: &[f32], capture: &Capture, root: Root) -> f64 {
 fn positions_are_those_of_the_kinematics() {
     for (name, root) in DIALECTS {
         let capture = Capture::parse(&bytes(name));
-        let motion = motion(name, &Options::default());
+        let motion = motion(name, &ArrayOptions::default());
         let error = largest_error(&motion.positions, &capture, root) / capture.height(root);
         assert!(error <= TOLERANCE, "{name}: {error:e} of height");
         let names: Vec<&str> = motion.joints().iter().map(|joint| joint.name.as_str()).collect();
@@ -74,7 +74,7 @@ fn positions_are_those_of_the_kinematics() {
 fn the_csv_holds_the_same_positions() {
     for (name, root) in DIALECTS {
         let capture = Capture::parse(&bytes(name));
-        let text = csv::write(&motion(name, &Options::default()));
+        let text = csv::write(&motion(name, &ArrayOptions::default()));
         let mut positions: Vec<f32> = Vec::new();
         for (row, line) in text.lines().skip(2).enumerate() {
             let fields: Vec<&str> = line.split(',').collect();
@@ -108,7 +108,7 @@ fn floats_in(archive: &[u8], name: &str) -> Vec<f32> {
 fn the_npz_holds_the_same_positions() {
     for (name, root) in DIALECTS {
         let capture = Capture::parse(&bytes(name));
-        let archive = npz::write(&motion(name, &Options::default()));
+        let archive = npz::write(&motion(name, &ArrayOptions::default()));
         let error = largest_error(&floats_in(&archive, "positions"), &capture, root) / capture.height(root);
         assert!(error <= TOLERANCE, "{name}: {error:e} of height");
     }
@@ -118,10 +118,10 @@ fn the_npz_holds_the_same_positions() {
 fn every_form_of_rotation_is_that_of_the_kinematics() {
     let capture = Capture::parse(&bytes("cmu_mixed_rotation_orders"));
     let joints = capture.nodes.len();
-    let in_world = |rotation| Options {
+    let in_world = |rotation| ArrayOptions {
         rotation,
         rotation_space: RotationSpace::World,
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     let read = |rotation| motion("cmu_mixed_rotation_orders", &in_world(rotation));
     let (matrices, six, quaternions) = (read(Rotation::Matrix), read(Rotation::SixD), read(Rotation::Quaternion));
@@ -156,9 +156,9 @@ fn every_form_of_rotation_is_that_of_the_kinematics() {
 fn euler_angles_are_those_of_the_file() {
     let name = "cmu_mixed_rotation_orders";
     let capture = Capture::parse(&bytes(name));
-    let options = Options {
+    let options = ArrayOptions {
         rotation: Rotation::Euler,
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     let motion = motion(name, &options);
     let joints = capture.nodes.len();
@@ -186,13 +186,13 @@ fn euler_angles_are_those_of_the_file() {
 #[test]
 fn seen_from_the_root_and_from_the_parent_the_chain_is_the_same() {
     let name = "cmu_short";
-    let world = motion(name, &Options::default());
+    let world = motion(name, &ArrayOptions::default());
     let space = |space| {
         motion(
             name,
-            &Options {
+            &ArrayOptions {
                 space,
-                ..Options::default()
+                ..ArrayOptions::default()
             },
         )
     };
@@ -216,13 +216,13 @@ fn seen_from_the_root_and_from_the_parent_the_chain_is_the_same() {
 
 #[test]
 fn what_is_left_out_does_not_break_the_chain() {
-    let options = |joints: Option<&str>| Options {
+    let options = |joints: Option<&str>| ArrayOptions {
         joints: joints.map(str::to_owned),
         space: Space::Local,
         rotation: Rotation::Matrix,
-        ..Options::default()
+        ..ArrayOptions::default()
     };
-    let world = motion("cmu_short", &Options::default());
+    let world = motion("cmu_short", &ArrayOptions::default());
     let some = motion("cmu_short", &options(Some("^(Hips|LeftFoot|LeftToeBase)$")));
     let names: Vec<&str> = some.joints().iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!(names, ["Hips", "LeftFoot", "LeftToeBase"]);
@@ -253,7 +253,7 @@ fn what_is_left_out_does_not_break_the_chain() {
 #[test]
 fn unit_axes_frames_and_length_are_those_asked_for() {
     let scene = import("lecture_Test");
-    let options = Options {
+    let options = ArrayOptions {
         metres_per_unit: Some(0.01),
         file_metres_per_unit: Some(1.0),
         up: Some(UpAxis::Z),
@@ -262,7 +262,7 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
         first: Some(Moment::Seconds(0.2)),
         last: Some(Moment::Frame(5)),
         velocities: true,
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     let motion = arrays(&scene, &options).unwrap();
     // Ten frames a second, the fourth is frame 2 + 4 / 2.
@@ -289,11 +289,11 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
 fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
     let scene = import("cmu_12_01_walk");
     let at = |frames_per_second| {
-        let options = Options {
+        let options = ArrayOptions {
             frames_per_second,
             first: Some(Moment::Frame(1)),
             last: Some(Moment::Frame(521)),
-            ..Options::default()
+            ..ArrayOptions::default()
         };
         arrays(&scene, &options).unwrap()
     };
@@ -316,14 +316,14 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
         heights.len()
     );
     let scene = Importer::new().read(text.as_bytes(), "foot.bvh").unwrap();
-    let options = |height| Options {
+    let options = |height| ArrayOptions {
         contacts: Some(Contacts {
             height,
             ..Contacts::default()
         }),
         file_metres_per_unit: Some(1.0),
         file_up: Some(UpAxis::Y),
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     let contacts = |height| arrays(&scene, &options(height)).unwrap().contacts.unwrap();
     // Frame 4 is low, but its central difference is 5 m/s already.
@@ -336,12 +336,12 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
 
 #[test]
 fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
-    let options = Options {
+    let options = ArrayOptions {
         contacts: Some(Contacts {
             feet: "^(Left|Right)ToeBase$".to_owned(),
             ..Contacts::default()
         }),
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     let motion = motion("cmu_12_01_walk", &options);
     let contacts = motion.contacts.as_ref().unwrap();
@@ -362,9 +362,9 @@ fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
 fn without_motion_there_are_joints_and_no_frames() {
     let motion = motion(
         "latin1_name_no_motion",
-        &Options {
+        &ArrayOptions {
             velocities: true,
-            ..Options::default()
+            ..ArrayOptions::default()
         },
     );
     assert_eq!(
@@ -378,7 +378,7 @@ fn without_motion_there_are_joints_and_no_frames() {
 
 #[test]
 fn the_header_tells_where_the_numbers_come_from() {
-    let motion = motion("nan_tokens", &Options::default());
+    let motion = motion("nan_tokens", &ArrayOptions::default());
     let header: serde_json::Value = serde_json::from_str(&motion.header.to_json()).unwrap();
     assert_eq!(header["provenance"]["root_offset"]["policy"], "add");
     assert_eq!(header["provenance"]["source"]["name"], "nan_tokens");
@@ -390,43 +390,43 @@ fn the_header_tells_where_the_numbers_come_from() {
 fn options_without_a_meaning_are_refused() {
     let scene = import("lecture_Test");
     let wrong = [
-        Options {
+        ArrayOptions {
             first: Some(Moment::Frame(10)),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             first: Some(Moment::Seconds(0.5)),
             last: Some(Moment::Seconds(0.2)),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             joints: Some("nobody".to_owned()),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             joints: Some("(".to_owned()),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             frames_per_second: Some(0.0),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             metres_per_unit: Some(f64::NAN),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
-        Options {
+        ArrayOptions {
             contacts: Some(Contacts::default()),
-            ..Options::default()
+            ..ArrayOptions::default()
         },
     ];
     for options in wrong {
         let error = arrays(&scene, &options).unwrap_err();
         assert_eq!(error.code(), Code::UnknownOption, "{error}");
     }
-    let options = Options {
+    let options = ArrayOptions {
         frames_per_second: Some(1e12),
-        ..Options::default()
+        ..ArrayOptions::default()
     };
     assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
@@ -454,10 +454,10 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
     }
     for scene in named.iter().chain([&large, &scaled]) {
         for frames_per_second in [None, Some(47.0)] {
-            let options = Options {
+            let options = ArrayOptions {
                 frames_per_second,
                 rotation_space: RotationSpace::World,
-                ..Options::default()
+                ..ArrayOptions::default()
             };
             let motion = arrays(scene, &options).unwrap();
             let joints: Vec<usize> = (0..scene.nodes.len())

@@ -6,7 +6,7 @@ use std::fs;
 
 use crate::kinematics::{Capture, Root, distance};
 use crate::sample::Sample;
-use mocap::bvh::{Channels, Options, write};
+use mocap::bvh::{BvhOptions, Channels, write};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::process::trim;
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
@@ -23,7 +23,7 @@ fn import(path: &str) -> Scene {
     Importer::new().skeleton_mesh(SkeletonMesh::None).import(path).unwrap()
 }
 
-fn written(scene: &Scene, options: &Options) -> String {
+fn written(scene: &Scene, options: &BvhOptions) -> String {
     String::from_utf8(write(scene, options).unwrap()).unwrap()
 }
 
@@ -55,7 +55,7 @@ fn real_files() -> Vec<(String, Scene)> {
 #[test]
 fn real_files_read_back_to_identical_keys() {
     for (path, scene) in real_files() {
-        let again = read(&write(&scene, &Options::default()).unwrap());
+        let again = read(&write(&scene, &BvhOptions::default()).unwrap());
         assert_eq!(again.warnings, [], "{path}");
         assert_eq!(again.nodes.len(), scene.nodes.len(), "{path}");
         for (node, again) in scene.nodes.iter().zip(&again.nodes) {
@@ -104,14 +104,14 @@ fn an_independent_reader_sees_the_same_motion() {
         let original = Capture::parse(&fs::read(&path).unwrap());
         let height = original.height(Root::Replace);
         for options in [
-            Options::default(),
-            Options {
+            BvhOptions::default(),
+            BvhOptions {
                 channels: Channels::Six,
-                ..Options::default()
+                ..BvhOptions::default()
             },
-            Options {
+            BvhOptions {
                 order: Some(RotationOrder::Yzx),
-                ..Options::default()
+                ..BvhOptions::default()
             },
         ] {
             let again = Capture::parse(&write(&import(&path), &options).unwrap());
@@ -133,7 +133,7 @@ fn an_independent_reader_sees_the_same_motion() {
 #[test]
 fn numbers_keep_the_decimals_of_the_file() {
     // This file has four decimals at most in angles, and five in positions and offsets.
-    let text = written(&import("fixtures/real/cmu_01_01.bvh"), &Options::default());
+    let text = written(&import("fixtures/real/cmu_01_01.bvh"), &BvhOptions::default());
     let (_, rows) = text.split_once("Frame Time:").unwrap();
     let words = rows.lines().skip(1).flat_map(str::split_whitespace);
     let long = words
@@ -146,9 +146,9 @@ fn numbers_keep_the_decimals_of_the_file() {
 
 #[test]
 fn digits_are_what_was_asked_for() {
-    let options = Options {
+    let options = BvhOptions {
         digits: Some(2),
-        ..Options::default()
+        ..BvhOptions::default()
     };
     let text = written(&import("fixtures/real/lecture_Test.bvh"), &options);
     assert!(text.contains("OFFSET 2.00 0.00 0.00\n"), "{text}");
@@ -160,9 +160,9 @@ fn digits_are_what_was_asked_for() {
 fn channels_are_what_was_asked_for() {
     let counts = |name: &str, channels| {
         let scene = import(&format!("fixtures/real/{name}.bvh"));
-        let options = Options {
+        let options = BvhOptions {
             channels,
-            ..Options::default()
+            ..BvhOptions::default()
         };
         let text = written(&scene, &options);
         [3, 6].map(|count| text.matches(&format!("CHANNELS {count} ")).count())
@@ -179,9 +179,9 @@ fn channels_are_what_was_asked_for() {
 fn every_order_turns_alike_and_without_jumps() {
     let scene = import("fixtures/real/cmu_short.bvh");
     for order in RotationOrder::ALL {
-        let options = Options {
+        let options = BvhOptions {
             order: Some(order),
-            ..Options::default()
+            ..BvhOptions::default()
         };
         let again = read(&write(&scene, &options).unwrap());
         for (channel, again) in scene.animations[0].channels.iter().zip(&again.animations[0].channels) {
@@ -199,13 +199,13 @@ fn every_order_turns_alike_and_without_jumps() {
     }
     // Three turns about z, then back through the lock of the order.
     let angles = (0..=1080).map(|step| Quat::from_rotation_z(f64::from(step).to_radians() as f32));
-    let capture = Capture::parse(&write(&spinner(angles.collect()), &Options::default()).unwrap());
+    let capture = Capture::parse(&write(&spinner(angles.collect()), &BvhOptions::default()).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
         assert!((row[3] - step as f64).abs() < 1e-4, "{row:?} at {step}");
     }
     // Half a turn over the pole of Z X Y: its middle angle passes 90 degrees, where the outer two are one.
     let angles = (0..=180).map(|step| Quat::from_rotation_x(f64::from(step).to_radians() as f32));
-    let capture = Capture::parse(&write(&spinner(angles.collect()), &Options::default()).unwrap());
+    let capture = Capture::parse(&write(&spinner(angles.collect()), &BvhOptions::default()).unwrap());
     for (step, row) in capture.rows.iter().enumerate() {
         assert!(
             (row[4] - step as f64).abs() < 1e-3 && row[3].abs() + row[5].abs() < 1e-3,
@@ -267,7 +267,7 @@ fn rest_rotations_and_constant_scales_change_no_place() {
         nodes,
         ..Scene::default()
     };
-    let again = read(&write(&scene, &Options::default()).unwrap());
+    let again = read(&write(&scene, &BvhOptions::default()).unwrap());
     let names: Vec<&str> = again.nodes.iter().map(|node| node.name.as_str()).collect();
     assert_eq!(names, ["hip _left_", "knee"]);
     // One frame, the rest pose: half of the link, turned from x to y.
@@ -279,7 +279,7 @@ fn rest_rotations_and_constant_scales_change_no_place() {
 fn acclaim_motions_become_bvh() {
     let scene = import("fixtures/real/cmu_02_01.amc");
     let animation = &scene.animations[0];
-    let capture = Capture::parse(&write(&scene, &Options::default()).unwrap());
+    let capture = Capture::parse(&write(&scene, &BvhOptions::default()).unwrap());
     let binding = Binding::new(&scene, animation);
     let mut pose = Pose::rest(&scene);
     let tolerance = 1e-5 * capture.height(Root::Replace);
@@ -295,7 +295,7 @@ fn acclaim_motions_become_bvh() {
 #[test]
 fn several_roots_are_several_again() {
     let scene = import("fixtures/dialects/two_roots.bvh");
-    let text = written(&scene, &Options::default());
+    let text = written(&scene, &BvhOptions::default());
     let heads: Vec<&str> = text.lines().filter(|line| line.contains("ROOT")).collect();
     assert_eq!(heads, ["ROOT hip", "ROOT arm"]);
     let again = read(text.as_bytes());
@@ -306,19 +306,19 @@ fn several_roots_are_several_again() {
     };
     assert_eq!(without_lines(&again), without_lines(&scene));
     // Over glTF too, and the points of a C3D file stay one figure, for most programs read no second ROOT.
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).unwrap();
+    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let between = Importer::new()
         .skeleton_mesh(SkeletonMesh::None)
         .read(&glb, "a.glb")
         .unwrap();
-    assert_eq!(written(&between, &Options::default()).matches("ROOT ").count(), 2);
-    let points = written(&import("fixtures/real/optotrak.c3d"), &Options::default());
+    assert_eq!(written(&between, &BvhOptions::default()).matches("ROOT ").count(), 2);
+    let points = written(&import("fixtures/real/optotrak.c3d"), &BvhOptions::default());
     assert_eq!(points.matches("ROOT ").count(), 1);
 }
 
 #[test]
 fn what_bvh_cannot_hold_is_refused() {
-    let refused = |scene: &Scene| write(scene, &Options::default()).unwrap_err();
+    let refused = |scene: &Scene| write(scene, &BvhOptions::default()).unwrap_err();
     assert_eq!(refused(&Scene::default()).code(), Code::Unrepresentable);
     let error = refused(&spinner(vec![Quat::IDENTITY, Quat::from_xyzw(0.0, 0.0, 0.0, 0.0)]));
     assert_eq!(
@@ -330,12 +330,12 @@ fn what_bvh_cannot_hold_is_refused() {
 #[test]
 fn the_way_over_gltf_and_back_keeps_the_motion() {
     for (path, scene) in real_files() {
-        let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).unwrap();
+        let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
         let between = Importer::new()
             .skeleton_mesh(SkeletonMesh::None)
             .read(&glb, "between.glb")
             .unwrap();
-        let again = read(&write(&between, &Options::default()).unwrap());
+        let again = read(&write(&between, &BvhOptions::default()).unwrap());
         let (Some(animation), Some(animation_again)) = (scene.animations.first(), again.animations.first()) else {
             // A pose has one frame in BVH.
             assert!(scene.animations.is_empty(), "{path}");

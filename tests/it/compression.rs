@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use crate::sample::Sample;
 use mocap::glam::{Mat4, Vec3};
-use mocap::gltf::{Achieved, Compression, Document, Options, write_glb};
+use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
 use mocap::process::{reduce_keys, trim};
 use mocap::scene::{Node, NodeId, Scene};
 use mocap::verify::verify;
@@ -34,11 +34,11 @@ fn in_metres(source: &Scene) -> Scene {
     scene
 }
 
-fn options(compression: Compression, max_error: f64) -> Options {
-    Options {
+fn options(compression: Compression, max_error: f64) -> GltfOptions {
+    GltfOptions {
         compression,
         max_error: Some(max_error),
-        ..Options::default()
+        ..GltfOptions::default()
     }
 }
 
@@ -116,7 +116,7 @@ fn sizes_are_what_they_are_meant_to_be() {
             (Compression::Meshopt, 5.0, 80_000),
         ]);
     }
-    let plain = write_glb(&scene, &Options::default()).unwrap().len();
+    let plain = write_glb(&scene, &GltfOptions::default()).unwrap().len();
     assert!(plain > 1_200_000);
     for (compression, millimetres, limit) in limits {
         let glb = write_glb(&scene, &options(compression, millimetres / 1000.0)).unwrap();
@@ -223,7 +223,10 @@ fn the_report_says_how_far_and_where() {
     assert!(scene.nodes.iter().any(|node| node.name == joint));
     assert!(tick <= scene.animations[0].duration && keys > 100);
     assert_eq!(
-        Document::new(&scene, &Options::default()).unwrap().report().achieved,
+        Document::new(&scene, &GltfOptions::default())
+            .unwrap()
+            .report()
+            .achieved,
         None
     );
 }

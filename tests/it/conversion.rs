@@ -1,8 +1,8 @@
 //! `Conversion`, and that everything that converts says the same: the library, the program, and the files they write.
 
-use mocap::convert::{FirstFrame, Moment, RestPose, RootMotion};
+use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::glam::Vec3;
-use mocap::gltf::{Document, Options};
+use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
 use mocap::skeleton::{Unit, survey};
 use mocap::{Code, Conversion, Importer, SkeletonMesh};
@@ -157,7 +157,7 @@ fn frames_are_named_by_their_numbers_in_the_file() {
         (1, 4)
     );
     // The rest pose is taken before the frames before it are gone.
-    let (_, _, scene) = at(new().rest(RestPose::Frame(1)).trim(Moment::Frame(3), None));
+    let (_, _, scene) = at(new().rest(RestPoseSource::Frame(1)).trim(Moment::Frame(3), None));
     assert!((scene.nodes[0].transform.w_axis.x - 0.2).abs() < 1e-6);
 }
 
@@ -194,7 +194,7 @@ fn a_conversion_without_meaning_changes_nothing() {
             "the part to keep ends before it begins; expected frame 5 or a later one; found frame 2".to_owned(),
         ),
         (
-            new().rest(RestPose::Frame(10)),
+            new().rest(RestPoseSource::Frame(10)),
             "the frame of the rest pose is after the last frame; expected at most frame 9, 0.900 seconds from the \
              start; found frame 10"
                 .to_owned(),
@@ -215,7 +215,7 @@ fn a_conversion_without_meaning_changes_nothing() {
 #[test]
 fn writing_what_is_not_in_metres_gives_a_warning() {
     let warnings = |scene: &Scene| {
-        let document = Document::new(scene, &Options::default()).unwrap();
+        let document = Document::new(scene, &GltfOptions::default()).unwrap();
         let warnings = document.report().warnings.clone();
         warnings
             .into_iter()
@@ -241,7 +241,7 @@ fn an_export_returns_its_warnings() {
     let folder = tempfile::tempdir().unwrap();
     let scene = import("lecture_Test.bvh");
     for name in ["a.glb", "a.gltf"] {
-        let report = mocap::gltf::export(&scene, folder.path().join(name), &Options::default()).unwrap();
+        let report = mocap::gltf::export(&scene, folder.path().join(name), &GltfOptions::default()).unwrap();
         assert_eq!(report.warnings[0].code, Code::UnknownUnit);
         assert!(report.warnings[0].help.as_ref().unwrap().contains("Conversion"));
     }
@@ -280,7 +280,7 @@ fn the_program_and_the_library_write_the_same_bytes() {
             &["--drop-first-frame", "auto", "--rest", "frame:7", "--root-motion"],
             new()
                 .first_frame(FirstFrame::DropRestPose)
-                .rest(RestPose::Frame(7))
+                .rest(RestPoseSource::Frame(7))
                 .root(RootMotion::Extract),
         ),
         (
@@ -312,7 +312,7 @@ fn the_program_and_the_library_write_the_same_bytes() {
         for assumption in conversion.apply(&mut scene).unwrap() {
             assert!(words.contains(&format!("{assumption}\n")), "{options:?}: {words}");
         }
-        let glb = mocap::gltf::write_glb(&scene, &Options::default()).unwrap();
+        let glb = mocap::gltf::write_glb(&scene, &GltfOptions::default()).unwrap();
         assert!(glb == std::fs::read(&output).unwrap(), "{file} {options:?}");
     }
 }

@@ -135,7 +135,7 @@ fn a_mesh_is_written_to_gltf_with_its_weights() {
         panic!("{} meshes", scene.meshes.len());
     };
     assert_eq!(mesh.name, "Cylinder");
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).unwrap();
+    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&glb).unwrap();
     let buffer = blob.unwrap();
     let written = document.meshes().next().unwrap();

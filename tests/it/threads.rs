@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::fs;
 
-use mocap::gltf::{self, Options};
+use mocap::gltf::{self, GltfOptions};
 use mocap::{Importer, Scene};
 
 /// The rows of a real capture, again and again until they are worth several threads, each round with other numbers;
@@ -51,7 +51,7 @@ fn plain_rows() {
     let scene = read_alike(&text);
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     // Scenes that are equal may differ in the sign of a zero, and files may not.
-    let glb = |scene: &Scene| gltf::write_glb(scene, &Options::default()).unwrap();
+    let glb = |scene: &Scene| gltf::write_glb(scene, &GltfOptions::default()).unwrap();
     assert!(glb(&read(&text, 7)) == glb(&scene));
     let frames = text.lines().count() - text.lines().position(|line| line.starts_with("Frame Time")).unwrap() - 1;
     assert_eq!(scene.animations[0].frame_count(), frames);

@@ -1,7 +1,7 @@
 //! That verify finds what is wrong, says where, and finds nothing where nothing is wrong.
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{Options, export, write_glb};
+use mocap::gltf::{GltfOptions, export, write_glb};
 use mocap::process::{convert_units, in_place, resample, root_motion, trim};
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{FindingKind, Verification, verify, verify_files};
@@ -19,7 +19,7 @@ fn import(file: &str) -> Scene {
 }
 
 fn glb(scene: &Scene) -> Vec<u8> {
-    write_glb(scene, &Options::default()).unwrap()
+    write_glb(scene, &GltfOptions::default()).unwrap()
 }
 
 /// `glb` without what this crate says about itself in it.
@@ -290,12 +290,12 @@ fn bvh_is_compared_as_its_reader_reads_it() {
     let output = folder.path().join("out.bvh");
     for file in ["cmu_short.bvh", "z_up_dab.bvh", "rokoko_dance.bvh", "py_c3d_motion.c3d"] {
         let scene = import(file);
-        mocap::bvh::export(&scene, &output, &mocap::bvh::Options::default()).unwrap();
+        mocap::bvh::export(&scene, &output, &mocap::bvh::BvhOptions::default()).unwrap();
         let verified = verify_files(fixture(file), &output).unwrap();
         assert!(verified.is_within(1e-4), "{file}: {verified:?}");
         let mut cut = scene.clone();
         trim(&mut cut, 0.0, 5.0);
-        mocap::bvh::export(&cut, &output, &mocap::bvh::Options::default()).unwrap();
+        mocap::bvh::export(&cut, &output, &mocap::bvh::BvhOptions::default()).unwrap();
         let verified = verify_files(fixture(file), &output).unwrap();
         assert!(
             kinds(&verified).contains(&FindingKind::MissingFrames),
@@ -340,7 +340,7 @@ fn files_are_read_as_the_conversion_read_them() {
     let scene = importer.import(&source).unwrap();
     for name in ["a b.gltf", "a.glb"] {
         let output = folder.path().join(name);
-        export(&scene, &output, &Options::default()).unwrap();
+        export(&scene, &output, &GltfOptions::default()).unwrap();
         let verified = verify_files(&source, &output).unwrap();
         assert_eq!(verified.frames, 75);
         assert!(verified.max_error < 1e-4, "{verified:?}");

@@ -22,10 +22,13 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::RootOffset;
 use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
 use mocap::skeleton::Skeleton;
+use mocap::{RootOffset, SkeletonMesh};
 use serde::Serialize;
+
+use crate::args::FrameRateArgs;
+use crate::report;
 
 /// The assumptions of the reader, and further guesses.
 fn assumptions(scene: &Scene) -> Vec<Assumption> {
@@ -42,9 +45,17 @@ fn assumptions(scene: &Scene) -> Vec<Assumption> {
     assumptions
 }
 
+/// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
+fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
+    let scene = read.importer().skeleton_mesh(SkeletonMesh::None).import(file)?;
+    report::warnings(Some(file), &scene.warnings);
+    report::clip_taken(&scene);
+    Ok(scene)
+}
+
 /// Prints a value as indented JSON.
 fn print_json(value: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(crate::report::stdout());
+    let mut out = io::BufWriter::new(report::stdout());
     serde_json::to_writer_pretty(&mut out, value)?;
     writeln!(out)?;
     out.flush()
@@ -63,7 +74,7 @@ fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), cr
         _ => return Err(unknown_extension(path, ".png or .svg")),
     };
     mocap::export::write_file(path, &bytes)?;
-    crate::report::say(&format!(
+    report::say(&format!(
         "{}: {} x {} pixels",
         path.display(),
         drawing.width,

@@ -19,7 +19,7 @@
 //! Numbers have the fewest decimals with which the same keys are read back: 1 degree is `1`, and the keys of a BVH file
 //! with four decimals get four decimals again. Keys are the same bit by bit, with two exceptions: 1e-14, the precision
 //! of an angle after some turns, counts as zero, and a quaternion whose sign depends on such a number may become its
-//! negative. [`Options::digits`] sets a fixed number of decimals instead.
+//! negative. [`BvhOptions::digits`] sets a fixed number of decimals instead.
 
 mod angles;
 mod build;
@@ -45,7 +45,7 @@ pub enum Channels {
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Options {
+pub struct BvhOptions {
     /// The order of the rotation channels of all joints. Default: `None`, each joint's own order, or else `Zxy`.
     pub order: Option<RotationOrder>,
     /// Decimals of every number. Default: `None`, as many as are needed to read the same keys back.
@@ -57,7 +57,7 @@ pub struct Options {
 /// What was written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Report {
+pub struct BvhReport {
     /// Rows of the motion.
     pub frames: usize,
     /// Values in a row.
@@ -69,10 +69,10 @@ pub struct Report {
 /// The text of a BVH file.
 ///
 /// ```
-/// use mocap::bvh::{Options, write};
+/// use mocap::bvh::{BvhOptions, write};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let text = String::from_utf8(write(&scene, &Options::default())?).unwrap();
+/// let text = String::from_utf8(write(&scene, &BvhOptions::default())?).unwrap();
 /// assert!(text.starts_with("HIERARCHY\nROOT Shoulder\n{\n\tOFFSET 0 0 0\n"));
 /// assert!(text.contains("Frames: 10\nFrame Time: 0.1\n"));
 /// # Ok::<(), mocap::Error>(())
@@ -81,7 +81,7 @@ pub struct Report {
 /// # Errors
 /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a quaternion
 /// is not a rotation, and where the scene has no nodes.
-pub fn write(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
+pub fn write(scene: &Scene, options: &BvhOptions) -> Result<Vec<u8>> {
     Ok(build::text(scene, options)?.0.into_bytes())
 }
 
@@ -89,7 +89,7 @@ pub fn write(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`write()`].
-pub fn scale_warning(scene: &Scene, options: &Options) -> Result<Option<Diagnostic>> {
+pub fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
     build::scale_warning(scene, options)
 }
 
@@ -97,7 +97,7 @@ pub fn scale_warning(scene: &Scene, options: &Options) -> Result<Option<Diagnost
 ///
 /// # Errors
 /// As [`write()`], and [`Code::Io`](crate::Code::Io).
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &Options) -> Result<Report> {
+pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &BvhOptions) -> Result<BvhReport> {
     let (text, report) = build::text(scene, options)?;
     write_file(path.as_ref(), text.as_bytes())?;
     Ok(report)

@@ -18,7 +18,7 @@
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
 //! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](crate::convert::Conversion) brings a scene
-//! there. Where a scene is not known to be in metres, [`Report::warnings`] says so.
+//! there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
 //!
 //! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
 //! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
@@ -55,7 +55,7 @@ pub enum BufferPlace {
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct GltfOptions {
     /// Write constant tracks as channels too, for engines that blend clips channel by channel. Default: `false`,
     /// constant values are only in the node.
     pub keep_constant: bool,
@@ -65,8 +65,9 @@ pub struct Options {
     pub compression: Compression,
     /// The largest distance of any joint or end site from its position in the scene, in metres, at any whole tick and
     /// at any key of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
-    /// [`Options::compression`] says; [`Report::achieved`] has the result. Default: none for [`Compression::None`],
-    /// which then keeps every key unchanged, otherwise [`DEFAULT_MAX_ERROR`](super::DEFAULT_MAX_ERROR).
+    /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
+    /// [`Compression::None`], which then keeps every key unchanged, otherwise
+    /// [`DEFAULT_MAX_ERROR`](super::DEFAULT_MAX_ERROR).
     pub max_error: Option<f64>,
 }
 
@@ -87,7 +88,7 @@ pub struct Renamed {
 /// What was written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Report {
+pub struct GltfReport {
     /// The nodes whose name had to change.
     pub renamed: Vec<Renamed>,
     /// Joints of the skin, end sites included; 0 where there is no skin.
@@ -114,7 +115,7 @@ pub struct Report {
 pub struct Document {
     root: ::gltf::json::Root,
     bin: Vec<u8>,
-    report: Report,
+    report: GltfReport,
 }
 
 impl Document {
@@ -125,14 +126,14 @@ impl Document {
     /// quaternion is not a rotation; [`Code::FrameTime`](crate::Code::FrameTime) where ticks per second are not above 0;
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
-    pub fn new(scene: &Scene, options: &Options) -> Result<Self> {
+    pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let mut document = build::document(scene, options)?;
         document.report.warnings.extend(unit_warning(scene));
         Ok(document)
     }
 
-    /// The report. [`Report::bytes`] is set only by [`export`].
-    pub fn report(&self) -> &Report {
+    /// The report. [`GltfReport::bytes`] is set only by [`export`].
+    pub fn report(&self) -> &GltfReport {
         &self.report
     }
 }
@@ -153,7 +154,7 @@ fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
 /// # Errors
 /// As [`Document::new`]; and [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB that the container
 /// can hold.
-pub fn write_glb(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
+pub fn write_glb(scene: &Scene, options: &GltfOptions) -> Result<Vec<u8>> {
     Document::new(scene, options)?.to_glb()
 }
 
@@ -163,7 +164,7 @@ pub fn write_glb(scene: &Scene, options: &Options) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// As [`write_glb`], and [`Code::Io`](crate::Code::Io).
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &Options) -> Result<Report> {
+pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &GltfOptions) -> Result<GltfReport> {
     let path = path.as_ref();
     let document = Document::new(scene, options)?;
     let is_text = path
@@ -188,7 +189,7 @@ pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &Options) -> Resul
             text.len() + bin.len()
         }
     };
-    Ok(Report {
+    Ok(GltfReport {
         bytes,
         ..document.report
     })

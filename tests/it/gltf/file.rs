@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{BufferPlace, Document, Options, Provenance, export, write_glb};
+use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance, export, write_glb};
 use mocap::scene::Scene;
 
 use super::read::{Read, text_of};
@@ -39,7 +39,7 @@ fn names_come_out_unique_harmless_and_reported() {
     scene.nodes.push(node("a_b", Some(0), Vec3::ONE));
     scene.nodes.push(node("mixamorig:Hips", Some(0), Vec3::ONE));
     scene.animations.clear();
-    let document = Document::new(&scene, &Options::default()).unwrap();
+    let document = Document::new(&scene, &GltfOptions::default()).unwrap();
     let read = Read::glb(&document.to_glb().unwrap());
     assert_eq!(
         read.names(),
@@ -115,13 +115,13 @@ fn what_is_not_finite_is_refused_by_name_and_no_file_is_left() {
     ] {
         let mut scene = walker(3);
         scene.animations[0].channels[1].rotation_keys.values[2] = value;
-        let error = export(&scene, &path, &Options::default()).unwrap_err();
+        let error = export(&scene, &path, &GltfOptions::default()).unwrap_err();
         assert_eq!((error.code().as_str(), error.joint()), ("unrepresentable", Some("Leg")));
     }
     let mut scene = walker(3);
     scene.animations[0].ticks_per_second = 0.0;
     assert_eq!(
-        write_glb(&scene, &Options::default()).unwrap_err().code().as_str(),
+        write_glb(&scene, &GltfOptions::default()).unwrap_err().code().as_str(),
         "frame-time"
     );
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
@@ -133,13 +133,13 @@ fn the_three_containers_hold_the_same() {
     let scene = with_skinned_mesh(walker(10));
     let glb_path = folder.path().join("a take.glb");
     std::fs::write(&glb_path, "an older file").unwrap();
-    let report = export(&scene, &glb_path, &Options::default()).unwrap();
+    let report = export(&scene, &glb_path, &GltfOptions::default()).unwrap();
     let glb = std::fs::read(&glb_path).unwrap();
     assert_eq!(report.bytes, glb.len());
     let glb = Read::glb(&glb);
 
     let text_path = folder.path().join("a take.gltf");
-    export(&scene, &text_path, &Options::default()).unwrap();
+    export(&scene, &text_path, &GltfOptions::default()).unwrap();
     let beside = gltf::Gltf::open(&text_path).unwrap();
     let uri = beside.document.buffers().next().unwrap();
     assert!(matches!(uri.source(), gltf::buffer::Source::Uri("a%20take.bin")));
@@ -148,9 +148,9 @@ fn the_three_containers_hold_the_same() {
     export(
         &scene,
         &text_path,
-        &Options {
+        &GltfOptions {
             buffer: BufferPlace::Embedded,
-            ..Options::default()
+            ..GltfOptions::default()
         },
     )
     .unwrap();
@@ -179,7 +179,7 @@ fn provenance_is_in_the_file() {
 #[test]
 fn equal_scenes_give_equal_bytes() {
     let scene = with_skinned_mesh(walker(20));
-    let options = Options::default();
+    let options = GltfOptions::default();
     assert_eq!(
         write_glb(&scene, &options).unwrap(),
         write_glb(&scene.clone(), &options).unwrap()

@@ -1,7 +1,7 @@
 //! Real files, through the library into glTF and back, against their own text.
 
 use mocap::glam::DVec3;
-use mocap::gltf::{Options, write_glb};
+use mocap::gltf::{GltfOptions, write_glb};
 use mocap::process::{KeyTolerance, SkeletonMesh, collapse_keys, skeleton_mesh};
 
 use super::read::Read;
@@ -15,7 +15,7 @@ fn assert_survives(file: &str) {
     let mut scene = mocap::Importer::new().read(&bytes, file).unwrap();
     collapse_keys(&mut scene, KeyTolerance::default());
     skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
-    let read = Read::glb(&write_glb(&scene, &Options::default()).unwrap());
+    let read = Read::glb(&write_glb(&scene, &GltfOptions::default()).unwrap());
 
     let capture = Capture::parse(&bytes);
     let tolerance = 1e-5 * capture.height(Root::Replace);

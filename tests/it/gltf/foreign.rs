@@ -165,7 +165,7 @@ fn steps_hold_until_the_next_key() {
         assert_eq!(place(&scene, 0, 0, seconds).x, x, "{seconds}");
     }
     // And they come out as steps again.
-    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).unwrap();
+    let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let again = Importer::new().read(&glb, "again.glb").unwrap();
     for (seconds, x) in [(0.9999, 0.0), (1.0001, 2.0), (2.4999, 2.0), (2.5, 5.0)] {
         assert_eq!(place(&again, 0, 0, seconds).x, x, "{seconds}");
@@ -257,12 +257,12 @@ fn each_clip_keeps_its_own_pose_when_it_is_written() {
     let expected = [Vec3::X * 2.0, Vec3::X * -2.0, Vec3::Y * 9.0];
     assert_eq!(places(&scene), expected);
     for options in [
-        mocap::gltf::Options::default(),
-        mocap::gltf::Options {
+        mocap::gltf::GltfOptions::default(),
+        mocap::gltf::GltfOptions {
             keep_constant: true,
             ..Default::default()
         },
-        mocap::gltf::Options {
+        mocap::gltf::GltfOptions {
             max_error: Some(0.001),
             ..Default::default()
         },
@@ -588,7 +588,7 @@ fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
         assert_eq!(scene.animations.len(), 1);
         assert_eq!(scene.animations[0].name, "two");
         assert_eq!(place(&scene, 0, 0, 1.0), Vec3::X * 2.0);
-        mocap::gltf::export(&scene, &output, &mocap::gltf::Options::default()).unwrap();
+        mocap::gltf::export(&scene, &output, &mocap::gltf::GltfOptions::default()).unwrap();
         assert!(mocap::verify::verify_files(&source, &output).unwrap().max_error < 1e-6);
     }
     for clips in [Clips::Index(2), Clips::Name("three".to_owned())] {
@@ -610,7 +610,7 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
             &[STILL, quarter()],
             "LINEAR",
         );
-        mocap::bvh::scale_warning(&file.read(), &mocap::bvh::Options::default()).unwrap()
+        mocap::bvh::scale_warning(&file.read(), &mocap::bvh::BvhOptions::default()).unwrap()
     };
     // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
     let text = warning(json!([2, 1, 1])).unwrap().to_string();

@@ -1,7 +1,7 @@
 //! Written files read back into a scene; files of other programs; files of nobody.
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::gltf::{BufferPlace, Options, export, write_glb};
+use mocap::gltf::{BufferPlace, GltfOptions, export, write_glb};
 use mocap::process::{root_motion, validate};
 use mocap::scene::{Node, NodeKind, Scene};
 use mocap::{Importer, Pose, SkeletonMesh};
@@ -16,9 +16,9 @@ fn round_trip(scene: &Scene) -> Scene {
     read(
         &write_glb(
             scene,
-            &Options {
+            &GltfOptions {
                 keep_constant: true,
-                ..Options::default()
+                ..GltfOptions::default()
             },
         )
         .unwrap(),
@@ -62,7 +62,10 @@ fn a_written_scene_reads_as_itself() {
 #[test]
 fn folded_tracks_come_back_from_the_nodes() {
     let scene = walker(50);
-    assert_same(&read(&write_glb(&scene, &Options::default()).unwrap()).unwrap(), &scene);
+    assert_same(
+        &read(&write_glb(&scene, &GltfOptions::default()).unwrap()).unwrap(),
+        &scene,
+    );
 }
 
 #[test]
@@ -109,7 +112,7 @@ fn several_roots_get_a_group() {
         node("c", Some(0), Vec3::Z),
     ];
     // Without the group, as other programs write it.
-    let glb = write_glb(&scene, &Options::default()).unwrap();
+    let glb = write_glb(&scene, &GltfOptions::default()).unwrap();
     let text = json_of(&glb)
         .replace(r#""nodes":[0]"#, r#""nodes":[1,3]"#)
         .replace(r#""children":[1,3],"#, "");
@@ -131,15 +134,15 @@ fn text_files_bring_their_buffer_along_or_beside_them() {
     export(
         &scene,
         &path,
-        &Options {
+        &GltfOptions {
             buffer: BufferPlace::Embedded,
-            ..Options::default()
+            ..GltfOptions::default()
         },
     )
     .unwrap();
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     assert_same(&importer.import(&path).unwrap(), &scene);
-    export(&scene, &path, &Options::default()).unwrap();
+    export(&scene, &path, &GltfOptions::default()).unwrap();
     assert_same(&importer.import(&path).unwrap(), &scene);
 
     let error = importer
@@ -150,7 +153,7 @@ fn text_files_bring_their_buffer_along_or_beside_them() {
 
 #[test]
 fn a_frame_time_is_found_where_none_is_stated() {
-    let glb = write_glb(&walker(3000), &Options::default()).unwrap();
+    let glb = write_glb(&walker(3000), &GltfOptions::default()).unwrap();
     let text = json_of(&glb).replace(r#""mocap""#, r#""other""#);
     let read = read(&with_json(&glb, &text)).unwrap();
     let animation = &read.animations[0];
@@ -165,7 +168,7 @@ fn a_frame_time_is_found_where_none_is_stated() {
 
 #[test]
 fn what_is_wrong_is_said() {
-    let glb = write_glb(&walker(5), &Options::default()).unwrap();
+    let glb = write_glb(&walker(5), &GltfOptions::default()).unwrap();
     let text = json_of(&glb);
     let changed = [
         // The leg hangs on itself.
@@ -197,7 +200,7 @@ fn what_is_wrong_is_said() {
 /// Every prefix, and every byte set to three other values: an error or a valid scene, and never a panic.
 #[test]
 fn no_bytes_do_harm() {
-    let glb = write_glb(&walker(2), &Options::default()).unwrap();
+    let glb = write_glb(&walker(2), &GltfOptions::default()).unwrap();
     for end in 0..glb.len() {
         assert!(read(&glb[..end]).is_err(), "{end}");
     }

@@ -2,7 +2,7 @@
 
 use gltf::mesh::util::{ReadJoints, ReadWeights};
 use mocap::glam::{DVec3, Mat4, Vec3};
-use mocap::gltf::{Document, Options};
+use mocap::gltf::{Document, GltfOptions};
 use mocap::process::{SkeletonMesh, skeleton_mesh};
 use mocap::scene::{Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
@@ -82,7 +82,7 @@ fn rigid_meshes_stay_on_their_nodes_and_need_no_skin() {
         scene.nodes[index].meshes.push(place);
     }
     scene.materials.push(Material::default());
-    let document = Document::new(&scene, &Options::default()).unwrap();
+    let document = Document::new(&scene, &GltfOptions::default()).unwrap();
     assert_eq!(
         (document.report().joints, document.report().vertices),
         (0, 8),

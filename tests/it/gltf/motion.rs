@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use gltf::animation::Property;
 use mocap::glam::{DVec3, Quat, Vec3};
-use mocap::gltf::{Document, Options, write_glb};
+use mocap::gltf::{Document, GltfOptions, write_glb};
 use mocap::scene::Keys;
 
 use super::read::Read;
@@ -52,9 +52,9 @@ fn only_what_moves_is_a_channel_and_all_channels_share_their_times() {
 
 #[test]
 fn constant_tracks_can_be_kept() {
-    let options = Options {
+    let options = GltfOptions {
         keep_constant: true,
-        ..Options::default()
+        ..GltfOptions::default()
     };
     let scene = walker(50);
     let read = Read::glb(&write_glb(&scene, &options).unwrap());
@@ -103,7 +103,7 @@ fn keys_that_32_bit_times_cannot_tell_apart_are_dropped_and_counted() {
     // 32-bit floats near 2^24 are 1 and then 2 apart.
     channel.rotation_keys.ticks = Some(vec![16_777_215.0, 16_777_216.0, 16_777_216.25, 16_777_218.0]);
     channel.rotation_keys.values = [0.0, 0.1, 0.2, 0.3].map(Quat::from_rotation_x).to_vec();
-    let document = Document::new(&scene, &Options::default()).unwrap();
+    let document = Document::new(&scene, &GltfOptions::default()).unwrap();
     assert_eq!(document.report().dropped_keys, 1);
     let read = Read::glb(&document.to_glb().unwrap());
     let sampler = read.document.animations().next().unwrap().samplers().next().unwrap();

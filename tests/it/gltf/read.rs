@@ -3,7 +3,7 @@
 use gltf::animation::Interpolation;
 use gltf::animation::util::ReadOutputs;
 use mocap::glam::{DMat4, DQuat, DVec3, Quat, Vec3};
-use mocap::gltf::{Document, Options, write_glb};
+use mocap::gltf::{Document, GltfOptions, write_glb};
 use mocap::scene::Scene;
 
 /// A file in memory.
@@ -39,7 +39,7 @@ impl Read {
     }
 
     pub(crate) fn scene(scene: &Scene) -> Self {
-        Self::glb(&write_glb(scene, &Options::default()).unwrap())
+        Self::glb(&write_glb(scene, &GltfOptions::default()).unwrap())
     }
 
     /// The numbers of an accessor, without the crate's iterators.
@@ -124,6 +124,6 @@ fn blend<T: Copy>(times: &[f32], values: &[T], seconds: f32, mix: impl Fn(T, T, 
 
 /// The JSON of a scene's file.
 pub(crate) fn text_of(scene: &Scene) -> String {
-    let document = Document::new(scene, &Options::default()).unwrap();
+    let document = Document::new(scene, &GltfOptions::default()).unwrap();
     String::from_utf8(document.to_text_and_bin("a.bin").unwrap().0).unwrap()
 }

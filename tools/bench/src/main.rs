@@ -14,7 +14,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use mocap::gltf::{self, Options};
+use mocap::gltf::{self, GltfOptions};
 use mocap::{Importer, Scene, SkeletonMesh, Updater};
 
 /// The stage that compresses within a largest error.
@@ -146,9 +146,9 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
             .hash(false)
     };
     let mut scene = importer(1).import(path)?;
-    let glb = gltf::write_glb(&scene, &Options::default())?;
+    let glb = gltf::write_glb(&scene, &GltfOptions::default())?;
     let convert = |threads| -> Result<()> {
-        gltf::export(&importer(threads).import(path)?, &output, &Options::default())?;
+        gltf::export(&importer(threads).import(path)?, &output, &GltfOptions::default())?;
         Ok(())
     };
 
@@ -191,7 +191,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
         stages.add(name("convert"), move || convert(threads));
     }
     stages.add("export", || {
-        black_box(gltf::write_glb(&scene, &Options::default())?);
+        black_box(gltf::write_glb(&scene, &GltfOptions::default())?);
         Ok(())
     });
     if peers::run(&mocap, &["convert", &from, &to]) {
@@ -338,7 +338,7 @@ fn peak_memory(threads: usize, input: &Path, output: &Path) -> Result<usize> {
 
 fn convert_and_tell_memory(threads: usize, input: &Path, output: &Path) -> Result<()> {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).threads(threads);
-    gltf::export(&importer.import(input)?, output, &Options::default())?;
+    gltf::export(&importer.import(input)?, output, &GltfOptions::default())?;
     let status = fs::read_to_string("/proc/self/status")?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kilobytes: usize = peak

@@ -272,7 +272,7 @@ fn glb_seeds() -> Vec<Vec<u8>> {
     ];
     let written = names.map(|name| {
         let scene = mocap::import(fixture(name)).expect("the fixture is read");
-        mocap::gltf::write_glb(&scene, &mocap::gltf::Options::default()).expect("the fixture is written")
+        mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).expect("the fixture is written")
     });
     written.to_vec()
 }

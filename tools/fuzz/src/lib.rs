@@ -59,7 +59,7 @@ impl Input {
 /// An error, or a glTF file that holds the same nodes.
 fn export_gltf(scene: &Scene) {
     // Not every scene can be written: links of 1e38 add up to infinity. An error is an answer.
-    let Ok(glb) = gltf::write_glb(scene, &gltf::Options::default()) else {
+    let Ok(glb) = gltf::write_glb(scene, &gltf::GltfOptions::default()) else {
         return;
     };
     let file = ::gltf::Gltf::from_slice(&glb).expect("what was exported is valid glTF");
@@ -70,7 +70,7 @@ fn export_gltf(scene: &Scene) {
 
 /// An error, or a BVH file that is read back to as many frames, and without a warning but of names and roots.
 fn export_bvh(scene: &Scene) {
-    let Ok(text) = bvh::write(scene, &bvh::Options::default()) else {
+    let Ok(text) = bvh::write(scene, &bvh::BvhOptions::default()) else {
         return;
     };
     let importer = Importer::new()

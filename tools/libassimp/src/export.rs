@@ -7,7 +7,7 @@ use std::path::Path;
 use std::ptr;
 
 use mocap::export::write_file;
-use mocap::gltf::{Document, Options};
+use mocap::gltf::{Document, GltfOptions};
 
 use crate::abi::{AI_FAILURE, AI_SUCCESS, aiExportDataBlob, aiExportFormatDesc, aiFileIO, aiReturn, aiScene, aiString};
 use crate::border::{error_text_of_system, guard, text};
@@ -213,7 +213,7 @@ unsafe fn own(scene: *const aiScene, id: *const c_char) -> Result<(Document, For
         from_assimp::check_nothing_is_lost(scene)?;
         from_assimp::scene(scene)?
     };
-    let document = Document::new(&scene, &Options::default()).map_err(|error| error.to_string())?;
+    let document = Document::new(&scene, &GltfOptions::default()).map_err(|error| error.to_string())?;
     Ok((document, format))
 }
 

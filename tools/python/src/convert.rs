@@ -41,7 +41,7 @@ pub(crate) fn convert(
     let written = py.detach(|| {
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
-        gltf::export(&scene, &target, &gltf::Options::default())
+        gltf::export(&scene, &target, &gltf::GltfOptions::default())
     });
     written
         .map(|written| written.bytes as u64)

@@ -105,7 +105,7 @@ impl ReadOptions {
 }
 
 /// The library's options from the JSON that `mocap.Options` writes.
-pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::Options> {
+pub(crate) fn options_from(json: &str) -> PyResult<mocap::arrays::ArrayOptions> {
     serde_json::from_str(json).map_err(|error| {
         // The position in the JSON is of no use to a Python user.
         let message = error.to_string();

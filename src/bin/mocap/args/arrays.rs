@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mocap::arrays::{Contacts, Options, Rotation, RotationSpace, Space};
+use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
@@ -136,9 +136,9 @@ pub(crate) struct ArraysArgs {
 
 impl ArraysArgs {
     /// The library's options.
-    pub(crate) fn options(&self) -> Options {
+    pub(crate) fn options(&self) -> ArrayOptions {
         let standard = Contacts::default();
-        Options {
+        ArrayOptions {
             space: self.space.into(),
             rotation: self.rot.into(),
             rotation_space: self.rot_space.into(),

@@ -1,7 +1,7 @@
 //! Options of the BVH writer.
 
 use clap::ValueEnum;
-use mocap::bvh::{Channels, Options};
+use mocap::bvh::{BvhOptions, Channels};
 use mocap::scene::RotationOrder;
 
 #[derive(Debug, clap::Args)]
@@ -27,8 +27,8 @@ fn parse_order(text: &str) -> Result<RotationOrder, String> {
 }
 
 impl BvhArgs {
-    pub(crate) fn options(&self) -> Options {
-        Options {
+    pub(crate) fn options(&self) -> BvhOptions {
+        BvhOptions {
             order: self.order,
             digits: self.digits,
             channels: self.channels.into(),

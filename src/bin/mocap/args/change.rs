@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use mocap::Conversion;
-use mocap::convert::{FirstFrame, Moment, RestPose, RootMotion};
+use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::scene::UpAxis;
 use mocap::skeleton::Unit;
 
@@ -177,7 +177,7 @@ pub(crate) enum RestArg {
     Frame(u64),
 }
 
-impl From<RestArg> for RestPose {
+impl From<RestArg> for RestPoseSource {
     fn from(arg: RestArg) -> Self {
         match arg {
             RestArg::Zero => Self::InFile,

@@ -125,7 +125,7 @@ pub(crate) fn convert(
     let mut scene = import(args, input)?;
     let mut decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
     let mut plain_bytes = None;
-    let mut written = gltf::Report::default();
+    let mut written = gltf::GltfReport::default();
     let mut hash = None;
     if is_bvh {
         let text = bvh::write(&scene, &args.bvh.options())?;
@@ -139,7 +139,7 @@ pub(crate) fn convert(
             .extend(bvh::scale_warning(&scene, &args.bvh.options())?);
         hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
     } else {
-        let options = gltf::Options {
+        let options = gltf::GltfOptions {
             keep_constant: args.keep_constant,
             buffer: if args.embed {
                 BufferPlace::Embedded
@@ -152,9 +152,9 @@ pub(crate) fn convert(
         written = gltf::export(&scene, output, &options)?;
         // For `tell` alone, which says nothing where `--quiet` is.
         if written.achieved.is_some() && args.batch.out_dir.is_none() && !args.batch.spread.quiet {
-            let plain = gltf::Options {
+            let plain = gltf::GltfOptions {
                 keep_constant: args.keep_constant,
-                ..gltf::Options::default()
+                ..gltf::GltfOptions::default()
             };
             plain_bytes = Some(gltf::Document::new(&scene, &plain)?.glb_len()?);
         }

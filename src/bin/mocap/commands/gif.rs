@@ -1,21 +1,14 @@
 //! `mocap gif`: draws a film of a clip.
 
-use mocap::SkeletonMesh;
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{check_output, extension, short_name, unknown_extension};
+use super::{check_output, extension, import_motion, short_name, unknown_extension};
 use crate::args::GifArgs;
 use crate::{Failure, report};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     check_output(&[&args.file], &args.output)?;
-    let scene = args
-        .read
-        .importer()
-        .skeleton_mesh(SkeletonMesh::None)
-        .import(&args.file)?;
-    report::warnings(Some(&args.file), &scene.warnings);
-    report::clip_taken(&scene);
+    let scene = import_motion(&args.read, &args.file)?;
     let name = short_name(&args.file);
     let options = MovieOptions {
         width: args.width,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
-use mocap::arrays::{Options, arrays, parquet, table};
+use mocap::arrays::{ArrayOptions, arrays, parquet, table};
 use mocap::export::{unfinished_target, write_file};
 use mocap::{Importer, Scene, SkeletonMesh};
 
@@ -29,7 +29,7 @@ struct Packed {
 /// How to make rows of files.
 struct Packer<'a> {
     importer: Importer,
-    options: Options,
+    options: ArrayOptions,
     table: TableArg,
     /// The options as text, for the manifest.
     options_text: &'a str,

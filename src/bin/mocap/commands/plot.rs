@@ -1,22 +1,15 @@
 //! `mocap plot`: draws curves of a joint.
 
-use mocap::SkeletonMesh;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::NodeId;
 
-use super::{check_output, short_name, write_drawing};
+use super::{check_output, import_motion, short_name, write_drawing};
+use crate::Failure;
 use crate::args::PlotArgs;
-use crate::{Failure, report};
 
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     check_output(&[&args.file], &args.output)?;
-    let scene = args
-        .read
-        .importer()
-        .skeleton_mesh(SkeletonMesh::None)
-        .import(&args.file)?;
-    report::warnings(Some(&args.file), &scene.warnings);
-    report::clip_taken(&scene);
+    let scene = import_motion(&args.read, &args.file)?;
     let mut joints = Vec::new();
     for name in &args.joint {
         let Some(index) = scene.nodes.iter().position(|node| node.name == *name) else {

@@ -6,7 +6,7 @@ use mocap::glam::Mat4;
 use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
-use super::print_json;
+use super::{import_motion, print_json};
 use crate::args::PoseArgs;
 use crate::{Failure, report};
 
@@ -29,13 +29,7 @@ struct NodeView<'a> {
 }
 
 pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
-    let scene = args
-        .read
-        .importer()
-        .skeleton_mesh(mocap::SkeletonMesh::None)
-        .import(&args.file)?;
-    report::warnings(Some(&args.file), &scene.warnings);
-    report::clip_taken(&scene);
+    let scene = import_motion(&args.read, &args.file)?;
     if !args.tick.is_finite() {
         return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
     }

@@ -2,22 +2,19 @@
 
 use std::path::Path;
 
+use mocap::Scene;
 use mocap::render::{Clip, SheetOptions, sheet};
 use mocap::skeleton::{Skeleton, TPose};
-use mocap::{Scene, SkeletonMesh};
 
-use super::{check_output, short_name, write_drawing};
+use super::{check_output, import_motion, short_name, write_drawing};
+use crate::Failure;
 use crate::args::SheetArgs;
-use crate::{Failure, report};
 
 pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
     check_output(&args.files, &args.output)?;
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
-        let scene = importer.import(file)?;
-        report::warnings(Some(file), &scene.warnings);
-        report::clip_taken(&scene);
+        let scene = import_motion(&args.read, file)?;
         let scene = if args.t_pose { in_t_pose(scene, file)? } else { scene };
         named_scenes.push((short_name(file), scene));
     }

@@ -5,12 +5,12 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
+use mocap::Scene;
 use mocap::scene::RootOffset;
 use mocap::skeleton::{Axis, Confidence, Guess, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, humanoid};
-use mocap::{Scene, SkeletonMesh};
 use serde::{Deserialize, Serialize};
 
-use super::print_json;
+use super::{import_motion, print_json};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
@@ -111,12 +111,7 @@ impl Report {
 }
 
 pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
-    let scene = args
-        .read
-        .importer()
-        .skeleton_mesh(SkeletonMesh::None)
-        .import(&args.file)?;
-    report::warnings(Some(&args.file), &scene.warnings);
+    let scene = import_motion(&args.read, &args.file)?;
     let mut bones = humanoid(&scene);
     if let Some(map) = &args.map {
         bones = mapped(bones, &scene, map)?;

@@ -132,7 +132,7 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     Conversion::new().apply(&mut in_metres)?;
     // The page lists what was assumed.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
-    let glb = gltf::write_glb(&in_metres, &gltf::Options::default())?;
+    let glb = gltf::write_glb(&in_metres, &gltf::GltfOptions::default())?;
     Ok(Read {
         name: short_name(file),
         scene,

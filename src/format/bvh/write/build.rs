@@ -6,7 +6,7 @@ use glam::{DVec3, Mat4, Quat, Vec3};
 
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
-use super::{Channels, Options, Report};
+use super::{BvhOptions, BvhReport, Channels};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::limits::FARTHEST;
 use crate::pose::{Binding, Trs};
@@ -18,7 +18,7 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// Frames per second of a file that holds only a rest pose.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-pub(super) fn text(scene: &Scene, options: &Options) -> Result<(String, Report)> {
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, BvhReport)> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
     let frames = motion.animation.map_or(1, frame_count);
@@ -34,7 +34,7 @@ pub(super) fn text(scene: &Scene, options: &Options) -> Result<(String, Report)>
     push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
     text.push('\n');
     push_rows(&mut text, &motion, &joints, frames, options)?;
-    let report = Report {
+    let report = BvhReport {
         frames,
         channels: joints.iter().map(Joint::channel_count).sum(),
         bytes: text.len(),
@@ -43,7 +43,7 @@ pub(super) fn text(scene: &Scene, options: &Options) -> Result<(String, Report)>
 }
 
 /// A warning where scales move joints in a way that BVH has no channel for, with the largest distance.
-pub(super) fn scale_warning(scene: &Scene, options: &Options) -> Result<Option<Diagnostic>> {
+pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
     /// Of a scale: rest transforms are decomposed matrices.
     const UNSCALED: f32 = 1e-5;
     /// Of the farthest position: the rounding of 32-bit products.
@@ -175,7 +175,7 @@ impl Joint<'_> {
 }
 
 /// The nodes in their order, with what each has in the hierarchy.
-fn joints<'a>(motion: &Motion<'a>, options: &Options) -> Result<Vec<Joint<'a>>> {
+fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>>> {
     let first = first_written(motion);
     // Some programs add position channels to the OFFSET, others replace it. Scenes from other formats are written so
     // that both read the same; a BVH file keeps its OFFSETs.
@@ -287,7 +287,7 @@ fn frame_count(animation: &Animation) -> usize {
     (animation.duration + TOLERANCE).floor() as usize + 1
 }
 
-fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &Options) {
+fn push_hierarchy(text: &mut String, joints: &[Joint<'_>], options: &BvhOptions) {
     let mut open = 0;
     for joint in joints {
         while open > joint.depth {
@@ -372,7 +372,7 @@ fn push_rows(
     motion: &Motion<'_>,
     joints: &[Joint<'_>],
     frames: usize,
-    options: &Options,
+    options: &BvhOptions,
 ) -> Result<()> {
     let is_shortest = options.digits.is_none();
     let mut angles: Vec<Angles> = joints

@@ -12,7 +12,7 @@ use gltf::json::{Index, Node, scene::UnitQuaternion};
 use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
-use super::{Options, Report};
+use super::{GltfOptions, GltfReport};
 use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
@@ -42,9 +42,9 @@ impl Rest {
 struct Writer<'a> {
     scene: &'a Scene,
     ticks_per_second: f64,
-    options: &'a Options,
+    options: &'a GltfOptions,
     buffer: &'a mut Buffer,
-    report: &'a mut Report,
+    report: &'a mut GltfReport,
     clocks: Vec<Clock<'a>>,
     /// The key frames of compressed tracks, and the accessor of their times.
     key_times: Vec<(Arc<KeyFrames>, Index<Accessor>)>,
@@ -130,9 +130,9 @@ pub(super) fn write(
     scene: &Scene,
     animation: &scene::Animation,
     rest: &mut [Rest],
-    options: &Options,
+    options: &GltfOptions,
     buffer: &mut Buffer,
-    report: &mut Report,
+    report: &mut GltfReport,
 ) -> Result<Option<Animation>> {
     let ticks_per_second = positive(Code::FrameTime, "ticks per second", animation.ticks_per_second)?;
     let (clocks, key_times, samplers, channels) = Default::default();
@@ -190,7 +190,7 @@ pub(super) fn write(
 }
 
 /// The animation compressed as `options` say; `None` where they do not ask for it.
-fn compressed(scene: &Scene, animation: &scene::Animation, options: &Options) -> Result<Option<CompressedClip>> {
+fn compressed(scene: &Scene, animation: &scene::Animation, options: &GltfOptions) -> Result<Option<CompressedClip>> {
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
@@ -201,7 +201,7 @@ fn compressed(scene: &Scene, animation: &scene::Animation, options: &Options) ->
     compress(scene, animation, bound, options.compression.storage()).map(Some)
 }
 
-impl Report {
+impl GltfReport {
     /// Adds the error of one more animation.
     fn add_error(&mut self, scene: &Scene, clip: &CompressedClip) {
         let achieved = self.achieved.get_or_insert_default();

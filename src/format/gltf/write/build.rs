@@ -11,7 +11,7 @@ use super::super::Provenance;
 use super::animation::{self, Rest, unit};
 use super::buffer::Buffer;
 use super::names::Names;
-use super::{BASE_COLOR, Document, Options, Report, mesh};
+use super::{BASE_COLOR, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
 use crate::scene::{self, NodeId, NodeKind, Scene};
@@ -19,14 +19,14 @@ use crate::scene::{self, NodeId, NodeKind, Scene};
 /// The state of the writer.
 struct Builder<'a> {
     scene: &'a Scene,
-    options: &'a Options,
+    options: &'a GltfOptions,
     root: Root,
     buffer: Buffer,
     names: Names,
-    report: Report,
+    report: GltfReport,
 }
 
-pub(super) fn document(scene: &Scene, options: &Options) -> Result<Document> {
+pub(super) fn document(scene: &Scene, options: &GltfOptions) -> Result<Document> {
     let (root, buffer, names, report) = Default::default();
     let mut builder = Builder {
         scene,
