@@ -3,7 +3,7 @@
 //! | scene | glTF |
 //! |---|---|
 //! | [`Scene::nodes`] | the same nodes in the same order, as translation, rotation and scale; never a matrix |
-//! | [`Node::name`](crate::scene::Node::name) | `name`, made [unique and harmless](Renamed); the original in `extras.source_name` where it differs |
+//! | [`Node::name`](crate::scene::Node::name) | `name`, [made unique](Renamed); the original in `extras.source_name` where it differs |
 //! | an end site | a node and a joint like any other, with `extras.end_site` |
 //! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
 //! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
@@ -74,7 +74,8 @@ pub struct GltfOptions {
 /// A node whose name had to change.
 ///
 /// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
-/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too.
+/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
+/// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Renamed {
     /// Index into [`Scene::nodes`], and into the file's nodes.

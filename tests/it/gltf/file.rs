@@ -30,27 +30,30 @@ fn bounds_are_the_exact_stored_numbers() {
 }
 
 #[test]
-fn names_come_out_unique_harmless_and_reported() {
+fn names_stay_but_equal_ones_and_separators_and_are_reported() {
     let mut scene = walker(4);
-    let names = ["a/b[c]", "", "a_b_c_", " ", "a b"];
+    let names = ["a/b[c]", "", "a_bc", " ", "a b"];
     for (node, name) in scene.nodes.iter_mut().zip(names) {
         node.name = name.into();
     }
-    scene.nodes.push(node("a_b", Some(0), Vec3::ONE));
-    scene.nodes.push(node("mixamorig:Hips", Some(0), Vec3::ONE));
+    for name in ["a_b", "mixamorig:Hips", "mixamorigHips", "spine.001"] {
+        scene.nodes.push(node(name, Some(0), Vec3::ONE));
+    }
     scene.animations.clear();
     let document = Document::new(&scene, &GltfOptions::default()).unwrap();
     let read = Read::glb(&document.to_glb().unwrap());
     assert_eq!(
         read.names(),
         [
-            "a_b_c_",
+            "a_b[c]",
             "Joint",
-            "a_b_c__2",
+            "a_bc_2",
             "Joint_2",
             "a b",
             "a_b_2",
-            "mixamorig_Hips"
+            "mixamorig:Hips",
+            "mixamorigHips_2",
+            "spine.001"
         ]
     );
     let renamed: Vec<_> = document
@@ -64,10 +67,10 @@ fn names_come_out_unique_harmless_and_reported() {
         [
             (0, "a/b[c]"),
             (1, ""),
-            (2, "a_b_c_"),
+            (2, "a_bc"),
             (3, " "),
             (5, "a_b"),
-            (6, "mixamorig:Hips")
+            (7, "mixamorigHips")
         ]
     );
     let extras = read.document.nodes().next().unwrap().extras().as_ref().unwrap().get();

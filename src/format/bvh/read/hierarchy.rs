@@ -137,7 +137,7 @@ impl<'a> Reader<'a, '_> {
             } else if let (true, Some(_)) = (word.is("}"), last_root) {
                 self.warn(Code::ExtraBrace, word, "this closing brace has no opening brace");
                 self.cursor.next_word();
-            } else if word.is("MOTION") && last_root.is_some() {
+            } else if begins_motion(word) && last_root.is_some() {
                 break;
             } else {
                 let expected = if last_root.is_some() { "MOTION" } else { "ROOT" };
@@ -185,7 +185,7 @@ impl<'a> Reader<'a, '_> {
             let is_end_site = self.joints[joint].is_end_site;
             if word.is("OFFSET") {
                 self.read_offset(word)?;
-            } else if is_end_site && !word.is("}") && !word.is("MOTION") {
+            } else if is_end_site && (word.is("CHANNELS") || word.is("JOINT")) {
                 return Err(self.unexpected(word, "OFFSET or }"));
             } else if word.is("CHANNELS") {
                 self.read_channels(word)?;
@@ -194,18 +194,31 @@ impl<'a> Reader<'a, '_> {
                 self.open_block(word, decode_name(name.bytes), Some(joint), false)?;
             } else if let Some(name) = self.end_site(word) {
                 let name = name.unwrap_or_else(|| format!("EndSite_{}", self.joints[joint].name));
+                if is_end_site {
+                    self.warn(
+                        Code::NestedEndSite,
+                        word,
+                        "this End Site stands within an End Site; it was read as its child",
+                    );
+                }
                 self.open_block(word, name, Some(joint), true)?;
             } else if word.is("}") {
                 self.open.pop();
-            } else if word.is("MOTION") {
+            } else if begins_motion(word) {
+                let keyword = if word.is("MOTION") { "MOTION" } else { "Frames:" };
                 self.warnings.push(Code::MissingBrace, || {
-                    Diagnostic::new(Code::MissingBrace, "MOTION begins before all joints are closed")
-                        .at(self.cursor.locate(word))
-                        .in_joint(&self.joints[joint].name)
-                        .expected_found(format!("{} more closing braces", self.open.len()), "MOTION")
+                    Diagnostic::new(
+                        Code::MissingBrace,
+                        format!("{keyword} begins before all joints are closed"),
+                    )
+                    .at(self.cursor.locate(word))
+                    .in_joint(&self.joints[joint].name)
+                    .expected_found(format!("{} more closing braces", self.open.len()), keyword)
                 });
                 self.open.clear();
                 self.cursor.set_offset(word.offset);
+            } else if is_end_site {
+                return Err(self.unexpected(word, "OFFSET or }"));
             } else {
                 return Err(self.unexpected(word, "OFFSET, CHANNELS, JOINT, End Site or }"));
             }
@@ -213,7 +226,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// `End Site`, `End site NAME`, `End Site4`, `End Site #name: NAME`: the name, where there is one.
+    /// `End Site`, `End site NAME`, `End Site4`, `End Site #name: NAME`, `End NAME`: the name, where there is one.
     fn end_site(&mut self, word: Word<'a>) -> Option<Option<String>> {
         let glued = word.strip_prefix("EndSite");
         if !word.is("End") && glued.is_none() {
@@ -224,7 +237,6 @@ impl<'a> Reader<'a, '_> {
             let site = self.cursor.next_word();
             if site.and_then(|site| site.strip_prefix("Site")).is_none() {
                 self.cursor.set_offset(before);
-                return None;
             }
         }
         let name = self.cursor.next_name().bytes;
@@ -346,9 +358,14 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
+/// `MOTION`, or the line `Frames:` where MOTION is missing.
+pub(super) fn begins_motion(word: Word<'_>) -> bool {
+    let frames = word.strip_prefix("Frames");
+    word.is("MOTION") || frames.is_some_and(|rest| rest.bytes.is_empty() || rest.bytes.starts_with(b":"))
+}
+
 /// A word that ends a list of channel names.
 fn is_structure(word: Word<'_>) -> bool {
-    ["{", "}", "OFFSET", "CHANNELS", "JOINT", "ROOT", "End", "MOTION"]
-        .iter()
-        .any(|keyword| word.is(keyword))
+    let keywords = ["{", "}", "OFFSET", "CHANNELS", "JOINT", "ROOT", "End"];
+    keywords.iter().any(|keyword| word.is(keyword)) || begins_motion(word)
 }

@@ -41,20 +41,24 @@ pub(super) fn read_header(
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Option<Header>, Failure> {
-    let Some(motion) = cursor.next_word() else {
-        warnings.push(Code::NoMotion, || {
-            Diagnostic::new(
-                Code::NoMotion,
-                "the file has no MOTION: the scene has a skeleton and no animation",
-            )
-            .at(cursor.locate_end())
-        });
+    let Some(motion) = cursor.peek_word() else {
+        warn_of_no_motion(cursor, warnings);
         return Ok(None);
     };
-    debug_assert!(
-        motion.is("MOTION"),
-        "the hierarchy ends at MOTION or at the end of the text"
-    );
+    if motion.is("MOTION") {
+        cursor.next_word();
+    } else {
+        warnings.push(Code::MissingMotion, || {
+            Diagnostic::new(Code::MissingMotion, "there is no MOTION before this line")
+                .at(cursor.locate(motion))
+                .expected_found("MOTION", quote(motion.bytes))
+        });
+        if !has_rows(cursor.clone()) {
+            cursor.set_offset(cursor.text().len());
+            warn_of_no_motion(cursor, warnings);
+            return Ok(None);
+        }
+    }
     let frames_word = read_value(cursor, &["Frames"])
         .ok_or_else(|| missing_line(cursor, "Frames: followed by the number of frames"))?;
     let frames = read_frame_count(cursor, hierarchy, options, frames_word)?;
@@ -68,6 +72,22 @@ pub(super) fn read_header(
         frame_rate,
         start: motion.offset,
     }))
+}
+
+fn warn_of_no_motion(cursor: &Cursor<'_>, warnings: &mut Warnings) {
+    let message = "the file has no MOTION: the scene has a skeleton and no animation";
+    warnings.push(Code::NoMotion, || {
+        Diagnostic::new(Code::NoMotion, message).at(cursor.locate_end())
+    });
+}
+
+/// Whether numbers follow the lines `Frames:` and `Frame Time:`.
+fn has_rows(mut cursor: Cursor<'_>) -> bool {
+    let _ = read_value(&mut cursor, &["Frames"]);
+    let _ = read_value(&mut cursor, &["Frame", "Time"]);
+    cursor
+        .peek_word()
+        .is_some_and(|word| number::parse(word.bytes).is_some())
 }
 
 fn read_frame_count(

@@ -155,7 +155,15 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
     }
 
     fn find_layout(&mut self) -> Result<Layout, Failure> {
-        let no_rule = match layout::find(self.cursor, self.hierarchy.channel_count, self.header.frames, self.rows) {
+        let most = if self.all_rows { u64::MAX } else { self.header.frames };
+        let found = layout::find(
+            self.cursor,
+            self.hierarchy.channel_count,
+            self.header.frames,
+            self.rows,
+            most,
+        );
+        let no_rule = match found {
             Ok(layout) => return Ok(layout),
             Err(no_rule) => no_rule,
         };
@@ -385,8 +393,8 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
     /// Warns if the file has more or fewer rows than it declares.
     fn report_the_rest(&mut self) {
         self.cursor.skip_spaces();
-        let (more, rest) = layout::count_rows(self.cursor, self.hierarchy.channel_count);
-        let (declared, found) = (self.header.frames, self.rows + more);
+        let after = layout::after_the_rows(self.cursor, self.hierarchy.channel_count, self.layout);
+        let (declared, found) = (self.header.frames, self.rows + after.rows);
         if declared != found {
             self.warnings.push(Code::FrameCount, || {
                 let advice = if declared < found && !self.all_rows {
@@ -403,7 +411,20 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
                 .help(advice)
             });
         }
-        if let Some(word) = rest {
+        if let Some((line, numbers)) = after.other_line {
+            self.warnings.push(Code::TrailingText, || {
+                let message = "a line after the last row has another number of values, and was ignored";
+                let mut warning = Diagnostic::new(Code::TrailingText, message)
+                    .at(self.cursor.locate(line))
+                    .expected_found(
+                        format!("{} values, or the end of the file", self.hierarchy.channel_count),
+                        format!("{numbers}"),
+                    );
+                warning.count = after.other_lines;
+                warning
+            });
+        }
+        if let Some(word) = after.text {
             self.warnings.push(Code::TrailingText, || {
                 Diagnostic::new(Code::TrailingText, "text follows the last row, and was ignored")
                     .at(self.cursor.locate(word))

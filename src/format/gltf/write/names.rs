@@ -1,12 +1,15 @@
-//! Node names that no client changes, drops or confuses.
+//! Node names as the file has them, as far as clients take them: each client finds every node.
 
 use std::collections::{HashMap, HashSet};
 
 use super::Renamed;
 use crate::scene::{NodeKind, Scene};
 
-/// Characters that some client strips or takes for a separator: three.js `[ ] . : /`, Unity and Bevy `/`, Godot `. : /`.
-const RESERVED: [char; 5] = ['[', ']', '.', ':', '/'];
+/// What separates the names of a path in Unity, which finds animated nodes by it.
+const SEPARATOR: char = '/';
+
+/// Characters that three.js removes from names when it loads them.
+const REMOVED_BY_THREE_JS: [char; 5] = ['[', ']', '.', ':', '/'];
 
 /// Makes unique names.
 #[derive(Default)]
@@ -53,13 +56,15 @@ impl Names {
     }
 }
 
-/// `name` with `_` in place of every reserved or invisible character.
+/// `name` with `_` in place of every separator and every invisible character.
 fn harmless(name: &str) -> String {
-    let is_bad = |c: char| RESERVED.contains(&c) || c.is_control();
+    let is_bad = |c: char| c == SEPARATOR || c.is_control();
     name.chars().map(|c| if is_bad(c) { '_' } else { c }).collect()
 }
 
-/// three.js binds tracks to nodes by names in which white space is replaced by `_`.
+/// three.js gives nodes, and the tracks that it binds to them by name, names in which `_` replaces white space and some
+/// characters are missing.
 fn as_three_js_sees_it(name: &str) -> String {
-    name.chars().map(|c| if c.is_whitespace() { '_' } else { c }).collect()
+    let kept = name.chars().filter(|c| !REMOVED_BY_THREE_JS.contains(c));
+    kept.map(|c| if c.is_whitespace() { '_' } else { c }).collect()
 }

@@ -14,19 +14,23 @@ pub(super) enum Layout {
 }
 
 /// Finds the layout of the text from here on, given that `rows_before` lines were whole rows.
+///
+/// Where a row is a line, what stands after the `most` rows that will be read says nothing about them.
 pub(super) fn find(
     cursor: &Cursor<'_>,
     channel_count: usize,
     declared: u64,
     rows_before: u64,
+    most: u64,
 ) -> Result<Layout, Failure> {
     let lines = || {
         Lines { cursor: cursor.clone() }
             .take_while(Line::is_numeric)
             .map(|line| line.numbers)
     };
-    let whole = rows_before + lines().filter(|&numbers| numbers == channel_count).count() as u64;
-    let broken = lines().filter(|&numbers| numbers != channel_count).count() as u64;
+    let most = usize::try_from(most.saturating_sub(rows_before)).unwrap_or(usize::MAX);
+    let whole = rows_before + lines().take(most).filter(|&numbers| numbers == channel_count).count() as u64;
+    let broken = lines().take(most).filter(|&numbers| numbers != channel_count).count() as u64;
     let is_rare = broken <= 1 || broken * 10 <= whole;
     if whole > 0 && is_rare {
         return Ok(Layout::Lines);
@@ -35,7 +39,13 @@ pub(super) fn find(
     if values == declared * channel_count as u64 || rows_end_at_line_ends(lines(), channel_count) {
         return Ok(Layout::Stream);
     }
-    Err(Box::new(no_rule(cursor, channel_count, whole, broken, lines())))
+    Err(Box::new(no_rule(
+        cursor,
+        channel_count,
+        whole,
+        broken,
+        lines().take(most),
+    )))
 }
 
 /// Whether wrapped or joined rows fit the lines: every row ends at a line end, except a last one that is cut off.
@@ -84,16 +94,39 @@ fn no_rule(
     }
 }
 
-/// The number of rows that follow, and the first word that belongs to no row.
-pub(super) fn count_rows<'a>(cursor: &Cursor<'a>, channel_count: usize) -> (u64, Option<Word<'a>>) {
+/// What stands after the rows that were read.
+#[derive(Debug, Default)]
+pub(super) struct After<'a> {
+    /// The number of further rows.
+    pub(super) rows: u64,
+    /// The first line of numbers that is no row, and how many it has.
+    pub(super) other_line: Option<(Word<'a>, usize)>,
+    /// How many lines of numbers are no rows.
+    pub(super) other_lines: u64,
+    /// The first line that does not begin with a number.
+    pub(super) text: Option<Word<'a>>,
+}
+
+/// Examines the text after the rows that were read. Without a layout, every row was a line.
+pub(super) fn after_the_rows<'a>(cursor: &Cursor<'a>, channel_count: usize, layout: Option<Layout>) -> After<'a> {
+    let mut after = After::default();
     let mut values = 0;
     for line in (Lines { cursor: cursor.clone() }) {
         if !line.is_numeric() {
-            return (values / channel_count as u64, Some(line.word));
+            after.text = Some(line.word);
+            break;
         }
-        values += line.numbers as u64;
+        if layout == Some(Layout::Stream) {
+            values += line.numbers as u64;
+        } else if line.numbers == channel_count {
+            after.rows += 1;
+        } else {
+            after.other_line.get_or_insert((line.word, line.numbers));
+            after.other_lines += 1;
+        }
     }
-    (values / channel_count as u64, None)
+    after.rows += values / channel_count as u64;
+    after
 }
 
 /// A line that is not blank.
@@ -147,7 +180,7 @@ mod tests {
     use super::*;
 
     fn find_in(text: &str, channel_count: usize, declared: u64) -> Option<Layout> {
-        find(&Cursor::new(text.as_bytes()), channel_count, declared, 0).ok()
+        find(&Cursor::new(text.as_bytes()), channel_count, declared, 0, declared).ok()
     }
 
     #[test]
@@ -159,6 +192,11 @@ mod tests {
     fn a_broken_line_among_many_does_not_change_the_rule() {
         assert_eq!(find_in("1 2 3\n1 2\n1 2 3\n", 3, 3), Some(Layout::Lines));
         assert_eq!(find_in("1 2 3\n1 2 3 4\n", 3, 2), Some(Layout::Lines));
+    }
+
+    #[test]
+    fn lines_after_the_declared_rows_do_not_change_the_rule() {
+        assert_eq!(find_in("1 2 3\n1 2 3\n1 2\n1 2\n1 2\n", 3, 2), Some(Layout::Lines));
     }
 
     #[test]
