@@ -9,15 +9,16 @@ import { convert, fixtures, outputName, pose, realFixture, subfolder } from "./m
 const OVER_GLTF = ["cmu_short.bvh", "lecture_Test.bvh", "mocopi_jump_six_channels.bvh", "rokoko_dance.bvh"];
 
 /**
- * Writes them: real BVH, AMC and FBX files directly, and some over glTF. Each as what it was made from, and what was
+ * Writes them, or a sample: real BVH, AMC and FBX files directly, and some over glTF. Each as what it was made from, and what was
  * written. C3D is left out: markers without links are no skeleton.
  */
-export function writeBvhs(folder) {
+export function writeBvhs(folder, sample) {
   const outputs = subfolder(folder, "bvh");
-  const written = fixtures("real")
-    .filter((input) => extname(input) !== ".c3d")
+  const inputs = fixtures("real").filter((input) => extname(input) !== ".c3d");
+  const written = sample
+    .some(inputs, OVER_GLTF.length)
     .map((input) => ({ input, output: convert(input, join(outputs, outputName(input, ".bvh"))) }));
-  for (const name of OVER_GLTF) {
+  for (const name of sample.some(OVER_GLTF, OVER_GLTF.length)) {
     const between = convert(realFixture(name), join(outputs, outputName(name, "_between.glb")));
     written.push({ input: between, output: convert(between, join(outputs, outputName(name, "_over_gltf.bvh"))) });
   }

@@ -6,6 +6,7 @@ import { join } from "node:path";
 import { parseArgs } from "node:util";
 
 import { Results } from "./results.js";
+import { Sample } from "./sample.js";
 
 const PARTS = [
   "validator",
@@ -23,7 +24,7 @@ const PARTS_BY_NAME = ["blender"];
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,
-  options: { keep: { type: "string" } },
+  options: { all: { type: "boolean", default: false }, keep: { type: "string" } },
 });
 const unknown = positionals.filter((name) => ![...PARTS, ...PARTS_BY_NAME].includes(name));
 if (unknown.length > 0) {
@@ -34,10 +35,17 @@ if (unknown.length > 0) {
 const folder = values.keep ?? mkdtempSync(join(tmpdir(), "mocap-interop-"));
 mkdirSync(folder, { recursive: true });
 const results = new Results();
+const seed = Number(process.env.MOCAP_SEED ?? Date.now() % 1_000_000);
+if (!Number.isSafeInteger(seed) || seed < 0) {
+  console.error(`MOCAP_SEED must be a whole number from 0, got ${process.env.MOCAP_SEED}`);
+  process.exit(2);
+}
+if (!values.all) console.log(`a sample, MOCAP_SEED=${seed}; --all for everything`);
+const sample = new Sample(values.all, seed);
 for (const part of positionals.length > 0 ? positionals : PARTS) {
   console.log(`\n${part}`);
   const { run } = await import(`./parts/${part}.js`);
-  await run(results, folder);
+  await run(results, folder, sample);
 }
 console.log(`\nfiles and pictures are in ${folder}`);
 console.log(`${results.passed} passed, ${results.failed} failed`);

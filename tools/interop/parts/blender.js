@@ -61,8 +61,8 @@ function checkAnswer(results, { input, output, ticks, form, bound }, answer) {
 }
 
 /** The BVH files. Blender has no bones for End Sites. */
-function runBvh(results, folder) {
-  const files = writeBvhs(folder).map((file) => {
+function runBvh(results, folder, sample) {
+  const files = writeBvhs(folder, sample).map((file) => {
     const { joints, frames } = jointsOf(file.output);
     return { ...file, joints, ticks: ticksOf(frames).filter(Number.isInteger) };
   });
@@ -84,11 +84,11 @@ function runBvh(results, folder) {
   results.note(`${files.length} BVH files: at most ${(100 * worst.share).toFixed(1)} % of the tolerance off, in ${worst.file}`);
 }
 
-export async function run(results, folder) {
-  runBvh(results, folder);
-  for (const { form, options, bound } of FORMS) {
+export async function run(results, folder, sample) {
+  runBvh(results, folder, sample);
+  for (const [place, { form, options, bound }] of FORMS.entries()) {
     const outputs = subfolder(folder, `blender/${form}`);
-    const files = fixtures("real").map((input) => {
+    const files = sample.share(fixtures("real"), place, FORMS.length).map((input) => {
       const output = convert(input, join(outputs, outputName(input, ".glb")), ...options);
       const { json, frames, frameTime } = describe(output);
       // A packed file keeps its bound in the frames of its source, not between them.

@@ -34,14 +34,15 @@ const FILES = [
   "z_up_dab.bvh",
 ];
 
-export async function run(results, folder) {
+export async function run(results, folder, sample) {
   const outputs = subfolder(folder, "bounds");
-  for (const form of FORMS) {
+  for (const [place, form] of FORMS.entries()) {
     let [files, refused, most] = [0, 0, 0];
-    for (const input of FILES.map(realFixture)) {
+    const inputs = sample.share(FILES.map(realFixture), place, FORMS.length);
+    for (const [row, input] of inputs.entries()) {
       const plain = convert(input, join(outputs, outputName(input, ".glb")), "--mesh", "none");
       const source = placesOfSource(input, stepsOf(describe(plain).provenance).change);
-      for (const bound of BOUNDS) {
+      for (const bound of sample.share(BOUNDS, row, BOUNDS.length)) {
         const name = `${basename(input)}, ${form}, ${bound} mm`;
         await results.guard(name, async () => {
           const output = join(outputs, outputName(input, `.${form}.${bound}mm.glb`));

@@ -24,11 +24,11 @@ function load(path) {
   };
 }
 
-export async function run(results, folder) {
+export async function run(results, folder, sample) {
   let worst = { distance: 0, file: "none" };
   let compared = 0;
   let added = 0;
-  for (const file of writeBvhs(folder)) {
+  for (const file of writeBvhs(folder, sample)) {
     await results.guard(nameOf(file), () => {
       const { joints, frames, frameTime } = jointsOf(file.output);
       if (joints.some(addsOffset)) {

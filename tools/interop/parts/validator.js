@@ -47,11 +47,12 @@ function refusalOf(input, folder) {
   }
 }
 
-export async function run(results, folder) {
-  for (const mode of MODES) {
+export async function run(results, folder, sample) {
+  const inputs = [...fixtures("real"), ...fixtures("dialects")];
+  for (const [place, mode] of MODES.entries()) {
     const outputs = subfolder(folder, `validator/${mode.name}`);
     let files = 0;
-    for (const input of [...fixtures("real"), ...fixtures("dialects")]) {
+    for (const input of sample.share(inputs, place, MODES.length)) {
       await results.guard(`${basename(input)}, ${mode.name}`, async () => {
         const output = convert(input, join(outputs, outputName(input, mode.extension)), ...mode.options);
         const messages = await messagesAbout(output, mode.name);
