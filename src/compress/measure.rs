@@ -101,6 +101,8 @@ fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors:
             forward_kinematics(
                 &mut joints,
                 |index| clip.parent_of(index),
+                // A closure that is not inlined is compiled for every processor, without wide vectors.
+                #[inline(always)]
                 |index, parent, joint| samplers[index].sample(block, &cursors, decoders, parent, joint),
             );
             let mut largest = Lanes::ZERO;
