@@ -15,7 +15,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
-    ("process", &["error", "scene", "math", "pose", "skeleton", "compress"]),
+    (
+        "process",
+        &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
+    ),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",
