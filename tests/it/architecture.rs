@@ -14,6 +14,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
+    ("ik", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
         "process",
