@@ -19,14 +19,14 @@ mod moment;
 mod space;
 
 use crate::error::{Code, Result};
-use crate::limits::{self, Limits};
+use crate::limits::positive;
 use crate::process;
 use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
-use crate::skeleton;
+use crate::skeleton::{self, HumanoidMap};
 
 pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
-pub(crate) use self::space::Space;
+pub(crate) use self::space::{Needs, Space, survey};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.
@@ -92,11 +92,12 @@ pub struct Conversion {
     keep_units: bool,
     first: Option<Moment>,
     last: Option<Moment>,
+    output: Space,
+    bones: HumanoidMap,
     frame_rate: Option<f64>,
     first_frame: FirstFrame,
     rest: RestPoseSource,
     root: RootMotion,
-    limits: Limits,
 }
 
 impl Conversion {
@@ -156,12 +157,54 @@ impl Conversion {
         self
     }
 
-    /// Whether to keep the file's own unit and axes unless [`metres_per_unit`](Self::metres_per_unit) and
-    /// [`up`](Self::up) are set.
+    /// Metres per unit of length of the output.
+    ///
+    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF is in metres; leave the default for
+    /// it.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::skeleton::Unit;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let centimetres = Conversion::new().metres_per_unit(1.0).out_metres_per_unit(Unit::Centimetre.metres());
+    /// centimetres.apply(&mut scene)?;
+    /// assert_eq!(scene.nodes[1].transform.w_axis.x, 200.0);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn out_metres_per_unit(mut self, metres: f64) -> Self {
+        self.output.metres_per_unit = Some(metres);
+        self
+    }
+
+    /// The up axis of the output.
+    ///
+    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). glTF has +Y up; leave the default for it.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::glam::Vec3;
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Conversion::new().metres_per_unit(1.0).up(UpAxis::Y).out_up(UpAxis::Z).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].channels[0].position_keys.values[9], Vec3::new(1.0, 0.0, 0.18));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn out_up(mut self, up: UpAxis) -> Self {
+        self.output.up = Some(up);
+        self
+    }
+
+    /// Whether to keep the file's own unit and axes unless [`out_metres_per_unit`](Self::out_metres_per_unit) and
+    /// [`out_up`](Self::out_up) are set.
     ///
     /// Default: `false`, the output is in metres with +Y up.
     ///
-    /// For BVH, which has no unit and no up axis: without other options the numbers do not change.
+    /// For BVH, which has no unit and no up axis: without other options the numbers do not change. What is kept and not
+    /// needed is not guessed.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -175,6 +218,29 @@ impl Conversion {
     #[must_use]
     pub fn keep_units(mut self, keep: bool) -> Self {
         self.keep_units = keep;
+        self
+    }
+
+    /// Joints of the file for bones of the humanoid, where the guess of [`humanoid`](skeleton::humanoid()) is wrong or finds
+    /// none; `None` for a bone that the skeleton does not have.
+    ///
+    /// Default: empty.
+    ///
+    /// The unit and the up axis are guessed from the bones.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::skeleton::{HumanoidBone, HumanoidMap};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let wrong = HumanoidMap::from([(HumanoidBone::Head, Some("Hat".to_owned()))]);
+    /// let error = Conversion::new().bones(wrong).apply(&mut scene).unwrap_err();
+    /// assert_eq!(error.to_string(), "the map of the humanoid: no joint is called \"Hat\", which it names as head");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn bones(mut self, bones: HumanoidMap) -> Self {
+        self.bones = bones;
         self
     }
 
@@ -294,25 +360,6 @@ impl Conversion {
         self
     }
 
-    /// Upper bounds for what another frame rate makes.
-    ///
-    /// Default: [`Limits::default`]. Beyond [`Limits::max_values`], [`apply`](Self::apply) fails with
-    /// [`Code::LimitExceeded`] before memory is taken.
-    ///
-    /// ```
-    /// use mocap::{Code, Conversion};
-    ///
-    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
-    /// let error = Conversion::new().frame_rate(1e6).apply(&mut scene).unwrap_err();
-    /// assert_eq!(error.code(), Code::LimitExceeded);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn limits(mut self, limits: Limits) -> Self {
-        self.limits = limits;
-        self
-    }
-
     /// Checks the numbers that do not depend on a scene: unit, frame rate and times.
     ///
     /// ```
@@ -326,8 +373,9 @@ impl Conversion {
     /// [`Code::UnknownOption`].
     pub fn check(&self) -> Result<()> {
         self.source.check()?;
+        self.output.check()?;
         if let Some(rate) = self.frame_rate {
-            limits::frame_rate(Code::UnknownOption, rate)?;
+            positive(Code::UnknownOption, "frame rate", rate)?;
         }
         for moment in [self.first, self.last].into_iter().flatten() {
             moment.check()?;
@@ -341,15 +389,14 @@ impl Conversion {
     /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions), and so are part of the output. The exact rate of
     /// a rounded frame time is only returned.
     ///
-    /// A converted scene states that it is in metres with +Y up; converting it again changes neither.
+    /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
     /// # Errors
     /// As [`Conversion::check`]; and [`Code::UnknownOption`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
-    /// frames that the motion does not have. `scene` is then unchanged. [`Code::LimitExceeded`] where
-    /// [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits) allow; `scene` then keeps its frames.
+    /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
-        let survey = skeleton::survey(scene);
+        let survey = survey(scene, &self.bones)?;
         let drops = match self.first_frame {
             FirstFrame::Keep => false,
             FirstFrame::Drop => true,
@@ -367,10 +414,10 @@ impl Conversion {
         if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
             guesses.extend(survey.assumption(Topic::FrameRate));
         }
-        if !self.keep_units {
-            let topics = [Topic::Unit, Topic::Up];
-            guesses.extend(topics.into_iter().filter_map(|topic| self.source.guess(topic, &survey)));
-        }
+        let needs = self.needs();
+        let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
+        let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
+        guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, &survey)));
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
         scene.metadata.assumptions.extend(recorded.cloned());
 
@@ -381,33 +428,46 @@ impl Conversion {
             process::trim(scene, first, last);
         }
         if let Some(rate) = self.frame_rate {
-            process::resample(scene, rate, &self.limits)?;
+            process::resample(scene, rate);
         }
-        self.convert_units(scene, &survey);
+        self.convert_space(scene, &survey);
+        Ok(guesses)
+    }
+
+    /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
+    fn needs(&self) -> Needs {
+        Needs {
+            unit: !self.keep_units || self.output.metres_per_unit.is_some(),
+            up: !self.keep_units || self.output.up.is_some() || self.root != RootMotion::Keep,
+        }
+    }
+
+    /// Converts the unit and the axes, and what happens over the ground, with +Y up.
+    fn convert_space(&self, scene: &mut Scene, survey: &skeleton::Survey) {
+        let source = self.source.or_found(&scene.metadata, survey, self.needs());
+        let kept = if self.keep_units { source } else { Space::METRES };
+        let output = self.output.or(kept);
+        // What is unknown is not converted, so any value will do.
+        let values = |space: Space| (space.metres_per_unit.unwrap_or(1.0), space.up.unwrap_or_default());
+        let (from, to) = (values(source), values(output));
+        let upright = match self.root {
+            RootMotion::Keep => to,
+            RootMotion::InPlace | RootMotion::Extract => (to.0, UpAxis::Y),
+        };
+        if !self.keep_units || from != upright {
+            process::convert_units_to(scene, from, upright);
+        }
         match self.root {
             RootMotion::Keep => {}
             RootMotion::InPlace => process::in_place(scene),
             RootMotion::Extract => process::root_motion(scene),
         }
-        Ok(guesses)
-    }
-
-    fn convert_units(&self, scene: &mut Scene, survey: &skeleton::Survey) {
-        if self.keep_units && self.source == Space::default() {
-            return;
-        }
-        let stated = (scene.metadata.metres_per_unit, scene.metadata.up);
-        let source = match self.keep_units {
-            true => self.source,
-            false => self.source.or_found(&scene.metadata, Some(survey)),
-        };
-        let (metres, up) = (source.metres_per_unit.unwrap_or(1.0), source.up.unwrap_or_default());
-        if !self.keep_units || (metres, up) != (1.0, UpAxis::Y) {
-            process::convert_units(scene, metres, up);
+        if upright != to {
+            process::convert_units_to(scene, upright, to);
         }
         // What was neither stated nor guessed is still unknown.
-        scene.metadata.metres_per_unit = source.metres_per_unit.map(|_| 1.0).or(stated.0);
-        scene.metadata.up = source.up.map(|_| UpAxis::Y).or(stated.1);
+        scene.metadata.metres_per_unit = output.metres_per_unit;
+        scene.metadata.up = output.up;
     }
 }
 

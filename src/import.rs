@@ -2,7 +2,6 @@
 
 mod clips;
 mod contents;
-mod numbers;
 mod reading;
 mod sha256;
 

@@ -18,7 +18,7 @@ use crate::scene::{Assumption, Scene, Topic, UpAxis};
 pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
-pub use self::humanoid::{Humanoid, HumanoidJoint, Sides, humanoid};
+pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};
 pub use self::measure::{Axis, RestPose};
 pub use self::t_pose::{TPose, TPoseSource};
 

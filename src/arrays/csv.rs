@@ -2,7 +2,7 @@
 //!
 //! The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the columns.
 //! `pandas.read_csv(path, skiprows=1)` reads it. Numbers have as many digits as are needed to read the same 32-bit
-//! number back.
+//! number back. A spreadsheet takes a name such as `=1+1` for a formula; [`write_for_spreadsheet`] prevents it.
 
 use std::fmt::Write;
 
@@ -23,8 +23,20 @@ use crate::arrays::Arrays;
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub fn write(arrays: &Arrays) -> String {
+    text(arrays, false)
+}
+
+/// As [`write`], but no cell is a formula to a spreadsheet: see [`field`]. The first line is one cell, in quotes.
+pub fn write_for_spreadsheet(arrays: &Arrays) -> String {
+    text(arrays, true)
+}
+
+fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
     let mut text = String::with_capacity(100 * arrays.rows());
-    text += &format!("# {}\nframe,time,joint,x,y,z", arrays.header.to_json());
+    let header = format!("# {}", arrays.header.to_json());
+    // Without quotes each comma in it would begin another cell.
+    text += &if for_spreadsheet { field(&header, true) } else { header };
+    text += "\nframe,time,joint,x,y,z";
     for column in arrays.header.rotation.columns() {
         text += ",";
         text += column;
@@ -32,7 +44,11 @@ pub fn write(arrays: &Arrays) -> String {
     text += if arrays.velocities.is_some() { ",vx,vy,vz" } else { "" };
     text += if arrays.contacts.is_some() { ",contact\n" } else { "\n" };
 
-    let names: Vec<String> = arrays.joints().iter().map(|joint| field(&joint.name)).collect();
+    let names: Vec<String> = arrays
+        .joints()
+        .iter()
+        .map(|joint| field(&joint.name, for_spreadsheet))
+        .collect();
     let width = arrays.header.rotation.width();
     for row in 0..arrays.rows() {
         let (frame, joint) = (row / names.len(), row % names.len());
@@ -56,11 +72,25 @@ pub fn write(arrays: &Arrays) -> String {
     text
 }
 
-/// RFC 4180: a field with a comma, a quote or a line end is quoted, and its quotes doubled.
-fn field(text: &str) -> String {
+/// A name as a field of RFC 4180: one with a comma, a quote or a line end is quoted, and its quotes doubled.
+///
+/// Spreadsheets calculate what begins with `=`, `+`, `-`, `@`, a tab or a line end, whether it is quoted or not. With
+/// `for_spreadsheet`, such a name gets a `'` before it, which a spreadsheet takes as the mark of a text. Numbers need
+/// none.
+///
+/// ```
+/// use mocap::arrays::csv::field;
+///
+/// assert_eq!(field("Hips", true), "Hips");
+/// assert_eq!(field("=1+1", false), "=1+1");
+/// assert_eq!(field("=SUM(A1,A2)", true), "\"'=SUM(A1,A2)\"");
+/// ```
+pub fn field(text: &str, for_spreadsheet: bool) -> String {
+    let is_formula = for_spreadsheet && text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    let mark = if is_formula { "'" } else { "" };
     if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
+        format!("\"{mark}{}\"", text.replace('"', "\"\""))
     } else {
-        text.to_owned()
+        format!("{mark}{text}")
     }
 }

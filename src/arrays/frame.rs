@@ -3,11 +3,10 @@
 use glam::{Mat4, Vec3};
 
 use crate::arrays::ArrayOptions;
-use crate::convert::Space;
+use crate::convert::{Needs, Space, survey};
 use crate::error::Result;
 use crate::math::up_axis;
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
-use crate::skeleton;
 
 /// How the coordinates of a scene become those of the output.
 pub(super) struct Frame {
@@ -25,26 +24,28 @@ impl Frame {
     /// Guesses only what is needed, and adds each guess to `assumptions`.
     pub(super) fn new(scene: &Scene, options: &ArrayOptions, assumptions: &mut Vec<Assumption>) -> Result<Self> {
         let output = Space {
-            metres_per_unit: options.metres_per_unit,
-            up: options.up,
+            metres_per_unit: options.out_metres_per_unit,
+            up: options.out_up,
         };
         let named = Space {
-            metres_per_unit: options.file_metres_per_unit,
-            up: options.file_up,
+            metres_per_unit: options.metres_per_unit,
+            up: options.up,
         };
         output.check()?;
         named.check()?;
         let needs_ground = options.contacts.is_some();
-        let stated = named.or_found(&scene.metadata, None);
-        let guesses_unit = stated.metres_per_unit.is_none() && (output.metres_per_unit.is_some() || needs_ground);
-        let guesses_up = named.up.is_none() && (output.up.is_some() || needs_ground);
-        let survey = (guesses_unit || guesses_up).then(|| skeleton::survey(scene));
-        if let Some(survey) = &survey {
-            let topics = [(guesses_unit, Topic::Unit), (guesses_up, Topic::Up)];
-            let topics = topics.into_iter().filter(|(is_guessed, _)| *is_guessed);
-            assumptions.extend(topics.filter_map(|(_, topic)| named.guess(topic, survey)));
+        let mut file = named.or_stated(&scene.metadata);
+        let needs = Needs {
+            unit: file.metres_per_unit.is_none() && (output.metres_per_unit.is_some() || needs_ground),
+            up: file.up.is_none() && (output.up.is_some() || needs_ground),
+        };
+        if needs.unit || needs.up || !options.bones.is_empty() {
+            let survey = survey(scene, &options.bones)?;
+            let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
+            let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
+            assumptions.extend(needed.filter_map(|(_, topic)| named.guess(topic, &survey)));
+            file = named.or_found(&scene.metadata, &survey, needs);
         }
-        let file = named.or_found(&scene.metadata, survey.as_ref());
         Ok(Self {
             scale: match (file.metres_per_unit, output.metres_per_unit) {
                 (Some(file), Some(output)) => (file / output) as f32,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::arrays::{Rotation, RotationSpace};
 use crate::convert::Moment;
 use crate::scene::UpAxis;
+use crate::skeleton::HumanoidMap;
 
 /// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
 /// parent as quaternions, and the file's own unit, axes and frames.
@@ -16,8 +17,8 @@ use crate::scene::UpAxis;
 /// let options = ArrayOptions {
 ///     rotation: Rotation::SixD,
 ///     frames_per_second: Some(30.0),
-///     metres_per_unit: Some(1.0),
-///     up: Some(UpAxis::Z),
+///     out_metres_per_unit: Some(1.0),
+///     out_up: Some(UpAxis::Z),
 ///     first: Some(Moment::Seconds(0.5)),
 ///     joints: Some("Foot|Hips".to_owned()),
 ///     ..ArrayOptions::default()
@@ -45,15 +46,19 @@ pub struct ArrayOptions {
     pub first: Option<Moment>,
     /// The last moment to keep; one after the end means the end. Default: the end.
     pub last: Option<Moment>,
-    /// Metres per unit of length of the output. Default: the file's own unit.
+    /// Metres per unit of length of the file. Default: the unit that the file states, or else, where it is needed, the
+    /// guess of [`survey`](crate::skeleton::survey()).
     pub metres_per_unit: Option<f64>,
-    /// Metres per unit of length of the file. Default: the unit that the file states, or else what
-    /// [`survey`](crate::skeleton::survey()) guesses.
-    pub file_metres_per_unit: Option<f64>,
-    /// The up axis of the output. Default: the file's own axes.
+    /// The up axis of the file. Default: the axis that the file states, or else, where it is needed, the guess of
+    /// [`survey`](crate::skeleton::survey()).
     pub up: Option<UpAxis>,
-    /// The up axis of the file. Default: the guess of [`survey`](crate::skeleton::survey()).
-    pub file_up: Option<UpAxis>,
+    /// Metres per unit of length of the output. Default: the file's own unit.
+    pub out_metres_per_unit: Option<f64>,
+    /// The up axis of the output. Default: the file's own axes.
+    pub out_up: Option<UpAxis>,
+    /// Joints of the file for bones of the humanoid, from which the unit and the up axis are guessed. Default: none, all
+    /// bones are searched for.
+    pub bones: HumanoidMap,
     /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at the
     /// first and the last frame; 0 for a single frame. Default: `false`.
     pub velocities: bool,

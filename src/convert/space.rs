@@ -1,9 +1,9 @@
 //! The unit and the up axis of a scene.
 
-use crate::error::{Code, Result};
+use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
-use crate::scene::{Assumption, Metadata, Topic, UpAxis};
-use crate::skeleton::Survey;
+use crate::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
+use crate::skeleton::{self, HumanoidMap, Skeleton, Survey};
 
 /// A unit of length and an up axis, where they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,6 +12,30 @@ pub(crate) struct Space {
     pub(crate) metres_per_unit: Option<f64>,
     /// The axis that points up.
     pub(crate) up: Option<UpAxis>,
+}
+
+/// What has to be known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Needs {
+    pub(crate) unit: bool,
+    pub(crate) up: bool,
+}
+
+/// The survey of a scene, some of whose bones are known.
+///
+/// # Errors
+/// [`Code::UnknownOption`] where a name of the map is not that of a joint.
+pub(crate) fn survey(scene: &Scene, bones: &HumanoidMap) -> Result<Survey> {
+    if bones.is_empty() {
+        return Ok(skeleton::survey(scene));
+    }
+    let found = skeleton::humanoid(scene).with_map(scene, bones.clone());
+    let found = found.map_err(|(bone, name)| {
+        let bone = bone.as_str();
+        let message = format!("the map of the humanoid: no joint is called {name:?}, which it names as {bone}");
+        Diagnostic::new(Code::UnknownOption, message)
+    })?;
+    Ok(Skeleton::of(scene, found).survey)
 }
 
 impl Space {
@@ -23,15 +47,34 @@ impl Space {
         Ok(())
     }
 
-    /// The space of a scene: the values of `self`, or else those of the file, or else the guesses of `survey`.
-    pub(crate) fn or_found(self, metadata: &Metadata, survey: Option<&Survey>) -> Self {
+    /// Metres, +Y up.
+    pub(crate) const METRES: Self = Self {
+        metres_per_unit: Some(1.0),
+        up: Some(UpAxis::Y),
+    };
+
+    /// The values of `self`, or else those of `other`.
+    pub(crate) fn or(self, other: Self) -> Self {
         Self {
-            metres_per_unit: self
-                .metres_per_unit
-                .or(metadata.metres_per_unit)
-                .or(survey.map(|survey| survey.metres_per_unit)),
-            up: self.up.or(survey.map(|survey| survey.up.value)),
+            metres_per_unit: self.metres_per_unit.or(other.metres_per_unit),
+            up: self.up.or(other.up),
         }
+    }
+
+    /// The values of `self`, or else those that the file states.
+    pub(crate) fn or_stated(self, metadata: &Metadata) -> Self {
+        self.or(Self {
+            metres_per_unit: metadata.metres_per_unit,
+            up: metadata.up,
+        })
+    }
+
+    /// The values of `self`, or else those that the file states, or else those guesses that are needed.
+    pub(crate) fn or_found(self, metadata: &Metadata, survey: &Survey, needs: Needs) -> Self {
+        self.or_stated(metadata).or(Self {
+            metres_per_unit: needs.unit.then_some(survey.metres_per_unit),
+            up: needs.up.then_some(survey.up.value),
+        })
     }
 
     /// The guess about `topic`, unless `self` has a value.

@@ -6,12 +6,6 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-mod matrix;
-mod vector;
-
-pub(crate) use matrix::{Matrices, Transforms};
-pub(crate) use vector::{Quaternions, Vectors};
-
 /// The scalar of a lane: `f32` or `f64`.
 pub(crate) trait Real:
     Copy
@@ -156,6 +150,330 @@ impl<T: Real, const N: usize> Neg for Lanes<T, N> {
     #[inline(always)]
     fn neg(self) -> Self {
         Self::of(|lane| -self.0[lane])
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vectors<T, const N: usize> {
+    pub(crate) x: Lanes<T, N>,
+    pub(crate) y: Lanes<T, N>,
+    pub(crate) z: Lanes<T, N>,
+}
+
+impl<T: Real, const N: usize> Vectors<T, N> {
+    pub(crate) const ZERO: Self = Self {
+        x: Lanes::ZERO,
+        y: Lanes::ZERO,
+        z: Lanes::ZERO,
+    };
+
+    #[inline(always)]
+    pub(crate) fn all([x, y, z]: [T; 3]) -> Self {
+        Self {
+            x: Lanes::all(x),
+            y: Lanes::all(y),
+            z: Lanes::all(z),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(value: impl Fn(usize) -> [T; 3]) -> Self {
+        let mut vectors = Self::ZERO;
+        for lane in 0..N {
+            vectors.set_lane(lane, value(lane));
+        }
+        vectors
+    }
+
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> [T; 3] {
+        [self.x.0[lane], self.y.0[lane], self.z.0[lane]]
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_lane(&mut self, lane: usize, [x, y, z]: [T; 3]) {
+        self.x.0[lane] = x;
+        self.y.0[lane] = y;
+        self.z.0[lane] = z;
+    }
+
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn dot(self, other: Self) -> Lanes<T, N> {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub(crate) fn distance_squared(self, other: Self) -> Lanes<T, N> {
+        let difference = self - other;
+        difference.dot(difference)
+    }
+}
+
+impl<T: Real, const N: usize> Add for Vectors<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Sub for Vectors<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self {
+            x: self.x - other.x,
+            y: self.y - other.y,
+            z: self.z - other.z,
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Mul<Lanes<T, N>> for Vectors<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: Lanes<T, N>) -> Self {
+        Self {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quaternions<T, const N: usize> {
+    pub(crate) x: Lanes<T, N>,
+    pub(crate) y: Lanes<T, N>,
+    pub(crate) z: Lanes<T, N>,
+    pub(crate) w: Lanes<T, N>,
+}
+
+impl<T: Real, const N: usize> Quaternions<T, N> {
+    pub(crate) const IDENTITY: Self = Self {
+        x: Lanes::ZERO,
+        y: Lanes::ZERO,
+        z: Lanes::ZERO,
+        w: Lanes::ONE,
+    };
+
+    #[inline(always)]
+    pub(crate) fn all(value: [T; 4]) -> Self {
+        Self::of(|_| value)
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(value: impl Fn(usize) -> [T; 4]) -> Self {
+        let mut quaternions = Self::IDENTITY;
+        for lane in 0..N {
+            quaternions.set_lane(lane, value(lane));
+        }
+        quaternions
+    }
+
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> [T; 4] {
+        [self.x.0[lane], self.y.0[lane], self.z.0[lane], self.w.0[lane]]
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_lane(&mut self, lane: usize, [x, y, z, w]: [T; 4]) {
+        self.x.0[lane] = x;
+        self.y.0[lane] = y;
+        self.z.0[lane] = z;
+        self.w.0[lane] = w;
+    }
+
+    #[inline(always)]
+    pub(crate) fn components(&self) -> [Lanes<T, N>; 4] {
+        [self.x, self.y, self.z, self.w]
+    }
+
+    #[inline(always)]
+    pub(crate) fn xyz(self) -> Vectors<T, N> {
+        Vectors {
+            x: self.x,
+            y: self.y,
+            z: self.z,
+        }
+    }
+
+    /// The inverse rotation, for quaternions of length 1.
+    #[inline(always)]
+    pub(crate) fn conjugate(self) -> Self {
+        Self {
+            x: -self.x,
+            y: -self.y,
+            z: -self.z,
+            w: self.w,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn dot(self, other: Self) -> Lanes<T, N> {
+        (self.x * other.x + self.y * other.y) + (self.z * other.z + self.w * other.w)
+    }
+
+    #[inline(always)]
+    pub(crate) fn length(self) -> Lanes<T, N> {
+        self.dot(self).sqrt()
+    }
+
+    #[inline(always)]
+    pub(crate) fn normalize(self) -> Self {
+        self * self.length().recip()
+    }
+}
+
+impl<T: Real, const N: usize> Add for Quaternions<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
+            w: self.w + other.w,
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Mul<Lanes<T, N>> for Quaternions<T, N> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: Lanes<T, N>) -> Self {
+        Self {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+            w: self.w * factor,
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Mul for Quaternions<T, N> {
+    type Output = Self;
+
+    /// The Hamilton product: rotates by `other` first, then by `self`.
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let Self { x, y, z, w } = self;
+        Self {
+            x: w * other.x + x * other.w + y * other.z - z * other.y,
+            y: w * other.y - x * other.z + y * other.w + z * other.x,
+            z: w * other.z + x * other.y - y * other.x + z * other.w,
+            w: w * other.w - x * other.x - y * other.y - z * other.z,
+        }
+    }
+}
+
+impl<T: Real, const N: usize> Mul<Vectors<T, N>> for Quaternions<T, N> {
+    type Output = Vectors<T, N>;
+
+    /// Rotates a vector, for quaternions of length 1: `v + 2 w (u x v) + 2 u x (u x v)`.
+    #[inline(always)]
+    fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
+        let half = self.xyz().cross(vector);
+        let twice = half + half;
+        vector + twice * self.w + self.xyz().cross(twice)
+    }
+}
+
+/// 3x3 matrices, by column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Matrices<T, const N: usize>(pub(crate) [Vectors<T, N>; 3]);
+
+impl<T: Real, const N: usize> Matrices<T, N> {
+    pub(crate) const ZERO: Self = Self([Vectors::ZERO; 3]);
+
+    /// Sets `self` to `left * right`. In place, because a copy would be large.
+    #[inline(always)]
+    pub(crate) fn set_product(&mut self, left: &Self, right: &Self) {
+        for column in 0..3 {
+            self.0[column] = left * right.0[column];
+        }
+    }
+
+    /// The matrices that the formula for unit quaternions gives for quaternions of other lengths: they stretch. The
+    /// quaternions are `units` times lengths whose squares are `squared_lengths`.
+    #[inline(always)]
+    pub(crate) fn from_unnormalized(units: Quaternions<T, N>, squared_lengths: Lanes<T, N>) -> Self {
+        let Quaternions { x, y, z, w } = units;
+        let two = squared_lengths + squared_lengths;
+        let (x2, y2, z2) = (x * two, y * two, z * two);
+        let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+        let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+        let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+        let column = |x, y, z| Vectors { x, y, z };
+        Self([
+            column(Lanes::ONE - (yy + zz), xy + wz, xz - wy),
+            column(xy - wz, Lanes::ONE - (xx + zz), yz + wx),
+            column(xz + wy, yz - wx, Lanes::ONE - (xx + yy)),
+        ])
+    }
+}
+
+impl<T: Real, const N: usize> From<Quaternions<T, N>> for Matrices<T, N> {
+    #[inline(always)]
+    fn from(units: Quaternions<T, N>) -> Self {
+        Self::from_unnormalized(units, Lanes::ONE)
+    }
+}
+
+impl<T: Real, const N: usize> Mul<Vectors<T, N>> for &Matrices<T, N> {
+    type Output = Vectors<T, N>;
+
+    #[inline(always)]
+    fn mul(self, vector: Vectors<T, N>) -> Vectors<T, N> {
+        // Row by row, so that few intermediate values are alive at once.
+        let [a, b, c] = &self.0;
+        let row = |a: &Lanes<T, N>, b: &Lanes<T, N>, c: &Lanes<T, N>| {
+            Lanes::of(|lane| a.0[lane] * vector.x.0[lane] + b.0[lane] * vector.y.0[lane] + c.0[lane] * vector.z.0[lane])
+        };
+        Vectors {
+            x: row(&a.x, &b.x, &c.x),
+            y: row(&a.y, &b.y, &c.y),
+            z: row(&a.z, &b.z, &c.z),
+        }
+    }
+}
+
+/// Affine transforms: the axes and the origin of a space in that of its parent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Transforms<T, const N: usize> {
+    pub(crate) axes: Matrices<T, N>,
+    pub(crate) origin: Vectors<T, N>,
+}
+
+impl<T: Real, const N: usize> Transforms<T, N> {
+    /// Sets the origin to that of `parent * local`.
+    #[inline(always)]
+    pub(crate) fn set_product_of_origins(&mut self, parent: &Self, local: &Self) {
+        self.origin = &parent.axes * local.origin + parent.origin;
+    }
+
+    /// Sets the axes to those of `parent * local`.
+    #[inline(always)]
+    pub(crate) fn set_product_of_axes(&mut self, parent: &Self, local: &Self) {
+        self.axes.set_product(&parent.axes, &local.axes);
     }
 }
 

@@ -18,6 +18,15 @@ pub(crate) fn to_y_up(point: Vec3, up: UpAxis) -> Vec3 {
     }
 }
 
+/// A point of a space in which `from` points up, in one in which `to` does.
+pub(crate) fn turned(point: Vec3, from: UpAxis, to: UpAxis) -> Vec3 {
+    match (from, to) {
+        (UpAxis::Y, UpAxis::Z) => Vec3::new(point.x, 0.0 - point.z, point.y),
+        (from, UpAxis::Y) => to_y_up(point, from),
+        (UpAxis::Z, UpAxis::Z) => point,
+    }
+}
+
 /// The space in which `from` points up to the one in which `to` does.
 pub(crate) fn from_to(from: UpAxis, to: UpAxis) -> Mat4 {
     let to_y_up = |up| {
@@ -51,6 +60,10 @@ mod tests {
         assert_eq!(z_to_y.transform_vector3(Vec3::X), Vec3::X);
         assert_eq!(z_to_y.determinant(), 1.0);
         assert_eq!(y_to_z * z_to_y, Mat4::IDENTITY);
+        let point = Vec3::new(1.0, 2.0, 3.0);
+        for (from, to) in [(UpAxis::Y, UpAxis::Z), (UpAxis::Z, UpAxis::Y), (UpAxis::Z, UpAxis::Z)] {
+            assert_eq!(turned(point, from, to), from_to(from, to).transform_vector3(point));
+        }
         let turned = Mat4::from_quat(Z_UP_TO_Y_UP.as_quat());
         assert!(turned.abs_diff_eq(z_to_y, 1e-6), "{turned}");
         assert_eq!(Z_UP_TO_Y_UP.as_quat(), Quat::from_rotation_arc(Vec3::Z, Vec3::Y));

@@ -1,6 +1,6 @@
-//! Converts a scene to metres with +Y up.
+//! Converts a scene to another unit of length and another up axis, by default to metres with +Y up.
 
-use glam::{Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 
 use crate::math::up_axis::{self, Z_UP_TO_Y_UP};
 use crate::pose::Binding;
@@ -25,40 +25,89 @@ use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 /// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::new(0.0, 0.98, 0.0));
 /// ```
 pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
-    let scaled = |v: Vec3| (v.as_dvec3() * metres_per_unit).as_vec3();
+    convert_units_to(scene, (metres_per_unit, up), (1.0, UpAxis::Y));
+}
+
+/// As [`convert_units`], from any unit and up axis to any other: `from` and `to` are metres per unit of length and the
+/// axis that points up.
+///
+/// ```
+/// use mocap::glam::{Mat4, Vec3};
+/// use mocap::process::convert_units_to;
+/// use mocap::scene::{Node, Scene, UpAxis};
+///
+/// let hips = Node { transform: Mat4::from_translation(Vec3::new(0.0, 0.98, 0.0)), ..Node::default() };
+/// let mut scene = Scene { nodes: vec![hips], ..Scene::default() };
+/// convert_units_to(&mut scene, (1.0, UpAxis::Y), (0.01, UpAxis::Z));
+/// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::new(0.0, 0.0, 98.0));
+/// ```
+pub fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis)) {
+    let ((metres_per_unit, up), (out_metres_per_unit, out_up)) = (from, to);
+    let factor = metres_per_unit / out_metres_per_unit;
+    let scaled = |v: Vec3| (v.as_dvec3() * factor).as_vec3();
+    let axes = Axes { from: up, to: out_up };
     for node in &mut scene.nodes {
         node.transform.w_axis = scaled(node.transform.w_axis.truncate()).extend(1.0);
         if node.parent.is_none() {
-            node.transform = up_axis::from_to(up, UpAxis::Y) * node.transform;
+            node.transform = axes.matrix() * node.transform;
         }
     }
     for index in 0..scene.animations.len() {
         let root_channel = root_channel(scene, index);
         for (channel_index, channel) in scene.animations[index].channels.iter_mut().enumerate() {
             let turn = if Some(channel_index) == root_channel {
-                up
+                axes
             } else {
-                UpAxis::Y
+                Axes::default()
             };
             for value in &mut channel.position_keys.values {
-                *value = up_axis::to_y_up(scaled(*value), turn);
+                *value = turn.point(scaled(*value));
             }
-            if turn == UpAxis::Z {
+            if turn.from != turn.to {
                 for value in &mut channel.rotation_keys.values {
-                    *value = turned_rotation(*value);
+                    *value = turn.rotation(*value);
                 }
             }
         }
     }
     for mesh in &mut scene.meshes {
-        convert_mesh(mesh, scaled, up);
+        convert_mesh(mesh, scaled, axes);
     }
-    scene.metadata.metres_per_unit = Some(1.0);
-    scene.metadata.up = Some(UpAxis::Y);
-    scene
-        .metadata
-        .steps
-        .push(AppliedStep::ConvertUnits { metres_per_unit, up });
+    scene.metadata.metres_per_unit = Some(out_metres_per_unit);
+    scene.metadata.up = Some(out_up);
+    scene.metadata.steps.push(AppliedStep::ConvertUnits {
+        metres_per_unit,
+        up,
+        out_metres_per_unit,
+        out_up,
+    });
+}
+
+/// The up axes before and after.
+#[derive(Clone, Copy, Default)]
+struct Axes {
+    from: UpAxis,
+    to: UpAxis,
+}
+
+impl Axes {
+    fn matrix(self) -> Mat4 {
+        up_axis::from_to(self.from, self.to)
+    }
+
+    fn point(self, point: Vec3) -> Vec3 {
+        up_axis::turned(point, self.from, self.to)
+    }
+
+    /// Computed in double precision and rounded once.
+    fn rotation(self, rotation: Quat) -> Quat {
+        let turn = match (self.from, self.to) {
+            (UpAxis::Z, UpAxis::Y) => Z_UP_TO_Y_UP,
+            (UpAxis::Y, UpAxis::Z) => Z_UP_TO_Y_UP.inverse(),
+            (UpAxis::Y, UpAxis::Y) | (UpAxis::Z, UpAxis::Z) => return rotation,
+        };
+        (turn * rotation.as_dquat()).as_quat()
+    }
 }
 
 /// The channel that drives the first node.
@@ -69,22 +118,17 @@ fn root_channel(scene: &Scene, animation: usize) -> Option<usize> {
 }
 
 /// A mesh with bones is in the space of the root's parent, so it is rotated; any other is in the space of its node.
-fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, up: UpAxis) {
-    let up = if mesh.bones.is_empty() { UpAxis::Y } else { up };
+fn convert_mesh(mesh: &mut Mesh, scaled: impl Fn(Vec3) -> Vec3, axes: Axes) {
+    let axes = if mesh.bones.is_empty() { Axes::default() } else { axes };
     for vertex in &mut mesh.vertices {
-        *vertex = up_axis::to_y_up(scaled(*vertex), up);
+        *vertex = axes.point(scaled(*vertex));
     }
     for normal in &mut mesh.normals {
-        *normal = up_axis::to_y_up(*normal, up);
+        *normal = axes.point(*normal);
     }
     for bone in &mut mesh.bones {
         let translation = scaled(bone.offset_matrix.w_axis.truncate());
-        bone.offset_matrix *= up_axis::from_to(UpAxis::Y, up);
+        bone.offset_matrix *= up_axis::from_to(axes.to, axes.from);
         bone.offset_matrix.w_axis = translation.extend(1.0);
     }
-}
-
-/// Computed in double precision and rounded once.
-fn turned_rotation(rotation: Quat) -> Quat {
-    (Z_UP_TO_Y_UP * rotation.as_dquat()).as_quat()
 }

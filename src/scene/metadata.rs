@@ -16,10 +16,10 @@ pub struct Metadata {
     /// The file's format. Absent for a scene without a file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Metres per unit of length, if the file states it or the scene was converted. BVH does not state it.
+    /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state it.
     pub metres_per_unit: Option<f64>,
-    /// The up axis, if the format or the file states it or the scene was converted. BVH and Acclaim's files do not
-    /// state it.
+    /// The up axis, if the format, the file or the caller states it or the scene was converted. BVH and Acclaim's files
+    /// do not state it.
     pub up: Option<UpAxis>,
     /// How the root's OFFSET was used, and why. Absent for formats without an OFFSET.
     pub root_offset: Option<RootOffsetUsed>,
@@ -143,6 +143,22 @@ pub enum UpAxis {
     Z,
 }
 
+impl UpAxis {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+    fn is_y(&self) -> bool {
+        *self == Self::Y
+    }
+}
+
+fn one_metre() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_one_metre(metres: &f64) -> bool {
+    *metres == 1.0
+}
+
 /// A step that changed positions or times, with the values that are needed to undo it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "step", rename_all = "snake_case")]
@@ -159,6 +175,12 @@ pub enum AppliedStep {
         metres_per_unit: f64,
         /// The up axis before.
         up: UpAxis,
+        /// Metres per unit of length after; 1 if absent.
+        #[serde(default = "one_metre", skip_serializing_if = "is_one_metre")]
+        out_metres_per_unit: f64,
+        /// The up axis after; Y if absent.
+        #[serde(default, skip_serializing_if = "UpAxis::is_y")]
+        out_up: UpAxis,
     },
     /// [`process::trim`](crate::process::trim).
     Trim {

@@ -26,6 +26,9 @@ use super::Confidence;
 use super::bone::HumanoidBone;
 use crate::scene::{NodeId, Scene};
 
+/// Joints, by their names, that are bones of the humanoid; `None` for a bone that the skeleton does not have.
+pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
+
 /// A joint that is a bone of the humanoid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HumanoidJoint {
@@ -105,11 +108,7 @@ impl Humanoid {
     ///
     /// # Errors
     /// The bone and the name where no joint has the name.
-    pub fn with_map(
-        mut self,
-        scene: &Scene,
-        map: impl IntoIterator<Item = (HumanoidBone, Option<String>)>,
-    ) -> Result<Self, (HumanoidBone, String)> {
+    pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self, (HumanoidBone, String)> {
         for (bone, name) in map {
             let Some(name) = name else {
                 self.bones.remove(&bone);

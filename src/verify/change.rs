@@ -5,8 +5,6 @@ use glam::{DMat4, DVec3};
 use super::chain::Skeleton;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
-use crate::error::Result;
-use crate::limits::Limits;
 use crate::process;
 use crate::scene::{AppliedStep, Scene, UpAxis};
 use crate::skeleton;
@@ -18,11 +16,12 @@ const SAME_TICK: f64 = 1e-6;
 pub(super) struct Change {
     /// Units of the file in one of the source.
     pub(super) metres_per_unit: f64,
-    up: UpAxis,
+    /// The axis that points up in the source, and in the file.
+    up: (UpAxis, UpAxis),
     pub(super) in_place: bool,
     pub(super) has_root_motion: bool,
-    /// Whether the unit of the file is a metre.
-    pub(super) is_in_metres: bool,
+    /// Metres in a unit of the file, where it was converted to one.
+    pub(super) out_metres_per_unit: Option<f64>,
     /// The steps that change times, in their order.
     times: Vec<AppliedStep>,
 }
@@ -31,10 +30,10 @@ impl Change {
     fn none() -> Self {
         Self {
             metres_per_unit: 1.0,
-            up: UpAxis::Y,
+            up: (UpAxis::Y, UpAxis::Y),
             in_place: false,
             has_root_motion: false,
-            is_in_metres: false,
+            out_metres_per_unit: None,
             times: Vec::new(),
         }
     }
@@ -42,12 +41,19 @@ impl Change {
     /// What was done, step by step.
     pub(super) fn recorded(steps: &[AppliedStep]) -> Self {
         let mut change = Self::none();
+        let mut is_turned = false;
         for step in steps {
             match *step {
-                AppliedStep::ConvertUnits { metres_per_unit, up } => {
-                    change.metres_per_unit *= metres_per_unit;
-                    change.up = up;
-                    change.is_in_metres = true;
+                AppliedStep::ConvertUnits {
+                    metres_per_unit,
+                    up,
+                    out_metres_per_unit,
+                    out_up,
+                } => {
+                    change.metres_per_unit *= metres_per_unit / out_metres_per_unit;
+                    change.up = (if is_turned { change.up.0 } else { up }, out_up);
+                    change.out_metres_per_unit = Some(out_metres_per_unit);
+                    is_turned = true;
                 }
                 AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
                 AppliedStep::InPlace => change.in_place = true,
@@ -81,9 +87,9 @@ impl Change {
             distances.sum()
         };
         let upright = distance(&change);
-        change.up = UpAxis::Z;
+        change.up.0 = UpAxis::Z;
         if upright <= distance(&change) {
-            change.up = UpAxis::Y;
+            change.up.0 = UpAxis::Y;
         }
         change
     }
@@ -96,8 +102,17 @@ impl Change {
     /// Where a direction of the source points in the file.
     pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
         match self.up {
-            UpAxis::Y => direction,
-            UpAxis::Z => DVec3::new(direction.x, direction.z, -direction.y),
+            (UpAxis::Z, UpAxis::Y) => DVec3::new(direction.x, direction.z, -direction.y),
+            (UpAxis::Y, UpAxis::Z) => DVec3::new(direction.x, -direction.z, direction.y),
+            (UpAxis::Y, UpAxis::Y) | (UpAxis::Z, UpAxis::Z) => direction,
+        }
+    }
+
+    /// The part of a way in the file that is over the ground.
+    pub(super) fn over_ground(&self, way: DVec3) -> DVec3 {
+        match self.up.1 {
+            UpAxis::Y => DVec3::new(way.x, 0.0, way.z),
+            UpAxis::Z => DVec3::new(way.x, way.y, 0.0),
         }
     }
 }
@@ -122,10 +137,7 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Of a clip of `source`; without one, a single moment.
-    ///
-    /// # Errors
-    /// Where a step that the file records cannot have been done.
-    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Result<Self> {
+    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Self {
         let animation = clip.and_then(|clip| source.animations.get(clip));
         let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
         let duration = animation.map_or(0.0, |animation| animation.duration);
@@ -167,7 +179,7 @@ impl Timeline {
                     timeline.file_rate *= meant / old_rate;
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;
-                    process::resample(before, frames_per_second, &Limits::default())?;
+                    process::resample(before, frames_per_second);
                 }
                 _ => {}
             }
@@ -176,7 +188,7 @@ impl Timeline {
             false => timeline.source_frames(),
             true => timeline.own_frames(&cuts, &edges),
         };
-        Ok(timeline)
+        timeline
     }
 
     /// The whole ticks of the source that the file is to have, and the ends of its part.

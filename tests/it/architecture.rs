@@ -14,12 +14,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
-    ("ik", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
-    (
-        "process",
-        &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
-    ),
+    ("process", &["error", "scene", "math", "pose", "skeleton", "compress"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",

@@ -254,10 +254,10 @@ fn what_is_left_out_does_not_break_the_chain() {
 fn unit_axes_frames_and_length_are_those_asked_for() {
     let scene = import("lecture_Test");
     let options = ArrayOptions {
-        metres_per_unit: Some(0.01),
-        file_metres_per_unit: Some(1.0),
-        up: Some(UpAxis::Z),
-        file_up: Some(UpAxis::Y),
+        metres_per_unit: Some(1.0),
+        out_metres_per_unit: Some(0.01),
+        up: Some(UpAxis::Y),
+        out_up: Some(UpAxis::Z),
         frames_per_second: Some(20.0),
         first: Some(Moment::Seconds(0.2)),
         last: Some(Moment::Frame(5)),
@@ -321,8 +321,8 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
             height,
             ..Contacts::default()
         }),
-        file_metres_per_unit: Some(1.0),
-        file_up: Some(UpAxis::Y),
+        metres_per_unit: Some(1.0),
+        up: Some(UpAxis::Y),
         ..ArrayOptions::default()
     };
     let contacts = |height| arrays(&scene, &options(height)).unwrap().contacts.unwrap();
@@ -425,7 +425,7 @@ fn options_without_a_meaning_are_refused() {
         assert_eq!(error.code(), Code::UnknownOption, "{error}");
     }
     let options = ArrayOptions {
-        frames_per_second: Some(1e6),
+        frames_per_second: Some(1e12),
         ..ArrayOptions::default()
     };
     assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);

@@ -1,10 +1,11 @@
 //! `Conversion`, and that everything that converts says the same: the library, the program, and the files they write.
 
+use mocap::arrays::{ArrayOptions, arrays};
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
-use mocap::skeleton::{Unit, survey};
+use mocap::skeleton::{HumanoidBone, HumanoidMap, Unit, survey};
 use mocap::{Code, Conversion, Importer, SkeletonMesh};
 
 fn import(file: &str) -> Scene {
@@ -30,7 +31,9 @@ fn the_default_brings_metres_and_says_what_it_guessed() {
         scene.metadata.steps,
         [AppliedStep::ConvertUnits {
             metres_per_unit: 0.0254 / 0.45,
-            up: UpAxis::Y
+            up: UpAxis::Y,
+            out_metres_per_unit: 1.0,
+            out_up: UpAxis::Y,
         }]
     );
     assert_eq!(
@@ -79,33 +82,113 @@ fn units_that_are_kept_stay_unknown() {
     assert_eq!(topics(&Conversion::new().keep_units(true), &mut scene), []);
     assert_eq!(scene, source);
 
+    // What is named is stated from then on, and no number changes.
+    let kept = Conversion::new().keep_units(true);
+    let mut named = source.clone();
+    assert_eq!(
+        topics(&kept.clone().metres_per_unit(0.01).up(UpAxis::Z), &mut named),
+        []
+    );
+    assert_eq!(
+        (named.metadata.metres_per_unit, named.metadata.up),
+        (Some(0.01), Some(UpAxis::Z))
+    );
+    assert_eq!((&named.nodes, &named.animations), (&source.nodes, &source.animations));
+
+    // One of the two can be converted alone, and only that is guessed.
     let mut turned = source.clone();
-    Conversion::new()
-        .keep_units(true)
-        .up(UpAxis::Z)
-        .apply(&mut turned)
-        .unwrap();
+    let guessed = topics(&kept.clone().up(UpAxis::Z).out_up(UpAxis::Y), &mut turned);
+    assert_eq!(guessed, []);
     assert_eq!(
         (turned.metadata.metres_per_unit, turned.metadata.up),
         (None, Some(UpAxis::Y))
     );
     let mut scaled = source.clone();
-    Conversion::new()
-        .keep_units(true)
-        .metres_per_unit(0.01)
-        .apply(&mut scaled)
+    assert_eq!(topics(&kept.out_metres_per_unit(0.01), &mut scaled), [Topic::Unit]);
+    assert_eq!(
+        (scaled.metadata.metres_per_unit, scaled.metadata.up),
+        (Some(0.01), None)
+    );
+}
+
+/// The shoulder of frame n is at (0.1 (n + 1), 0.02 n, 0).
+#[test]
+fn the_unit_and_the_up_axis_of_the_output_are_those_asked_for() {
+    let last = |conversion: Conversion| {
+        let mut scene = import("lecture_Test.bvh");
+        conversion.apply(&mut scene).unwrap();
+        (
+            scene.animations[0].channels[0].position_keys.values[9],
+            scene.nodes[1].transform.w_axis.x,
+        )
+    };
+    let named = || Conversion::new().metres_per_unit(0.01).up(UpAxis::Y);
+    // Two of its units are 2 cm.
+    let (shoulder, elbow) = last(named().out_metres_per_unit(0.001).out_up(UpAxis::Z));
+    assert!(shoulder.abs_diff_eq(Vec3::new(10.0, 0.0, 1.8), 1e-5), "{shoulder}");
+    assert_eq!(elbow, 20.0);
+    // A file with +Z up stays as it is.
+    let (shoulder, _) = last(Conversion::new().metres_per_unit(1.0).up(UpAxis::Z).out_up(UpAxis::Z));
+    assert_eq!(shoulder, Vec3::new(1.0, 0.18, 0.0));
+    for wrong in [0.0, f64::NAN] {
+        let error = Conversion::new().out_metres_per_unit(wrong).check().unwrap_err();
+        assert_eq!(error.code(), Code::UnknownOption);
+    }
+}
+
+#[test]
+fn the_ground_is_found_where_z_is_up_too() {
+    let source = import("z_up_dab.bvh");
+    let heights = |scene: &Scene| -> Vec<f32> {
+        let keys = &scene.animations[0].channels[0].position_keys;
+        keys.values.iter().map(|position| position.z).collect()
+    };
+    let mut scene = source.clone();
+    let in_place = Conversion::new().keep_units(true).root(RootMotion::InPlace);
+    assert_eq!(topics(&in_place, &mut scene), [Topic::Up]);
+    assert!(heights(&source).iter().any(|height| *height != heights(&source)[0]));
+    for (before, after) in std::iter::zip(heights(&source), heights(&scene)) {
+        assert!((before - after).abs() < 1e-4, "{before} {after}");
+    }
+    let values = &scene.animations[0].channels[0].position_keys.values;
+    let start = values[0];
+    assert!(values.iter().all(|at| (at.x, at.y) == (start.x, start.y)));
+    assert_eq!(scene.metadata.up, Some(UpAxis::Z));
+}
+
+#[test]
+fn a_map_of_the_bones_decides_the_unit() {
+    let source = import("cmu_short.bvh");
+    let found = mocap::skeleton::humanoid(&source);
+    let name = |bone| source.nodes[found.bones[&bone].joint.index()].name.clone();
+    let mut numbered = source.clone();
+    for (index, node) in numbered.nodes.iter_mut().enumerate() {
+        node.name = format!("J{index}");
+    }
+    // The head is at the neck: the body is shorter, and its unit greater.
+    let neck = source
+        .nodes
+        .iter()
+        .position(|node| node.name == name(HumanoidBone::Neck))
         .unwrap();
-    assert_eq!((scaled.metadata.metres_per_unit, scaled.metadata.up), (Some(1.0), None));
-    assert!((scaled.nodes[1].transform.w_axis.x - 0.02).abs() < 1e-8);
-    // A unit of 1 m changes no number, and is known from then on.
-    let mut metres = source.clone();
-    Conversion::new()
-        .keep_units(true)
-        .metres_per_unit(1.0)
-        .apply(&mut metres)
-        .unwrap();
-    assert_eq!(metres.metadata.metres_per_unit, Some(1.0));
-    assert_eq!((metres.nodes, metres.animations), (source.nodes, source.animations));
+    let map = HumanoidMap::from([
+        (HumanoidBone::Head, Some(format!("J{neck}"))),
+        (HumanoidBone::Neck, None),
+    ]);
+    let reason = |bones: HumanoidMap| {
+        let mut scene = numbered.clone();
+        let guesses = Conversion::new().bones(bones.clone()).apply(&mut scene).unwrap();
+        let unit = guesses.into_iter().find(|guess| guess.topic == Topic::Unit).unwrap();
+        let options = ArrayOptions {
+            out_metres_per_unit: Some(1.0),
+            bones,
+            ..ArrayOptions::default()
+        };
+        let of_arrays = arrays(&numbered, &options).unwrap().header.provenance.assumptions;
+        assert_eq!(of_arrays, std::slice::from_ref(&unit));
+        unit.reason
+    };
+    assert_ne!(reason(HumanoidMap::new()), reason(map));
 }
 
 /// The file's frame time is .0083333, which means 1/120.

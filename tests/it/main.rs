@@ -26,7 +26,8 @@ mod hostile;
 mod humanoid;
 mod kinematics;
 mod motion_steps;
-mod numbers;
+#[cfg(feature = "cli")]
+mod options;
 #[cfg(feature = "cli")]
 mod outputs;
 mod process;

@@ -5,8 +5,10 @@ mod batch;
 mod bvh;
 mod change;
 mod compress;
+mod given;
 mod pictures;
 mod read;
+mod source;
 
 use std::path::PathBuf;
 
@@ -14,13 +16,15 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
-pub(crate) use self::arrays::{PackArgs, TableArg};
+pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, FormatArg, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
-pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg, UnitArg, UpArg};
+pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
+pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
+pub(crate) use self::source::{MapArgs, OutArgs, SourceArgs, SourceUpArgs};
 
 /// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
 #[derive(Debug, Parser)]
@@ -95,6 +99,10 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) compress: CompressArgs,
     #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
     pub(crate) read: ReadArgs,
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
@@ -163,9 +171,10 @@ pub(crate) struct SkeletonArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Take the bones of this JSON file, of the shape that --json prints; those that it does not name are searched for
-    #[arg(long, value_name = "FILE")]
-    pub(crate) map: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }
@@ -189,6 +198,9 @@ pub(crate) struct PoseArgs {
     /// Print comma-separated values
     #[arg(long)]
     pub(crate) csv: bool,
+    /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
+    #[arg(long)]
+    pub(crate) spreadsheet: bool,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

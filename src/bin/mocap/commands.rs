@@ -23,12 +23,12 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
-use mocap::skeleton::Skeleton;
+use mocap::skeleton::{Skeleton, humanoid};
 use mocap::{RootOffset, SkeletonMesh};
 use serde::Serialize;
 
-use crate::args::FrameRateArgs;
-use crate::report;
+use crate::args::{FrameRateArgs, MapArgs};
+use crate::{Failure, report};
 
 /// The assumptions of the reader, and further guesses.
 fn assumptions(scene: &Scene) -> Vec<Assumption> {
@@ -51,6 +51,18 @@ fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&scene);
     Ok(scene)
+}
+
+/// The skeleton of `scene`, with the bones of `--map`.
+fn mapped_skeleton(scene: &Scene, map: &MapArgs) -> Result<Skeleton, Failure> {
+    let bones = humanoid(scene).with_map(scene, map.bones());
+    let bones = bones.map_err(|(bone, name)| {
+        let bone = bone.as_str();
+        Failure::Usage(format!(
+            "--map: no joint is called {name:?}, which the file names as {bone}"
+        ))
+    })?;
+    Ok(Skeleton::of(scene, bones))
 }
 
 /// Prints a value as indented JSON.

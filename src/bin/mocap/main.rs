@@ -45,17 +45,17 @@ impl From<io::Error> for Failure {
 }
 
 fn main() -> ExitCode {
-    let (args, options) = Args::parse_with_options();
+    let (args, given) = Args::parse_with_given();
     let result = match &args.command {
         Command::Convert(args) => match &args.batch.out_dir {
-            Some(folder) => commands::convert_many::run(args, folder, &options),
-            None => commands::convert::run(args),
+            Some(folder) => commands::convert_many::run(args, folder, &given),
+            None => commands::convert::run(args, &given),
         },
         Command::Info(args) => commands::info::run(args),
-        Command::Fk(args) => commands::fk::run(args),
+        Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]
-        Command::Pack(args) => commands::pack::run(args, &options),
-        Command::Pose(args) => commands::pose::run(args),
+        Command::Pack(args) => commands::pack::run(args, &given),
+        Command::Pose(args) => commands::pose::run(args, &given),
         Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),
         Command::Dump(args) => commands::dump::run(args),
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         Command::Formats => commands::formats::run(),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::View(args) => commands::view::run(args),
-        Command::Sheet(args) => commands::sheet::run(args),
+        Command::Sheet(args) => commands::sheet::run(args, &given),
         Command::Gif(args) => commands::gif::run(args),
         Command::Plot(args) => commands::plot::run(args),
     };

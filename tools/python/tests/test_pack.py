@@ -77,7 +77,7 @@ def test_the_tasks_of_a_slurm_array_pack_what_one_run_packs(program: Path, clips
             "SLURM_CPUS_PER_TASK": "2",
         }
         assert subprocess.run(command, env=environment, check=False, capture_output=True).returncode == 0
-    options = ("--rot", "6d", "--fps", "30", "--unit", "m", "--up", "y")
+    options = ("--rot", "6d", "--fps", "30", "--out-unit", "m", "--out-up", "y")
     assert pack(program, clips, tmp_path / "alone", *options) == 3
     assert rows(tmp_path / "array").equals(rows(tmp_path / "alone"))
     assert rows(tmp_path / "array").num_rows == 2000

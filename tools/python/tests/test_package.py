@@ -44,7 +44,7 @@ def test_six_numbers_are_the_columns_of_the_matrix(walk: Path) -> None:
 def test_rate_unit_axis_and_part(walk: Path) -> None:
     scene = mocap.read(walk)
     plain = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate)
-    turned = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate, unit=1.0, file_unit=0.5, up="z", file_up="y")
+    turned = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate, unit=0.5, out_unit=1.0, up="y", out_up="z")
     x, y, z = np.moveaxis(plain.positions, -1, 0)
     np.testing.assert_allclose(turned.positions, np.stack([0.5 * x, -0.5 * z, 0.5 * y], axis=-1), atol=1e-5)
     slower = scene.to_numpy(trim=(1, 2), fps=scene.frame_rate / 4)

@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "parquet")]
+use clap::Args as _;
 use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 
+use super::{Given, MapArgs, OutArgs, ReadArgs, SourceArgs, TrimArg};
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
-use super::{ReadArgs, TrimArg, UnitArg, UpArg};
+use crate::Failure;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FkArgs {
@@ -16,8 +19,15 @@ pub(crate) struct FkArgs {
     /// The file to write: .npz, .csv or .parquet
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
+    #[arg(long)]
+    pub(crate) spreadsheet: bool,
     #[command(flatten)]
     pub(crate) arrays: ArraysArgs,
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
 }
@@ -52,6 +62,10 @@ pub(crate) struct PackArgs {
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
 }
@@ -105,18 +119,8 @@ pub(crate) struct ArraysArgs {
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TrimArg>,
-    /// Unit of length to write: m, dm, cm, mm, inch, cmu, or metres in one unit [default: the file's own]
-    #[arg(long, value_name = "UNIT")]
-    unit: Option<UnitArg>,
-    /// Unit of length of the file: auto, or as for --unit
-    #[arg(long, value_name = "UNIT", default_value = "auto")]
-    file_unit: UnitArg,
-    /// Up axis of the output [default: the file's own]
-    #[arg(long, value_name = "AXIS")]
-    up: Option<UpArg>,
-    /// Up axis of the file
-    #[arg(long, value_name = "AXIS", default_value = "auto")]
-    file_up: UpArg,
+    #[command(flatten)]
+    out: OutArgs,
     /// Add velocities: central differences, one-sided at both ends, in units per second
     #[arg(long)]
     velocities: bool,
@@ -135,8 +139,29 @@ pub(crate) struct ArraysArgs {
 }
 
 impl ArraysArgs {
+    /// The long names of all options.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn names() -> Vec<String> {
+        let command = Self::augment_args(clap::Command::default());
+        let names = command.get_arguments().filter_map(clap::Arg::get_long);
+        names.map(str::to_owned).collect()
+    }
+
+    /// Refuses options that would do nothing.
+    pub(crate) fn check(&self, source: &SourceArgs, given: &Given) -> Result<(), Failure> {
+        let finds_unit = source.metres_per_unit().is_none() && (self.out.metres_per_unit().is_some() || self.contacts);
+        let finds_up = source.up().is_none() && (self.out.up().is_some() || self.contacts);
+        match finds_unit || finds_up {
+            true => Ok(()),
+            false => given.refuse(
+                &["map"],
+                "only a unit or an up axis that is searched for comes from the bones",
+            ),
+        }
+    }
+
     /// The library's options.
-    pub(crate) fn options(&self) -> ArrayOptions {
+    pub(crate) fn options(&self, source: &SourceArgs, map: &MapArgs) -> ArrayOptions {
         let standard = Contacts::default();
         ArrayOptions {
             space: self.space.into(),
@@ -146,10 +171,11 @@ impl ArraysArgs {
             frames_per_second: self.fps,
             first: self.trim.and_then(|trim| trim.first),
             last: self.trim.and_then(|trim| trim.last),
-            metres_per_unit: self.unit.and_then(UnitArg::metres),
-            file_metres_per_unit: self.file_unit.metres(),
-            up: self.up.and_then(UpArg::axis),
-            file_up: self.file_up.axis(),
+            metres_per_unit: source.metres_per_unit(),
+            up: source.up(),
+            out_metres_per_unit: self.out.metres_per_unit(),
+            out_up: self.out.up(),
+            bones: map.bones(),
             velocities: self.velocities,
             contacts: self.contacts.then(|| Contacts {
                 feet: self.feet.clone().unwrap_or(standard.feet),

@@ -3,9 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use clap::{Args as _, CommandFactory, FromArgMatches, ValueEnum};
+use clap::ValueEnum;
 
-use super::Args;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
 
@@ -91,33 +90,4 @@ impl FormatArg {
 pub(crate) struct MergeManifestArgs {
     /// The folder of the outputs
     pub(crate) folder: PathBuf,
-}
-
-impl Args {
-    /// The arguments, and as text those options of the command that its outputs depend on, the defaults too.
-    pub(crate) fn parse_with_options() -> (Self, String) {
-        let command = Self::command();
-        let matches = command.clone().get_matches();
-        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
-        let mut options = Vec::new();
-        if let Some((name, matches)) = matches.subcommand()
-            && let Some(subcommand) = command.find_subcommand(name)
-        {
-            let batch = BatchArgs::augment_args(clap::Command::default());
-            let is_of_batch = |arg: &clap::Arg| {
-                arg.get_id() == "force" || batch.get_arguments().any(|other| other.get_id() == arg.get_id())
-            };
-            for arg in subcommand.get_arguments() {
-                let id = arg.get_id().as_str();
-                if !arg.is_positional()
-                    && !is_of_batch(arg)
-                    && let Ok(Some(values)) = matches.try_get_raw(id)
-                {
-                    let values: Vec<_> = values.map(|value| value.to_string_lossy()).collect();
-                    options.push(format!("{id}={}", values.join(",")));
-                }
-            }
-        }
-        (args, options.join(" "))
-    }
 }

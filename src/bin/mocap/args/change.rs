@@ -5,19 +5,15 @@ use std::str::FromStr;
 use clap::ValueEnum;
 use mocap::Conversion;
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
-use mocap::scene::UpAxis;
-use mocap::skeleton::Unit;
+
+use super::OutArgs;
 
 /// Changes of the motion.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Changing")]
 pub(crate) struct ChangeArgs {
-    /// Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
-    #[arg(long, value_name = "UNIT", default_value = "auto")]
-    pub(crate) unit: UnitArg,
-    /// Up axis of the input; glTF outputs have +Y up
-    #[arg(long, value_name = "AXIS", default_value = "auto")]
-    pub(crate) up: UpArg,
+    #[command(flatten)]
+    pub(crate) out: OutArgs,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TrimArg>,
@@ -49,11 +45,11 @@ impl ChangeArgs {
                 (false, true) => RootMotion::Extract,
                 (false, false) => RootMotion::Keep,
             });
-        if let Some(metres) = self.unit.metres() {
-            conversion = conversion.metres_per_unit(metres);
+        if let Some(metres) = self.out.metres_per_unit() {
+            conversion = conversion.out_metres_per_unit(metres);
         }
-        if let Some(up) = self.up.axis() {
-            conversion = conversion.up(up);
+        if let Some(up) = self.out.up() {
+            conversion = conversion.out_up(up);
         }
         if let Some(TrimArg { first, last }) = self.trim {
             conversion = conversion.trim(first, last);
@@ -62,60 +58,6 @@ impl ChangeArgs {
             conversion = conversion.frame_rate(rate);
         }
         conversion
-    }
-}
-
-/// `--unit`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum UnitArg {
-    Auto,
-    Metres(f64),
-}
-
-impl UnitArg {
-    /// Metres in one, where it is named.
-    pub(crate) fn metres(self) -> Option<f64> {
-        match self {
-            Self::Auto => None,
-            Self::Metres(metres) => Some(metres),
-        }
-    }
-}
-
-impl FromStr for UnitArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "auto" {
-            return Ok(Self::Auto);
-        }
-        let metres = Unit::named(text)
-            .map(Unit::metres)
-            .or_else(|| text.parse().ok())
-            .filter(|metres: &f64| metres.is_finite() && *metres > 0.0);
-        metres
-            .map(Self::Metres)
-            .ok_or_else(|| "neither auto, m, dm, cm, mm, inch, cmu nor a number above 0".to_owned())
-    }
-}
-
-/// `--up`.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum UpArg {
-    /// From the feet to the head
-    Auto,
-    Y,
-    Z,
-}
-
-impl UpArg {
-    /// The axis, where it is named.
-    pub(crate) fn axis(self) -> Option<UpAxis> {
-        match self {
-            Self::Auto => None,
-            Self::Y => Some(UpAxis::Y),
-            Self::Z => Some(UpAxis::Z),
-        }
     }
 }
 

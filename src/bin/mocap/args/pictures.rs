@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{FrameRateArgs, InputArgs};
+use super::{FrameRateArgs, InputArgs, MapArgs, SourceUpArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
@@ -36,6 +36,10 @@ pub(crate) struct SheetArgs {
     #[arg(long, conflicts_with = "poses")]
     pub(crate) t_pose: bool,
     #[command(flatten)]
+    pub(crate) up: SourceUpArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }
 
@@ -61,6 +65,8 @@ pub(crate) struct GifArgs {
     /// Show the whole path, instead of following the root with the camera
     #[arg(long)]
     pub(crate) still: bool,
+    #[command(flatten)]
+    pub(crate) up: SourceUpArgs,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

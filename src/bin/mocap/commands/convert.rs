@@ -10,14 +10,19 @@ use mocap::verify::{Verification, Verifier};
 use mocap::{Code, Diagnostic, Importer};
 
 use super::{change, verify};
-use crate::args::{CompressArg, ConvertArgs, FormatArg};
+use crate::args::{CompressArg, ConvertArgs, FormatArg, Given};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report};
 
 /// Converts one file.
-pub(crate) fn run(args: &ConvertArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     check(args)?;
+    let why = "it is for many files, which need an output folder: -o FOLDER";
+    given.refuse(&["shard", "progress", "allow-empty"], why)?;
+    if args.paths.len() == 2 {
+        given.refuse(&["to"], "the name of the output names the format")?;
+    }
     let (input, output) = match args.paths.as_slice() {
         [input] => (input, input.with_extension(args.batch.to.extension())),
         [input, output] => (input, output.clone()),
@@ -35,7 +40,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), Failure> {
         let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
         return Err(Failure::Usage(message));
     };
-    refuse_bvh(args, format)?;
+    refuse_unused(args, given, format)?;
     let policy = ReplacePolicy::new([input]).force(args.force);
     let converted = convert(args, input, &output, &policy, &|| false)?;
     report::warnings(Some(input), &converted.warnings);
@@ -50,7 +55,7 @@ pub(crate) fn run(args: &ConvertArgs) -> Result<(), Failure> {
 
 /// Refuses options that do not go together.
 pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
-    let options_are_sound = args.change.conversion().check();
+    let options_are_sound = change::conversion(args).check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
     {
@@ -75,11 +80,45 @@ fn choice(args: &ConvertArgs) -> Option<String> {
     }
 }
 
-/// Refuses the options of compression for BVH, which needs a row for every frame.
-pub(crate) fn refuse_bvh(args: &ConvertArgs, format: FormatArg) -> Result<(), Failure> {
-    if matches!(format, FormatArg::Bvh) && args.compress.asks() {
-        let message = "--compress and --max-error apply to glTF; for BVH use --digits";
-        return Err(Failure::Usage(message.to_owned()));
+/// Refuses options that change nothing in an output of this format.
+pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg) -> Result<(), Failure> {
+    let out = &args.change.out;
+    let moves_over_ground = args.change.in_place || args.change.root_motion;
+    let (converts_unit, converts_up) = match format {
+        FormatArg::Bvh => {
+            given.refuse(&["mesh"], "BVH has no meshes; write .glb or .gltf, or leave it out")?;
+            given.refuse(&["keep-constant"], "BVH has a row for every frame; leave it out")?;
+            given.refuse(&["embed"], "only .gltf has a buffer of its own; leave it out")?;
+            let why = "it applies to glTF; for fewer digits in BVH use --digits";
+            given.refuse(&["compress", "max-error"], why)?;
+            (out.metres_per_unit().is_some(), out.up().is_some() || moves_over_ground)
+        }
+        FormatArg::Glb | FormatArg::Gltf => {
+            let why = "it applies to BVH; write .bvh, or leave it out";
+            given.refuse(&["order", "digits", "channels"], why)?;
+            let why = "glTF is in metres with +Y up; for another unit or axis write .bvh";
+            given.refuse(&["out-unit", "out-up"], why)?;
+            if let FormatArg::Glb = format {
+                given.refuse(&["embed"], "a .glb holds its buffer; write .gltf, or leave it out")?;
+            }
+            (true, true)
+        }
+    };
+    if !converts_unit {
+        let why = "BVH does not state its unit, and lengths are kept; name the unit of the output with --out-unit";
+        given.refuse(&["unit"], why)?;
+    }
+    if !converts_up {
+        let why = "BVH does not state its up axis, and axes are kept; name that of the output with --out-up";
+        given.refuse(&["up"], why)?;
+    }
+    let finds_unit = converts_unit && args.source.metres_per_unit().is_none();
+    let finds_up = converts_up && args.source.up().is_none();
+    if !finds_unit && !finds_up {
+        given.refuse(
+            &["map"],
+            "only a unit or an up axis that is searched for comes from the bones",
+        )?;
     }
     Ok(())
 }
@@ -123,7 +162,7 @@ pub(crate) fn convert(
         policy.check(&output.with_extension("bin"))?;
     }
     let mut scene = import(args, input)?;
-    let mut decisions = change::apply(&mut scene, &args.change, is_bvh).map_err(|error| error.with_path(input))?;
+    let mut decisions = change::apply(&mut scene, args, is_bvh).map_err(|error| error.with_path(input))?;
     let mut plain_bytes = None;
     let mut written = gltf::GltfReport::default();
     let mut hash = None;

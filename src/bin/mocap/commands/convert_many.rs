@@ -11,7 +11,7 @@ use mocap::export::{ReplacePolicy, has_provenance, unfinished_target};
 use walkdir::WalkDir;
 
 use super::{convert, verify};
-use crate::args::ConvertArgs;
+use crate::args::{ConvertArgs, Given};
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{self, Manifest, Record};
@@ -38,10 +38,10 @@ struct Ended {
     record: Option<Record>,
 }
 
-/// Converts what the arguments name into `folder`. `options` says everything beside the inputs that outputs depend on.
-pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<(), Failure> {
+/// Converts what the arguments name into `folder`.
+pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<(), Failure> {
     convert::check(args)?;
-    convert::refuse_bvh(args, args.batch.to)?;
+    convert::refuse_unused(args, given, args.batch.to)?;
     let spread = &args.batch.spread;
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
     // The input folder may contain outputs of a former run.
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, options: &str) -> Result<()
     let run = Run {
         args,
         folder,
-        options,
+        options: &given.options,
         outputs,
         former: manifest.records().clone(),
         policy,

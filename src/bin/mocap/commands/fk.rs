@@ -1,22 +1,22 @@
 //! `mocap fk`: writes a motion as arrays.
 
-use std::path::Path;
-
 use mocap::arrays::{Arrays, arrays, csv, npz};
 use mocap::export::write_file;
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
-use super::check_output;
-use crate::args::FkArgs;
+use super::{check_output, extension};
+use crate::args::{FkArgs, Given};
 use crate::{Failure, report};
 
-pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
-    let write = writer(&args.output)?;
+pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
+    let write = writer(args)?;
+    args.arrays.check(&args.source, given)?;
     check_output(&[&args.input], &args.output)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
-    let motion = arrays(&scene, &args.arrays.options()).map_err(|error| error.with_path(&args.input))?;
+    let motion =
+        arrays(&scene, &args.arrays.options(&args.source, &args.map)).map_err(|error| error.with_path(&args.input))?;
     for assumption in &motion.header.provenance.assumptions {
         report::say(&assumption.to_string());
     }
@@ -36,16 +36,22 @@ pub(crate) fn run(args: &FkArgs) -> Result<(), Failure> {
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;
 
-/// The writer for the extension of `output`; its arguments are the motion and the name of the clip.
-fn writer(output: &Path) -> Result<Writer, Failure> {
-    let extension = output.extension().unwrap_or_default().to_ascii_lowercase();
-    match extension.to_str() {
-        Some("npz") => Ok(|motion, _| Ok(npz::write(motion))),
-        Some("csv") => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
+/// The writer for the extension of the output; its arguments are the motion and the name of the clip.
+fn writer(args: &FkArgs) -> Result<Writer, Failure> {
+    let output = args.output.as_path();
+    let extension = extension(output);
+    if args.spreadsheet && extension != "csv" {
+        let message = "--spreadsheet would do nothing: only .csv is opened in a spreadsheet";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    match extension.as_str() {
+        "npz" => Ok(|motion, _| Ok(npz::write(motion))),
+        "csv" if args.spreadsheet => Ok(|motion, _| Ok(csv::write_for_spreadsheet(motion).into_bytes())),
+        "csv" => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
         #[cfg(feature = "parquet")]
-        Some("parquet") => Ok(mocap::arrays::parquet::write),
+        "parquet" => Ok(mocap::arrays::parquet::write),
         #[cfg(not(feature = "parquet"))]
-        Some("parquet") => {
+        "parquet" => {
             let message = "this build cannot write Parquet; build it with `--features parquet`";
             Err(Failure::Usage(message.to_owned()))
         }

@@ -8,7 +8,8 @@ use crate::{Failure, report};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     check_output(&[&args.file], &args.output)?;
-    let scene = import_motion(&args.read, &args.file)?;
+    let mut scene = import_motion(&args.read, &args.file)?;
+    args.up.state(&mut scene);
     let name = short_name(&args.file);
     let options = MovieOptions {
         width: args.width,

@@ -12,7 +12,7 @@ use mocap::arrays::{ArrayOptions, arrays, parquet, table};
 use mocap::export::{unfinished_target, write_file};
 use mocap::{Importer, Scene, SkeletonMesh};
 
-use crate::args::{PackArgs, TableArg};
+use crate::args::{ArraysArgs, Given, PackArgs, TableArg};
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, Record};
@@ -48,7 +48,16 @@ struct Parts<'a> {
     manifest: Manifest,
 }
 
-pub(crate) fn run(args: &PackArgs, options_text: &str) -> Result<(), Failure> {
+pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
+    let options_text = given.options.as_str();
+    if let TableArg::Inventory = args.table() {
+        let why = "an inventory has no motion; leave the option out, or name another --table";
+        let names = ArraysArgs::names();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        given.refuse(&names, why)?;
+        given.refuse(&["unit", "up", "map"], why)?;
+    }
+    args.arrays.check(&args.source, given)?;
     let folder = args.out_dir.as_path();
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
@@ -90,7 +99,7 @@ pub(crate) fn run(args: &PackArgs, options_text: &str) -> Result<(), Failure> {
     }
     let packer = Packer {
         importer: args.read.importer().skeleton_mesh(SkeletonMesh::None),
-        options: args.arrays.options(),
+        options: args.arrays.options(&args.source, &args.map),
         table: args.table(),
         options_text,
     };

@@ -2,12 +2,13 @@
 
 use std::io::{self, BufWriter, Write};
 
+use mocap::arrays::csv;
 use mocap::glam::Mat4;
 use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
 
 use super::{import_motion, print_json};
-use crate::args::PoseArgs;
+use crate::args::{Given, PoseArgs};
 use crate::{Failure, report};
 
 #[derive(Serialize)]
@@ -28,7 +29,10 @@ struct NodeView<'a> {
     matrix: [f32; 16],
 }
 
-pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &PoseArgs, given: &Given) -> Result<(), Failure> {
+    if !args.csv {
+        given.refuse(&["spreadsheet"], "only CSV is opened in a spreadsheet; add --csv")?;
+    }
     let scene = import_motion(&args.read, &args.file)?;
     if !args.tick.is_finite() {
         return Err(Failure::Usage(format!("--tick must be finite, got {}", args.tick)));
@@ -41,7 +45,7 @@ pub(crate) fn run(args: &PoseArgs) -> Result<(), Failure> {
     if args.json {
         print_json(&view)?;
     } else if args.csv {
-        print_csv(&view)?;
+        print_csv(&view, args.spreadsheet)?;
     } else {
         print_text(&view)?;
     }
@@ -92,7 +96,7 @@ fn print_text(view: &PoseView<'_>) -> io::Result<()> {
     out.flush()
 }
 
-fn print_csv(view: &PoseView<'_>) -> io::Result<()> {
+fn print_csv(view: &PoseView<'_>, for_spreadsheet: bool) -> io::Result<()> {
     let mut out = BufWriter::new(report::stdout());
     let header = "name,parent,tx,ty,tz,qx,qy,qz,qw,\
                   m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23,m30,m31,m32,m33";
@@ -101,8 +105,8 @@ fn print_csv(view: &PoseView<'_>) -> io::Result<()> {
         write!(
             out,
             "{},{}",
-            csv_field(node.name),
-            csv_field(node.parent.unwrap_or_default())
+            csv::field(node.name, for_spreadsheet),
+            csv::field(node.parent.unwrap_or_default(), for_spreadsheet)
         )?;
         for number in node.translation.iter().chain(&node.rotation).chain(&node.matrix) {
             write!(out, ",{number}")?;
@@ -110,13 +114,4 @@ fn print_csv(view: &PoseView<'_>) -> io::Result<()> {
         writeln!(out)?;
     }
     out.flush()
-}
-
-/// RFC 4180: a field with a comma, a quote or a line end is quoted, and its quotes doubled.
-fn csv_field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }

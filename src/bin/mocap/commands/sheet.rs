@@ -4,18 +4,25 @@ use std::path::Path;
 
 use mocap::Scene;
 use mocap::render::{Clip, SheetOptions, sheet};
-use mocap::skeleton::{Skeleton, TPose};
+use mocap::skeleton::TPose;
 
-use super::{check_output, import_motion, short_name, write_drawing};
+use super::{check_output, import_motion, mapped_skeleton, short_name, write_drawing};
 use crate::Failure;
-use crate::args::SheetArgs;
+use crate::args::{Given, MapArgs, SheetArgs};
 
-pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
+    if !args.t_pose {
+        given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
+    }
     check_output(&args.files, &args.output)?;
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
-        let scene = import_motion(&args.read, file)?;
-        let scene = if args.t_pose { in_t_pose(scene, file)? } else { scene };
+        let mut scene = import_motion(&args.read, file)?;
+        args.up.state(&mut scene);
+        let scene = match args.t_pose {
+            true => in_t_pose(scene, file, &args.map)?,
+            false => scene,
+        };
         named_scenes.push((short_name(file), scene));
     }
     let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
@@ -27,8 +34,8 @@ pub(crate) fn run(args: &SheetArgs) -> Result<(), Failure> {
 }
 
 /// The scene without motion, its skeleton in T-pose.
-fn in_t_pose(mut scene: Scene, file: &Path) -> Result<Scene, Failure> {
-    let skeleton = Skeleton::new(&scene);
+fn in_t_pose(mut scene: Scene, file: &Path, map: &MapArgs) -> Result<Scene, Failure> {
+    let skeleton = mapped_skeleton(&scene, map)?;
     let Some(found) = TPose::new(&scene, &skeleton) else {
         let message = format!("{}: there is no T-pose: {}", file.display(), skeleton.humanoid.reason);
         return Err(Failure::Usage(message));

@@ -1,16 +1,15 @@
 //! `mocap skeleton`: unit, axes and rest pose of a file, and which joint is which bone of a humanoid.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
 use mocap::scene::RootOffset;
-use mocap::skeleton::{Axis, Confidence, Guess, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, humanoid};
-use serde::{Deserialize, Serialize};
+use mocap::skeleton::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton};
+use serde::Serialize;
 
-use super::{import_motion, print_json};
+use super::{import_motion, mapped_skeleton, print_json};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
@@ -111,50 +110,21 @@ impl Report {
 }
 
 pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
-    let scene = import_motion(&args.read, &args.file)?;
-    let mut bones = humanoid(&scene);
-    if let Some(map) = &args.map {
-        bones = mapped(bones, &scene, map)?;
+    let mut scene = import_motion(&args.read, &args.file)?;
+    args.source.state(&mut scene);
+    let mut found = Report::new(&args.file, &scene, &mapped_skeleton(&scene, &args.map)?);
+    if args.source.metres_per_unit().is_some() {
+        found.unit.reason = "--unit says so".to_owned();
     }
-    let found = Report::new(&args.file, &scene, &Skeleton::of(&scene, bones));
+    if args.source.up().is_some() {
+        found.up.reason = "--up says so".to_owned();
+    }
     if args.json {
         print_json(&found)?;
     } else {
         print(&found)?;
     }
     Ok(())
-}
-
-/// What `--map` reads: what `--json` prints, or its part `humanoid`.
-#[derive(Deserialize)]
-struct MapFile {
-    humanoid: Option<Box<MapFile>>,
-    bones: Option<BTreeMap<HumanoidBone, Option<MapBone>>>,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum MapBone {
-    Name(String),
-    Bone { joint: String },
-}
-
-/// The bones with those of a file in their place.
-fn mapped(found: Humanoid, scene: &Scene, map: &Path) -> Result<Humanoid, Failure> {
-    let wrong = |what: String| Failure::Usage(format!("{}: {what}", map.display()));
-    let text = fs::read_to_string(map).map_err(|error| wrong(error.to_string()))?;
-    let file: MapFile = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
-    let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);
-    let bones = bones.ok_or_else(|| wrong("there is no object \"bones\"".to_owned()))?;
-    let names = bones.into_iter().map(|(bone, joint)| {
-        let name = joint.map(|joint| match joint {
-            MapBone::Name(joint) | MapBone::Bone { joint } => joint,
-        });
-        (bone, name)
-    });
-    found
-        .with_map(scene, names)
-        .map_err(|(bone, name)| wrong(format!("{}: no joint is called {name:?}", bone.as_str())))
 }
 
 fn print(found: &Report) -> io::Result<()> {

@@ -1,7 +1,7 @@
 """Motion capture as arrays: BVH and others into NumPy, Arrow and glTF.
 
 >>> import mocap
->>> motion = mocap.read("walk.bvh").to_numpy(rot="6d", fps=30, unit="m")  # doctest: +SKIP
+>>> motion = mocap.read("walk.bvh").to_numpy(rot="6d", fps=30, out_unit="m")  # doctest: +SKIP
 >>> motion.positions.shape  # frames, joints, xyz                          # doctest: +SKIP
 (131, 38, 3)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypeVar
 
@@ -66,10 +67,13 @@ class Options:
         fps: Frames per second; the file's own frames if ``None``. In between, positions move on a line and rotations
             on the shorter arc.
         trim: The part to keep, from and to, in seconds, both included; either may be ``None``.
-        unit: Unit of length of the output, by name or as metres in one; the file's own if ``None``.
-        file_unit: Unit of length of the file; what it says, else a guess, if ``None``.
-        up: The axis of the output that points up; the file's own axes if ``None``.
-        file_up: The axis of the file that points up; a guess if ``None``.
+        unit: Unit of length of the file, by name or as metres in one; if ``None``, what the file says, else a guess where
+            it is needed.
+        up: The axis of the file that points up; if ``None``, what the file says, else a guess where it is needed.
+        out_unit: Unit of length of the output; the file's own if ``None``.
+        out_up: The axis of the output that points up; the file's own axes if ``None``.
+        bones: Joints of the file for bones of the humanoid, by name, as ``{"head": "Neck"}``; ``None`` in place of a name
+            for a bone that there is not. The unit and the up axis are guessed from the bones.
         velocities: Give velocities too, in units a second: central differences, one-sided at the first and the last
             frame.
         contacts: Say which feet stand on the ground; ``True`` stands for ``Contacts()``.
@@ -82,9 +86,10 @@ class Options:
     fps: float | None = None
     trim: tuple[float | None, float | None] = (None, None)
     unit: Unit | float | None = None
-    file_unit: Unit | float | None = None
     up: Axis | None = None
-    file_up: Axis | None = None
+    out_unit: Unit | float | None = None
+    out_up: Axis | None = None
+    bones: Mapping[str, str | None] = field(default_factory=dict, hash=False)
     velocities: bool = False
     contacts: Contacts | bool = field(default=False)
 
@@ -101,9 +106,10 @@ class Options:
             "first": None if first is None else {"seconds": first},
             "last": None if last is None else {"seconds": last},
             "metres_per_unit": metres(self.unit),
-            "file_metres_per_unit": metres(self.file_unit),
             "up": self.up,
-            "file_up": self.file_up,
+            "out_metres_per_unit": metres(self.out_unit),
+            "out_up": self.out_up,
+            "bones": dict(self.bones),
             "velocities": self.velocities,
             "contacts": contacts and vars(contacts),
         }

@@ -1,0 +1,66 @@
+//! Which options stand on the command line, and which of them the outputs depend on.
+
+use clap::parser::ValueSource;
+use clap::{Args as _, CommandFactory, FromArgMatches};
+
+use super::{Args, BatchArgs};
+use crate::Failure;
+
+/// What the parsed arguments do not tell.
+#[derive(Debug, Default)]
+pub(crate) struct Given {
+    /// The options that the outputs depend on as text, the defaults too.
+    pub(crate) options: String,
+    /// The long names of the options that the user wrote.
+    names: Vec<String>,
+}
+
+impl Given {
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|given| given == name)
+    }
+
+    /// Refuses the options of these names, which would do nothing, because of `why`.
+    pub(crate) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Failure> {
+        match names.iter().find(|name| self.has(name)) {
+            Some(name) => Err(Failure::Usage(format!("--{name} would do nothing: {why}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Args {
+    /// The arguments, and what they do not tell.
+    pub(crate) fn parse_with_given() -> (Self, Given) {
+        let command = Self::command();
+        let matches = command.clone().get_matches();
+        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let mut given = Given::default();
+        let mut options = Vec::new();
+        if let Some((name, matches)) = matches.subcommand()
+            && let Some(subcommand) = command.find_subcommand(name)
+        {
+            let batch = BatchArgs::augment_args(clap::Command::default());
+            let is_of_batch = |arg: &clap::Arg| {
+                arg.get_id() == "force" || batch.get_arguments().any(|other| other.get_id() == arg.get_id())
+            };
+            for arg in subcommand.get_arguments().filter(|arg| !arg.is_positional()) {
+                let id = arg.get_id().as_str();
+                if matches.try_contains_id(id).is_ok()
+                    && matches.value_source(id) == Some(ValueSource::CommandLine)
+                    && let Some(name) = arg.get_long()
+                {
+                    given.names.push(name.to_owned());
+                }
+                if !is_of_batch(arg)
+                    && let Ok(Some(values)) = matches.try_get_raw(id)
+                {
+                    let values: Vec<_> = values.map(|value| value.to_string_lossy()).collect();
+                    options.push(format!("{id}={}", values.join(",")));
+                }
+            }
+        }
+        given.options = options.join(" ");
+        (args, given)
+    }
+}
