@@ -11,7 +11,7 @@ use serde::Serialize;
 
 pub(crate) use self::metadata::format_name;
 pub use self::metadata::{
-    AppliedStep, Assumption, Format, Metadata, Origin, RootOffset, RootOffsetUsed, Topic, UpAxis,
+    AppliedStep, Assumption, Confidence, Format, Metadata, Origin, RootOffset, RootOffsetUsed, Topic, UpAxis,
 };
 use crate::error::Diagnostic;
 

@@ -15,24 +15,14 @@ use serde::Serialize;
 
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
 
+pub use crate::scene::Confidence;
+
 pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};
 pub use self::measure::{Axis, RestPose};
 pub use self::t_pose::{TPose, TPoseSource};
-
-/// The confidence in a guess.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Confidence {
-    /// All evidence agrees.
-    Sure,
-    /// The most likely answer; others are possible.
-    Likely,
-    /// There is little evidence.
-    Unsure,
-}
 
 /// A unit of length of motion files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -251,8 +241,12 @@ impl Skeleton {
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = self.survey.assumptions();
         let mut add = |topic, choice: &str, confidence: Confidence, reason: &str| {
-            let (choice, reason) = (choice.to_owned(), format!("{reason} ({})", confidence.as_str()));
-            all.push(Assumption { topic, choice, reason });
+            all.push(Assumption {
+                topic,
+                choice: choice.to_owned(),
+                reason: reason.to_owned(),
+                confidence: Some(confidence),
+            });
         };
         let humanoid = &self.humanoid;
         let found = if humanoid.found { "yes" } else { "no" };
@@ -272,17 +266,6 @@ impl Skeleton {
             add(Topic::Sides, sides, confidence, &humanoid.sides_reason);
         }
         all
-    }
-}
-
-impl Confidence {
-    /// Its name in JSON.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Sure => "sure",
-            Self::Likely => "likely",
-            Self::Unsure => "unsure",
-        }
     }
 }
 
@@ -315,30 +298,46 @@ impl Survey {
 
     /// The guesses in the words of [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
-        let assumption = |topic, choice: String, reason: String| Assumption { topic, choice, reason };
+        let assumption = |topic, choice: String, reason: &str, confidence| Assumption {
+            topic,
+            choice,
+            reason: reason.to_owned(),
+            confidence: Some(confidence),
+        };
         let up = match self.up.value {
             UpAxis::Y => "y",
             UpAxis::Z => "z",
         };
         let mut all = Vec::new();
         if !self.unit_is_stated {
-            let reason = format!("{} ({})", self.unit.reason, self.unit.confidence.as_str());
-            all.push(assumption(Topic::Unit, self.unit.value.choice(), reason));
+            let guess = &self.unit;
+            all.push(assumption(
+                Topic::Unit,
+                guess.value.choice(),
+                &guess.reason,
+                guess.confidence,
+            ));
         }
         if !self.up_is_stated {
-            let reason = format!("{} ({})", self.up.reason, self.up.confidence.as_str());
-            all.push(assumption(Topic::Up, up.to_owned(), reason));
+            all.push(assumption(
+                Topic::Up,
+                up.to_owned(),
+                &self.up.reason,
+                self.up.confidence,
+            ));
         }
         if let Some(rate) = &self.frame_rate {
             all.push(assumption(
                 Topic::FrameRate,
                 rate.value.to_string(),
-                rate.reason.clone(),
+                &rate.reason,
+                rate.confidence,
             ));
         }
         if self.first_frame_is_rest_pose {
-            let reason = "its rotations are nearly all zero, and the motion jumps away from it".to_owned();
-            all.push(assumption(Topic::FirstFrame, "rest-pose".to_owned(), reason));
+            let reason = "its rotations are nearly all zero, and the motion jumps away from it";
+            let choice = "rest-pose".to_owned();
+            all.push(assumption(Topic::FirstFrame, choice, reason, Confidence::Likely));
         }
         all
     }

@@ -79,6 +79,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
                 topic: Topic::Meshes,
                 choice: "skinned".to_owned(),
                 reason: format!("{rigid} meshes that no bone moves were left out"),
+                confidence: None,
             });
         }
     }

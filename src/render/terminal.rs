@@ -139,7 +139,11 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
         screen.labelled("root", None, &words);
     }
     for note in metadata.assumptions.iter().chain(&survey(clip.scene).assumptions()) {
-        screen.labelled(note.topic.as_str(), None, &format!("{}: {}", note.choice, note.reason));
+        screen.labelled(
+            note.topic.as_str(),
+            None,
+            &format!("{}: {}", note.choice, note.explanation()),
+        );
     }
     const MOST: usize = 6;
     let warnings = &clip.scene.warnings;

@@ -204,7 +204,8 @@ pub enum AppliedStep {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RootOffset {
-    /// Add if the first frame's root position is near zero on all axes while the OFFSET is not, or else replace.
+    /// Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
+    /// else replace.
     #[default]
     Auto,
     /// The position channels replace the OFFSET, as in Assimp and Blender.
@@ -220,6 +221,33 @@ pub struct RootOffsetUsed {
     pub policy: RootOffset,
     /// The reason, as one phrase.
     pub reason: String,
+    /// The confidence.
+    #[serde(default)]
+    pub confidence: Confidence,
+}
+
+/// The confidence in a guess.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Confidence {
+    /// All evidence agrees.
+    Sure,
+    /// The most likely answer; others are possible.
+    #[default]
+    Likely,
+    /// There is little evidence.
+    Unsure,
+}
+
+impl Confidence {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Sure => "sure",
+            Self::Likely => "likely",
+            Self::Unsure => "unsure",
+        }
+    }
 }
 
 /// A decision that the file does not state.
@@ -231,6 +259,9 @@ pub struct Assumption {
     pub choice: String,
     /// The reason, as one phrase.
     pub reason: String,
+    /// The confidence, where it is a guess.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confidence: Option<Confidence>,
 }
 
 /// The topic of an [`Assumption`].
@@ -248,6 +279,8 @@ pub enum Topic {
     FirstFrame,
     /// How a root's OFFSET was used.
     RootOffset,
+    /// What the position channels of joints below the root mean.
+    JointPositions,
     /// The direction that the rest pose faces.
     Facing,
     /// The kind of the rest pose.
@@ -280,6 +313,7 @@ impl Topic {
             Self::FrameRate => "frame-rate",
             Self::FirstFrame => "first-frame",
             Self::RootOffset => "root-offset",
+            Self::JointPositions => "joint-positions",
             Self::Facing => "facing",
             Self::RestPose => "rest-pose",
             Self::Sides => "sides",
@@ -303,7 +337,18 @@ impl fmt::Display for Topic {
 /// `unit: cm, because the skeleton measures 170 units`.
 impl fmt::Display for Assumption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}, because {}", self.topic, self.choice, self.reason)
+        let Self { topic, choice, .. } = self;
+        write!(f, "{topic}: {choice}, because {}", self.explanation())
+    }
+}
+
+impl Assumption {
+    /// The reason, and in brackets the confidence.
+    pub fn explanation(&self) -> String {
+        match self.confidence {
+            Some(confidence) => format!("{} ({})", self.reason, confidence.as_str()),
+            None => self.reason.clone(),
+        }
     }
 }
 
@@ -323,6 +368,7 @@ mod tests {
             Topic::FrameRate,
             Topic::FirstFrame,
             Topic::RootOffset,
+            Topic::JointPositions,
             Topic::UpAxis,
             Topic::Meshes,
             Topic::Analog,

@@ -204,7 +204,7 @@ fn the_rate_that_was_meant_is_said_where_it_is_taken() {
         let said = assumptions.into_iter().find(|one| one.topic == Topic::FrameRate);
         (said.map(|said| said.to_string()), scene.animations[0].frame_count())
     };
-    let meant = "frame-rate: 120, because the frame time 0.008333300 is 1/120 rounded to 7 decimals";
+    let meant = "frame-rate: 120, because the frame time 0.008333300 is 1/120 rounded to 7 decimals (sure)";
     assert_eq!(rate(30.0), (Some(meant.to_owned()), 19));
     assert_eq!(rate(24.0), (Some(meant.to_owned()), 15));
     // The frames of 50 a second fall between those of either.

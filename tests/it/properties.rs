@@ -181,6 +181,8 @@ proptest! {
         let capture = Capture::parse(text.as_bytes());
         let (policy, root) = if add { (RootOffset::Add, Root::Add) } else { (RootOffset::Replace, Root::Replace) };
         let scene = importer().root_offset(policy).read(text.as_bytes(), "generated.bvh").unwrap();
+        // Now and then all positions are zero, and so are read as added to the OFFSETs.
+        prop_assume!(scene.metadata.assumptions.is_empty());
         prop_assert_eq!(scene.nodes.len(), capture.nodes.len());
 
         let animation = &scene.animations[0];

@@ -22,7 +22,7 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::scene::{Assumption, RootOffsetUsed, Scene, Topic};
+use mocap::scene::{Assumption, Scene, Topic};
 use mocap::skeleton::{Skeleton, humanoid};
 use mocap::{RootOffset, SkeletonMesh};
 use serde::Serialize;
@@ -33,13 +33,17 @@ use crate::{Failure, report};
 /// The assumptions of the reader, and further guesses.
 fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
-    if let Some(RootOffsetUsed { policy, reason }) = &scene.metadata.root_offset {
-        let choice = match policy {
+    if let Some(used) = &scene.metadata.root_offset {
+        let choice = match used.policy {
             RootOffset::Add => "add",
             RootOffset::Auto | RootOffset::Replace => "replace",
         };
-        let (topic, choice, reason) = (Topic::RootOffset, choice.to_owned(), reason.clone());
-        assumptions.push(Assumption { topic, choice, reason });
+        assumptions.push(Assumption {
+            topic: Topic::RootOffset,
+            choice: choice.to_owned(),
+            reason: used.reason.clone(),
+            confidence: Some(used.confidence),
+        });
     }
     assumptions.extend(Skeleton::new(scene).assumptions());
     assumptions

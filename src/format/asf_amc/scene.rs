@@ -5,7 +5,7 @@ use glam::{DVec3, Mat4, Quat, Vec3};
 use super::motion::{Motion, Track};
 use super::skeleton::{Bone, ChannelKind, Skeleton, turn};
 use crate::format::ReadOptions;
-use crate::scene::{Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
+use crate::scene::{Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
 
 /// The frame rate of CMU's captures, from which nearly all Acclaim files come. The files do not state it.
 const CMU_FRAME_RATE: f64 = 120.0;
@@ -28,6 +28,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
             topic: Topic::Unit,
             choice: format!("a unit of length is {metres_per_unit:.5} m"),
             reason: format!("the skeleton says `length {CMU_LENGTH_UNIT}`, which in CMU's files is units an inch"),
+            confidence: Some(Confidence::Likely),
         });
     }
     if let Some(motion) = motion.filter(|motion| motion.frames > 0) {
@@ -36,6 +37,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
                 topic: Topic::FrameRate,
                 choice: format!("{CMU_FRAME_RATE} frames a second"),
                 reason: "the file does not say; CMU's captures are at 120".to_owned(),
+                confidence: Some(Confidence::Likely),
             });
         }
         scene.animations.push(build_animation(skeleton, &motion, options));

@@ -1,10 +1,11 @@
 //! A BVH file as a scene, in three steps: `hierarchy` reads the joints, `motion` and `rows` the numbers, and `scene`
-//! makes nodes and channels of the two.
+//! makes nodes and channels of the two; `positions` decides what position channels mean.
 
 mod channel;
 mod decimals;
 mod hierarchy;
 mod motion;
+mod positions;
 mod rows;
 mod scene;
 

@@ -24,6 +24,7 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
             topic,
             choice: choice.to_owned(),
             reason: reason.to_owned(),
+            confidence: None,
         });
     };
     if up == UpAxis::Z {

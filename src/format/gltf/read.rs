@@ -107,6 +107,7 @@ fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
             topic: Topic::Interpolation,
             choice: format!("{curves} tracks of cubic curves are sampled, at most {CURVE_ERROR:e} of their size off"),
             reason: "the keys of a scene have straight ways between them".to_owned(),
+            confidence: None,
         });
     }
 }

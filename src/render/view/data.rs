@@ -93,7 +93,7 @@ pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -
     let root_offset = scene.metadata.root_offset.iter();
     let root_offset = root_offset.map(|used| format!("root OFFSET: {:?}, {}", used.policy, used.reason).to_lowercase());
     let noted = scene.metadata.assumptions.iter().cloned().chain(guesses.assumptions());
-    let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.reason));
+    let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.explanation()));
     Description {
         name: clip.name,
         facts: clip.facts(),

@@ -74,7 +74,7 @@ impl Report {
             } else {
                 "replace"
             },
-            confidence: Confidence::Likely,
+            confidence: used.confidence,
             reason: used.reason.clone(),
         });
         let humanoid = &found.humanoid;

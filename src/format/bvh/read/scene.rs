@@ -9,14 +9,15 @@ use glam::{Mat4, Quat, Vec3};
 use super::channel::ChannelKind;
 use super::hierarchy::{Hierarchy, Joint};
 use super::motion::Header;
+use super::positions::{self, Positions};
 use super::rows::{self, Block, Sink};
 use crate::error::{Code, Diagnostic};
 use crate::format::ReadOptions;
 use crate::format::warnings::Warnings;
 use crate::math::rotation::{Axis, lanes};
 use crate::scene::{
-    Animation, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset, RootOffsetUsed,
-    RotationOrder, Scene,
+    Animation, Assumption, Channel, Confidence, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RootOffset,
+    RootOffsetUsed, RotationOrder, Scene, Topic,
 };
 
 /// The keys read so far, one track for each joint. End sites have none.
@@ -24,8 +25,6 @@ pub(super) struct Tracks<'h> {
     hierarchy: &'h Hierarchy,
     root_offset: RootOffset,
     root_offset_used: Option<RootOffsetUsed>,
-    /// Whether the first frame was seen.
-    is_begun: bool,
     frames: usize,
     joints: Vec<Track>,
 }
@@ -41,9 +40,8 @@ struct Track {
 /// The columns of one joint in a row, and what they mean.
 struct Columns {
     joint: usize,
-    /// Used on axes without a column; added to the position channels if `adds_offset`.
+    /// Used on axes without a column.
     offset: Vec3,
-    adds_offset: bool,
     /// Columns of x, y and z.
     position: [Option<usize>; 3],
     scale: [Option<usize>; 3],
@@ -56,7 +54,6 @@ impl Columns {
         let mut columns = Self {
             joint: index,
             offset: joint.offset,
-            adds_offset: false,
             position: [None; 3],
             scale: [None; 3],
             rotation: Vec::new(),
@@ -79,17 +76,12 @@ impl Columns {
         self.scale.iter().any(Option::is_some)
     }
 
-    /// Position channels replace the OFFSET axis by axis, or are added to it.
+    /// Position channels replace the OFFSET axis by axis.
     fn position_at(&self, block: &Block, frame: usize) -> Vec3 {
         let mut position = self.offset;
         for (axis, column) in self.position.iter().enumerate() {
             if let Some(column) = column {
-                let value = block.column(*column)[frame] as f32;
-                position[axis] = if self.adds_offset {
-                    position[axis] + value
-                } else {
-                    value
-                };
+                position[axis] = block.column(*column)[frame] as f32;
             }
         }
         position
@@ -152,6 +144,21 @@ impl Track {
         truncate(&mut self.position_keys, frames);
         truncate(&mut self.rotation_keys, frames);
         truncate(&mut self.scaling_keys, frames);
+    }
+
+    fn positions(&self) -> Positions<'_> {
+        Positions {
+            offset: self.columns.offset,
+            axes: self.columns.position.map(|column| column.is_some()),
+            keys: &self.position_keys,
+        }
+    }
+
+    /// Adds the OFFSET to the positions, on the axes that have a column.
+    fn add_offset(&mut self) {
+        let axes = self.columns.position.map(|column| f32::from(column.is_some()));
+        let offset = self.columns.offset * Vec3::from(axes);
+        self.position_keys.iter_mut().for_each(|key| *key += offset);
     }
 
     fn into_channel(self, node_name: &str) -> Channel {
@@ -255,38 +262,116 @@ impl<'h> Tracks<'h> {
             hierarchy,
             root_offset: options.root_offset,
             root_offset_used: None,
-            is_begun: false,
             frames: 0,
             joints: joints.map(|(index, joint)| Track::new(index, joint)).collect(),
         }
     }
 
-    /// Decides for every root from the first frame whether its position channels replace the OFFSET.
-    fn choose_root_offset(&mut self, block: &Block) {
-        for columns in self.joints.iter_mut().map(|track| &mut track.columns) {
-            let is_root = self.hierarchy.joints[columns.joint].parent.is_none();
-            if !is_root || !columns.has_position() {
+    /// Decides what position channels mean, now that all frames are read.
+    fn settle_positions(&mut self, warnings: &mut Warnings) -> Vec<Assumption> {
+        if self.frames == 0 {
+            return Vec::new();
+        }
+        for track in &mut self.joints {
+            let is_root = self.hierarchy.joints[track.columns.joint].parent.is_none();
+            if !is_root || !track.columns.has_position() {
                 continue;
             }
             let used = match self.root_offset {
-                RootOffset::Auto => guess_root_offset(columns, block),
+                RootOffset::Auto => {
+                    let feet = positions::lowest_at_rest(self.hierarchy, track.columns.joint);
+                    positions::root_offset(&track.positions(), feet)
+                }
                 policy => RootOffsetUsed {
                     policy,
                     reason: "as asked for".to_owned(),
+                    confidence: Confidence::Sure,
                 },
             };
-            columns.adds_offset = used.policy == RootOffset::Add;
+            if used.policy == RootOffset::Add {
+                track.add_offset();
+            }
             self.root_offset_used.get_or_insert(used);
+        }
+        let roots = |track: &Track| self.hierarchy.joints[track.columns.joint].parent.is_none();
+        let moving = |track: &&Track| !roots(track) && track.columns.has_position();
+        let joints: Vec<_> = self.joints.iter().filter(moving).map(Track::positions).collect();
+        if let Some(assumption) = positions::are_moves(&joints) {
+            let mut added: Vec<_> = self.joints.iter_mut().filter(|track| moving(&&**track)).collect();
+            added.iter_mut().for_each(|track| track.add_offset());
+            return vec![assumption];
+        }
+        self.settle_world_positions(warnings).into_iter().collect()
+    }
+
+    /// Finds positions in the world, and makes them positions in the parent where that gives bones of constant length.
+    fn settle_world_positions(&mut self, warnings: &mut Warnings) -> Option<Assumption> {
+        let mut tracks = vec![None; self.hierarchy.joints.len()];
+        for (index, track) in self.joints.iter().enumerate() {
+            tracks[track.columns.joint] = Some(index);
+        }
+        let positions_of = |joint: usize| tracks[joint].map(|index| self.joints[index].positions());
+        let far = positions::far_from_offset(self.hierarchy, positions_of)?;
+        let has_scale = self.joints.iter().any(|track| track.columns.has_scale());
+        let is_world = !has_scale && positions::are_in_world(self.hierarchy, &far, positions_of);
+        let first = &self.hierarchy.joints[*far.first()?];
+        let read_as = if is_world {
+            "they were read as places in the world, which keeps the lengths of the bones"
+        } else {
+            "they were read as the format says, as places in the parent"
+        };
+        warnings.push(Code::WorldPositions, || {
+            let message = format!("the positions of a joint are far beyond the length of its OFFSET; {read_as}");
+            let mut warning = Diagnostic::new(Code::WorldPositions, message).in_joint(&first.name);
+            warning.count = far.len() as u64;
+            warning
+        });
+        if !is_world {
+            return None;
+        }
+        for frame in 0..self.frames {
+            self.put_in_parents(&tracks, frame);
+        }
+        Some(Assumption {
+            topic: Topic::JointPositions,
+            choice: "world".to_owned(),
+            reason: format!(
+                "the positions of {} joints are far beyond the length of their OFFSETs, and as places in the world they \
+                 keep the lengths of the bones",
+                far.len()
+            ),
+            confidence: Some(Confidence::Likely),
+        })
+    }
+
+    /// Turns the positions of a frame from places in the world into places in the parents.
+    fn put_in_parents(&mut self, tracks: &[Option<usize>], frame: usize) {
+        let mut world: Vec<(Vec3, Quat)> = vec![(Vec3::ZERO, Quat::IDENTITY); tracks.len()];
+        for (index, joint) in self.hierarchy.joints.iter().enumerate() {
+            let Some(track) = tracks[index].map(|track| &mut self.joints[track]) else {
+                continue;
+            };
+            let (place, rotation) = joint
+                .parent
+                .map_or((Vec3::ZERO, Quat::IDENTITY), |parent| world[parent]);
+            let has_place = track.columns.position.iter().all(Option::is_some);
+            let here = if has_place {
+                let here = track.position_keys[frame];
+                if joint.parent.is_some() {
+                    track.position_keys[frame] = rotation.inverse() * (here - place);
+                }
+                here
+            } else {
+                let local = track.position_keys.get(frame).copied().unwrap_or(joint.offset);
+                place + rotation * local
+            };
+            world[index] = (here, rotation * track.rotation_keys[frame]);
         }
     }
 }
 
 impl Sink for Tracks<'_> {
     fn append(&mut self, block: &Block) {
-        if !self.is_begun {
-            self.choose_root_offset(block);
-            self.is_begun = true;
-        }
         self.frames += block.frames();
         for track in &mut self.joints {
             track.append(block);
@@ -326,48 +411,22 @@ impl Sink for Tracks<'_> {
     }
 }
 
-/// In nearly every real file the first position equals the OFFSET or is unrelated to it: the channels replace the
-/// OFFSET. In a few files the position is relative to the OFFSET, and the first position is near zero.
-fn guess_root_offset(columns: &Columns, block: &Block) -> RootOffsetUsed {
-    /// A share of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
-    const NEAR_ZERO: f32 = 0.02;
-    let axes = [0, 1, 2]
-        .into_iter()
-        .filter_map(|axis| Some((columns.offset[axis], columns.position[axis]?)));
-    let offset = axes.clone().map(|(offset, _)| offset * offset).sum::<f32>().sqrt();
-    let position = axes
-        .map(|(_, column)| block.column(column)[0].abs() as f32)
-        .fold(0.0, f32::max);
-    let (policy, reason) = if offset == 0.0 {
-        (RootOffset::Replace, "the root's OFFSET is zero")
-    } else if position <= NEAR_ZERO * offset {
-        (
-            RootOffset::Add,
-            "the first frame's root position is near zero while the OFFSET is not",
-        )
-    } else {
-        (RootOffset::Replace, "the first frame's root position is not near zero")
-    };
-    RootOffsetUsed {
-        policy,
-        reason: reason.to_owned(),
-    }
-}
-
 /// The scene of a whole file, without meshes.
 pub(super) fn build(
     hierarchy: &Hierarchy,
     header: Option<&Header>,
-    tracks: Tracks<'_>,
+    mut tracks: Tracks<'_>,
     warnings: &mut Warnings,
 ) -> Scene {
     warn_of_duplicate_names(hierarchy, warnings);
+    let assumptions = tracks.settle_positions(warnings);
     let mut scene = Scene {
         nodes: build_nodes(hierarchy),
         ..Scene::default()
     };
     scene.metadata.format = Some(Format::Bvh);
     scene.metadata.root_offset = tracks.root_offset_used;
+    scene.metadata.assumptions = assumptions;
     if let Some(header) = header.filter(|_| tracks.frames > 0) {
         let channel = |track: Track| {
             let name = &hierarchy.joints[track.columns.joint].name;

@@ -28,16 +28,23 @@ pub(super) fn find(
             .take_while(Line::is_numeric)
             .map(|line| line.numbers)
     };
-    let most = usize::try_from(most.saturating_sub(rows_before)).unwrap_or(usize::MAX);
-    let whole = rows_before + lines().take(most).filter(|&numbers| numbers == channel_count).count() as u64;
-    let broken = lines().take(most).filter(|&numbers| numbers != channel_count).count() as u64;
-    let is_rare = broken <= 1 || broken * 10 <= whole;
-    if whole > 0 && is_rare {
+    let count = |most: usize| {
+        let whole = lines().take(most).filter(|&numbers| numbers == channel_count).count();
+        let broken = lines().take(most).filter(|&numbers| numbers != channel_count).count();
+        (rows_before + whole as u64, broken as u64)
+    };
+    let are_lines = |(whole, broken): (u64, u64)| whole > 0 && (broken <= 1 || broken * 10 <= whole);
+    if are_lines(count(usize::MAX)) {
         return Ok(Layout::Lines);
     }
     let values: u64 = rows_before * channel_count as u64 + lines().map(|numbers| numbers as u64).sum::<u64>();
     if values == declared * channel_count as u64 || rows_end_at_line_ends(lines(), channel_count) {
         return Ok(Layout::Stream);
+    }
+    let most = usize::try_from(most.saturating_sub(rows_before)).unwrap_or(usize::MAX);
+    let (whole, broken) = count(most);
+    if are_lines((whole, broken)) {
+        return Ok(Layout::Lines);
     }
     Err(Box::new(no_rule(
         cursor,
