@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use mocap::glam::Vec3;
-use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind};
+use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
 use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource, humanoid};
 use mocap::{Importer, Pose, Scene};
 use serde_json::Value;
@@ -303,6 +303,10 @@ fn units_and_axes_are_right() {
             _ => RestPose::Other,
         };
         assert_eq!(found.rest_pose.value, expected, "{file}: {}", found.rest_pose.reason);
+        if let (Some(used), Some(words)) = (&scene.metadata.root_offset, truth["root_offset"].as_str()) {
+            let is_added = used.policy == RootOffset::Add;
+            assert_eq!(is_added, words.starts_with("add"), "{file}: {}", used.reason);
+        }
         if scene.metadata.metres_per_unit.is_some() {
             continue;
         }
