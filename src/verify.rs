@@ -160,7 +160,7 @@ pub enum FindingKind {
     MissingJoint,
     /// A joint has another name in the file.
     RenamedJoint,
-    /// A joint hangs on another joint in the file.
+    /// A joint has another parent in the file.
     MovedJoint,
     /// The file, which this crate wrote, has a joint that the source does not have.
     ExtraJoint,

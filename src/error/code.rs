@@ -99,7 +99,7 @@ codes! {
         "The motion has more or fewer rows than `Frames:` says."
         "Correct `Frames:`; `--all-rows` reads the rows beyond it."
     UnknownUnit "unknown-unit"
-        "glTF is in metres, and the lengths of the scene are in another unit, or nobody has said in which."
+        "glTF is in metres, and the lengths of the scene are in another unit, or in an unknown unit."
         "Apply a `Conversion` before writing, or set `Metadata::metres_per_unit` to 1 where the lengths are metres."
     NonFiniteValue "non-finite-value"
         "A value of the motion is NaN or infinite; the last finite value of its channel was used."

@@ -6,7 +6,7 @@ use crate::scene::{AppliedStep, Keys, Scene};
 
 /// Keeps what is between two ticks, both included, of every animation. The first of the two becomes tick 0.
 ///
-/// Ticks outside of the motion stand for its ends, and a `last` before `first` for `first`, which leaves one frame.
+/// Ticks outside of the motion are moved to its ends, and a `last` before `first` to `first`, which leaves one frame.
 /// Where a tick is between two keys, the value there becomes a key.
 ///
 /// ```
@@ -58,3 +58,4 @@ fn trim_keys<T: Copy>(keys: &mut Keys<T>, first: f64, last: f64, sample: fn(&Key
         kept.iter().map(|(tick, _)| tick - first).collect(),
     );
 }
+// x

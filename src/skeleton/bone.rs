@@ -26,7 +26,7 @@ impl Side {
 
 macro_rules! humanoid_bones {
     ($($variant:ident $name:literal $parent:literal),* $(,)?) => {
-        /// A bone of the VRM 1.0 humanoid, each before those that hang on it.
+        /// A bone of the VRM 1.0 humanoid, each before those below it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[serde(rename_all = "camelCase")]
         #[allow(missing_docs, reason = "each says itself")]
@@ -137,7 +137,7 @@ impl HumanoidBone {
         Self::ALL.iter().copied().find(|bone| bone.as_str() == name)
     }
 
-    /// The bone that it hangs on where every bone is there; none for the hips.
+    /// Its parent where every bone is there; none for the hips.
     pub fn parent(self) -> Option<Self> {
         Self::from_name(self.parent_name())
     }

@@ -124,7 +124,7 @@ fn computed(scene: &Scene, skeleton: &Skeleton, rest: Pose) -> TPose {
     }
 }
 
-/// Turns a node about its place in the world, with all that hangs on it.
+/// Turns a node about its place in the world, with all below it.
 fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
     if rotation == Quat::IDENTITY {
         return;
@@ -145,7 +145,7 @@ fn rotation_of(matrix: &Mat4) -> Quat {
     matrix.to_scale_rotation_translation().1
 }
 
-/// The node that shows where a bone points: the next bone, else the node that hangs on its joint.
+/// The node that shows where a bone points: the next bone, else the child of its joint.
 fn next_of(scene: &Scene, bone: Bone, node: NodeId, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<NodeId> {
     let side = bone.side().unwrap_or(Side::Left);
     let candidates: &[Bone] = match bone {
@@ -164,7 +164,7 @@ fn next_of(scene: &Scene, bone: Bone, node: NodeId, joint: &impl Fn(Bone) -> Opt
         candidates.is_empty() && other.parent() == Some(bone) && !other.as_str().contains("Eye") && *other != Bone::Jaw
     });
     let next = listed.chain(below).filter_map(joint).find(hangs_on);
-    // A skeleton that hangs on its head has the next bone above.
+    // A skeleton whose root is the head has the next bone above.
     let carries_a_bone = Bone::ALL
         .iter()
         .filter_map(|other| joint(*other))

@@ -305,7 +305,7 @@ fn writing_what_is_not_in_metres_gives_a_warning() {
             .map(|warning| (warning.code, warning.message))
             .collect::<Vec<_>>()
     };
-    let nobody = "glTF is in metres, and nobody has said in which unit the scene is";
+    let nobody = "glTF is in metres, and the unit of the scene is not stated";
     let mut scene = import("lecture_Test.bvh");
     assert_eq!(warnings(&scene), [(Code::UnknownUnit, nobody.to_owned())]);
     scene.metadata.metres_per_unit = Some(1.0);

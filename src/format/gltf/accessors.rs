@@ -20,7 +20,7 @@ pub(super) struct Bytes<'a> {
     pub(super) budget: Budget,
 }
 
-/// Values that may still be read. Accessors may share bytes, and claim zeros that no byte stands for, so that the
+/// Values that may still be read. Accessors may share bytes, and claim zeros that have no bytes, so that the
 /// size of a file alone does not bound them.
 pub(super) struct Budget {
     most: u64,
@@ -100,7 +100,7 @@ impl Component {
         }
     }
 
-    /// The number that some bytes stand for, which are as many as one component has.
+    /// The number in some bytes, which are as many as one component has.
     fn number(self, b: &[u8], normalized: bool) -> f32 {
         // The specification's equations for normalized integers.
         let integer = |value: f32, most: f32| if normalized { (value / most).max(-1.0) } else { value };

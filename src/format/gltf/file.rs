@@ -127,7 +127,7 @@ impl<'a> File<'a> {
         node.mesh.is_some() || node.camera.is_some()
     }
 
-    /// Whether nodes hang on a node.
+    /// Whether a node has children.
     pub(super) fn has_children(&self, node: usize) -> bool {
         !self.root.nodes[node].children.is_empty()
     }
@@ -153,7 +153,7 @@ impl<'a> File<'a> {
     /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
     ///
     /// # Errors
-    /// Where a node hangs on two parents, or on itself, and where there are more nodes, or deeper ones, than the limits
+    /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the limits
     /// allow.
     pub(crate) fn nodes(&self) -> Result<Vec<Listed>, Failure> {
         let Root { nodes, scenes, .. } = &self.root;
@@ -304,7 +304,7 @@ fn views_of_animations(root: &Root) -> Vec<usize> {
     views.into_iter().collect()
 }
 
-/// What a uri stands for: data of its own, or a file beside this one.
+/// What a uri refers to: data of its own, or a file beside this one.
 fn contents_of<'a>(uri: &str, pointer: &str, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Cow<'a, [u8]>> {
     let pointer = || format!("{pointer}/uri");
     let Some(data) = uri.strip_prefix("data:") else {

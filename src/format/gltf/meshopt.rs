@@ -116,7 +116,7 @@ mod codec {
     }
 
     fn decoded<T: Clone + Default>(stream: &[u8], count: usize) -> Result<Vec<T>, Failure> {
-        // The decoder's own errors are numbers, which tell nobody more.
+        // The decoder's own errors are numbers without a meaning for users.
         decode_vertex_buffer(stream, count).map_err(|_| invalid("", "the meshopt stream is damaged").into())
     }
 

@@ -1,10 +1,10 @@
-//! The animations of a file as tracks of keys with straight ways between them.
+//! The animations of a file as tracks of linearly interpolated keys.
 //!
 //! | glTF | keys |
 //! |---|---|
 //! | LINEAR | as they are |
 //! | STEP | each value twice: at its key, and at the last moment before the next that a 32-bit float can tell from it |
-//! | CUBICSPLINE | samples of the curve, so close that the way between two is at most [`CURVE_ERROR`] off |
+//! | CUBICSPLINE | samples of the curve, so close that linear interpolation is at most [`CURVE_ERROR`] off |
 //! | KHR_animation_pointer to a node's translation, rotation or scale | as the channel of that node |
 
 use glam::{Quat, Vec3};
@@ -28,7 +28,7 @@ pub(crate) struct Track {
     /// In seconds, strictly increasing.
     pub(crate) times: Vec<f32>,
     pub(crate) values: Values,
-    /// The seconds at which the file has keys, where those here are others: its ways were other than straight.
+    /// The seconds at which the file has keys, where those here differ: the file's interpolation is not linear.
     pub(crate) bent: Option<(Bend, Vec<f32>)>,
 }
 
@@ -244,7 +244,7 @@ impl Keys {
         }
     }
 
-    /// Keys whose straight ways are the steps of these.
+    /// Keys whose linear interpolation gives the steps of these.
     fn step(&self, budget: &Budget, pointer: &str) -> Result<Self, Failure> {
         budget.take(self.values.len() as u64, pointer)?;
         let mut straight = Self {
@@ -343,7 +343,7 @@ impl Segment<'_> {
         value
     }
 
-    /// Into how many straight ways of the same duration the curve has to be cut for them to stay within `tolerance`.
+    /// Into how many linear pieces of the same duration the curve has to be cut to stay within `tolerance`.
     fn samples(&self, tolerance: f64) -> usize {
         let mut samples = 1;
         loop {
@@ -357,7 +357,7 @@ impl Segment<'_> {
         }
     }
 
-    /// The largest distance of the curve from so many straight ways, at their quarters.
+    /// The largest distance of the curve from so many linear pieces, at their quarters.
     fn error(&self, samples: usize) -> f64 {
         let mut largest = 0.0_f64;
         let mut start = self.at(0.0);

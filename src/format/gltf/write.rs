@@ -144,7 +144,7 @@ fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
     let message = match scene.metadata.metres_per_unit {
         Some(1.0) => return None,
         Some(metres) => format!("glTF is in metres, and the scene is in units of {metres} m"),
-        None => "glTF is in metres, and nobody has said in which unit the scene is".to_owned(),
+        None => "glTF is in metres, and the unit of the scene is not stated".to_owned(),
     };
     let help = "convert the scene before: Conversion::new().apply(&mut scene)";
     Some(Diagnostic::new(Code::UnknownUnit, message).help(help))

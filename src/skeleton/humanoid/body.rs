@@ -13,7 +13,7 @@ const LONGEST_TRUNK: usize = 24;
 /// What a body without arms costs: more than arms that fit badly.
 const WITHOUT_ARMS: f32 = -10.0;
 
-/// A tip that is nearer than this, as a share of the leg, is no length: some writers put it a millimetre off.
+/// A tip that is nearer than this, as a share of the leg, does not count: some writers put it a millimetre off.
 const SHORTEST_TIP: f32 = 0.03;
 
 /// The middle of a body.
@@ -63,7 +63,7 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
     Some(best)
 }
 
-/// Whether no limb of one pair hangs on a limb of the other.
+/// Whether no limb of one pair is a descendant of a limb of the other.
 fn are_apart(tree: &Tree, a: &Pair, b: &Pair) -> bool {
     a.roots
         .iter()
@@ -89,21 +89,21 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     })
 }
 
-/// Where thighs hang on the first joint of the spine, as in Biped, or legs on a joint of their own, the hips are the
+/// Where thighs are children of the first joint of the spine, as in Biped, or legs of a joint of their own, the hips are the
 /// joint above that has their name.
 pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;
     let shoulders = body.arms.as_ref().map_or(pelvis, |arms| arms.pair.branch);
     // Up from the joint of the legs and down again to the shoulders: where both meet.
-    let way = tree.path(pelvis, shoulders);
-    let top = way
+    let path = tree.path(pelvis, shoulders);
+    let top = path
         .iter()
-        .position(|node| tree.parent[*node].is_none_or(|above| !way.contains(&above)));
-    if let Some(top) = top.filter(|&top| top > 0 && top + 1 < way.len()) {
-        trunk.spine.retain(|node| !way[..=top].contains(node));
-        if tree.length_of(&way[..=top]) < 0.3 * body.legs.long_bones {
-            trunk.hips = way[top];
+        .position(|node| tree.parent[*node].is_none_or(|above| !path.contains(&above)));
+    if let Some(top) = top.filter(|&top| top > 0 && top + 1 < path.len()) {
+        trunk.spine.retain(|node| !path[..=top].contains(node));
+        if tree.length_of(&path[..=top]) < 0.3 * body.legs.long_bones {
+            trunk.hips = path[top];
         }
     }
     let hips = trunk.hips;
@@ -130,19 +130,19 @@ fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
         let limbs = arms.iter().flat_map(|arms| arms.pair.roots);
         roots.into_iter().chain(limbs).any(|root| root == node)
     };
-    // From the pelvis towards the arms; the head is at the end of a chain that leaves this way, or goes on behind it.
-    let way = tree.path(pelvis, shoulders.unwrap_or(pelvis));
-    if way.len() > LONGEST_TRUNK {
+    // From the pelvis towards the arms; the head is at the end of a chain that branches off this path, or continues it.
+    let path = tree.path(pelvis, shoulders.unwrap_or(pelvis));
+    if path.len() > LONGEST_TRUNK {
         return None;
     }
     let mut best: Option<Trunk> = None;
-    for (place, &from) in way.iter().enumerate() {
+    for (place, &from) in path.iter().enumerate() {
         // With arms, a head that leaves at the pelvis is a tail.
-        if arms.is_some() && place == 0 && way.len() > 1 {
+        if arms.is_some() && place == 0 && path.len() > 1 {
             continue;
         }
-        let before = place.checked_sub(1).map(|before| way[before]);
-        let after = way.get(place + 1).copied();
+        let before = place.checked_sub(1).map(|before| path[before]);
+        let after = path.get(place + 1).copied();
         let away = |other: usize| Some(other) != before && Some(other) != after && !taken(other);
         let down = tree.children[from].iter().copied().filter(|&child| away(child));
         let up = tree.parent[from].filter(|&parent| away(parent));
@@ -152,9 +152,9 @@ fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
                 Some(next) => tree.chain(next),
                 None => Vec::new(),
             };
-            let lead_to_head = &way[..=place];
-            let mut found = read_trunk(tree, legs, lead_to_head, way.len() - 1, &branch);
-            found.score -= 1.5 * (way.len() - 1 - place) as f32;
+            let lead_to_head = &path[..=place];
+            let mut found = read_trunk(tree, legs, lead_to_head, path.len() - 1, &branch);
+            found.score -= 1.5 * (path.len() - 1 - place) as f32;
             if best.as_ref().is_none_or(|best| found.score > best.score) {
                 best = Some(found);
             }
@@ -163,18 +163,18 @@ fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
     best
 }
 
-/// The chain from a node up to the root, for a skeleton that hangs on its head.
+/// The chain from a node up to the root, for a skeleton whose root is the head.
 fn upwards(tree: &Tree, from: usize) -> Vec<usize> {
     std::iter::successors(Some(from), |node| tree.parent[*node])
         .take(LONGEST_TRUNK)
         .collect()
 }
 
-/// Reads the joints from the pelvis to where the head's chain leaves, `way`, and that chain, `branch`.
+/// Reads the joints from the pelvis to where the head's chain branches off, `path`, and that chain, `branch`.
 /// `shoulders_at` is the place of the joint that carries the arms, 0 where there are none.
-fn read_trunk(tree: &Tree, legs: &Fit, way: &[usize], shoulders_at: usize, branch: &[usize]) -> Trunk {
+fn read_trunk(tree: &Tree, legs: &Fit, path: &[usize], shoulders_at: usize, branch: &[usize]) -> Trunk {
     let leg = legs.long_bones;
-    let nodes: Vec<usize> = way.iter().chain(branch).copied().collect();
+    let nodes: Vec<usize> = path.iter().chain(branch).copied().collect();
     let along: Vec<f32> = (0..nodes.len()).map(|end| tree.length_of(&nodes[..=end])).collect();
     let is_joint = |place: usize| tree.is_joint[nodes[place]];
     let says_spine = |place: usize| tree.names[nodes[place]].says(Part::Spine);
@@ -186,9 +186,9 @@ fn read_trunk(tree: &Tree, legs: &Fit, way: &[usize], shoulders_at: usize, branc
     };
     let name = |place: usize, part| tree.names[nodes[place]].fits(part);
     let tip = nodes.len() - 1;
-    let branch_at = way.len() - 1;
+    let branch_at = path.len() - 1;
     let mut best = Trunk {
-        hips: way[0],
+        hips: path[0],
         score: f32::NEG_INFINITY,
         ..Trunk::default()
     };
@@ -251,7 +251,7 @@ fn read_trunk(tree: &Tree, legs: &Fit, way: &[usize], shoulders_at: usize, branc
             score += 1.5 * name(0, Part::Hips) + lengths;
             if score > best.score {
                 best = Trunk {
-                    hips: way[0],
+                    hips: path[0],
                     spine: spine.iter().map(|place| nodes[*place]).collect(),
                     neck: neck.map(|place| nodes[place]),
                     head: head.map(|place| nodes[place]),

@@ -13,7 +13,7 @@ const MOST_OFF: f32 = 4.0;
 /// What an optional bone adds where it is found: less than one that does not fit takes away.
 const BONUS_OF_OPTIONAL: f32 = 0.6;
 
-/// What is behind hand or foot and shorter than this share of the bone before is no length: some writers put the tip a
+/// What is behind hand or foot and shorter than this share of the bone before does not count as a bone: some writers put the tip a
 /// millimetre off.
 const SHORTEST_TIP: f32 = 0.05;
 
@@ -81,7 +81,7 @@ struct Chain<'a> {
     tree: &'a Tree,
     nodes: Vec<usize>,
     are_joints: Vec<bool>,
-    /// Length of the way from the branch to each node.
+    /// Length of the path from the branch to each node.
     along: Vec<f32>,
     /// The first node from which three or more chains go on: a hand with fingers.
     fan: Option<usize>,
@@ -113,22 +113,22 @@ impl<'a> Chain<'a> {
         &self.tree.names[self.nodes[place]]
     }
 
-    fn way(&self, from: usize, to: usize) -> f32 {
+    fn length(&self, from: usize, to: usize) -> f32 {
         self.along[to] - self.along[from]
     }
 
-    /// How much longer the way between two nodes is than the straight line, as a share: 0 on one bone.
+    /// How much longer the path between two nodes is than the straight line, as a share: 0 on one bone.
     fn detour(&self, from: usize, to: usize) -> f32 {
-        let way = self.way(from, to);
+        let length = self.length(from, to);
         let straight = self.tree.at[self.nodes[from]].distance(self.tree.at[self.nodes[to]]);
-        if way > 0.0 {
-            (1.0 - straight / way).max(0.0)
+        if length > 0.0 {
+            (1.0 - straight / length).max(0.0)
         } else {
             0.0
         }
     }
 
-    /// The cosine of the angle by which the chain turns at `place`, on its way from `from` to `to`.
+    /// The cosine of the angle by which the chain turns at `place`, between `from` and `to`.
     fn turn(&self, from: usize, place: usize, to: usize) -> f32 {
         let at = |place: usize| self.tree.at[self.nodes[place]];
         let before = (at(place) - at(from)).normalize_or_zero();
@@ -232,7 +232,7 @@ fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f3
     };
     let tip = chain.nodes.len() - 1;
     let ankle = foot.unwrap_or(tip);
-    let (thigh, shin) = (chain.way(upper, lower), chain.way(lower, ankle));
+    let (thigh, shin) = (chain.length(upper, lower), chain.length(lower, ankle));
     let mut lengths = near(thigh / shin, 1.0, 0.16);
     // The hip joint is a hand's breadth from the hips.
     lengths += 0.5 * near((chain.along[upper] / thigh).max(0.02), 0.27, 0.6).max(-2.0);
@@ -241,7 +241,7 @@ fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f3
     match foot {
         None => bonus -= 3.0,
         Some(foot) => {
-            let behind = chain.way(foot, tip);
+            let behind = chain.length(foot, tip);
             if behind > SHORTEST_TIP * shin {
                 lengths += 0.5 * near(behind / shin, 0.45, 0.45);
                 // A foot stands off from the shin, where the rest pose is one.
@@ -249,7 +249,7 @@ fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f3
                 bonus += 1.0 - turn.abs().max(0.3);
             }
             if let Some(toes) = toes {
-                let sole = chain.way(foot, toes);
+                let sole = chain.length(foot, toes);
                 bonus += BONUS_OF_OPTIONAL + 0.7 * near((sole / shin).max(0.02), 0.36, 0.4);
             }
         }
@@ -264,13 +264,13 @@ fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) ->
     };
     let tip = chain.nodes.len() - 1;
     let wrist = hand.unwrap_or(tip);
-    let (upper_arm, forearm) = (chain.way(upper, lower), chain.way(lower, wrist));
+    let (upper_arm, forearm) = (chain.length(upper, lower), chain.length(lower, wrist));
     let mut lengths = near(upper_arm / forearm, 1.08, 0.16);
     lengths -= 20.0 * (chain.detour(upper, lower) + chain.detour(lower, wrist)).min(0.15);
     let mut bonus = 0.0;
     match shoulder {
         Some(shoulder) => {
-            let collar = chain.way(shoulder, upper);
+            let collar = chain.length(shoulder, upper);
             bonus += BONUS_OF_OPTIONAL + 0.7 * near((collar / upper_arm).max(0.02), 0.55, 0.35);
         }
         None => lengths += 0.5 * near((chain.along[upper] / upper_arm).max(0.02), 0.6, 0.6),
@@ -278,7 +278,7 @@ fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) ->
     match hand {
         None => bonus -= 3.0,
         Some(hand) => {
-            let behind = chain.way(hand, tip);
+            let behind = chain.length(hand, tip);
             if behind > SHORTEST_TIP * forearm {
                 lengths += 0.5 * near(behind / forearm, 0.6, 0.5);
             }
@@ -287,7 +287,7 @@ fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) ->
     // Fingers spring from the hand, or from a joint of the palm right behind it.
     if let Some(fan) = chain.fan {
         match hand {
-            Some(hand) if fan >= hand && chain.way(hand, fan) <= 0.35 * forearm => bonus += 2.0,
+            Some(hand) if fan >= hand && chain.length(hand, fan) <= 0.35 * forearm => bonus += 2.0,
             _ => bonus -= 2.0,
         }
     }

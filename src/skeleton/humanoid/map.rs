@@ -198,7 +198,7 @@ impl Map<'_> {
                 self.bones.entry(bone).or_insert(HumanoidJoint {
                     joint: NodeId::new(node),
                     confidence: Confidence::Sure,
-                    reason: "its name says so, and it hangs on the head".to_owned(),
+                    reason: "its name says so, and it is below the head".to_owned(),
                 });
             }
         }

@@ -8,7 +8,7 @@ use super::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, N
 pub(super) struct Name {
     /// Left or right, where the name says so.
     pub(super) side: Option<Side>,
-    /// The parts of the body that it can stand for.
+    /// The parts of the body that it can mean.
     pub(super) meaning: Meaning,
     /// The finger that it belongs to.
     pub(super) finger: Option<FingerKind>,
@@ -118,7 +118,7 @@ impl Name {
         }
     }
 
-    /// Whether the name stands for `part` and nothing else.
+    /// Whether the name means `part` and nothing else.
     pub(super) fn says(&self, part: Part) -> bool {
         !self.is_helper
             && self

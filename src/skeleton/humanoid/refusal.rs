@@ -27,7 +27,9 @@ pub(super) fn why_there_are_no_legs(tree: &Tree) -> String {
     match joints {
         0 => "there are no joints".to_owned(),
         _ if root_children * 2 > joints && joints > 8 => {
-            format!("{root_children} of {joints} joints hang on one: these are markers or tracked points, not a body")
+            format!(
+                "{root_children} of {joints} joints have one parent: these are markers or tracked points, not a body"
+            )
         }
         _ => format!("no two of the {joints} joints begin chains that can be legs"),
     }
@@ -83,7 +85,7 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
     None
 }
 
-/// Whether the limbs at both ends of the trunk stand on the ground: they point the same way, across the trunk, and are
+/// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and are
 /// of nearly one length.
 fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     let Some(arms) = &body.arms else { return false };

@@ -50,7 +50,7 @@ pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> 
         return Evidence::default();
     };
     let forward = axes.forward();
-    let flat = |way: Vec3| way - way.project_onto_normalized(axes.up);
+    let flat = |direction: Vec3| direction - direction.project_onto_normalized(axes.up);
     let mut feet = Vec::new();
     let mut knees = Vec::new();
     let mut elbows = Vec::new();
@@ -58,21 +58,21 @@ pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> 
         if let [Some(upper), Some(lower), Some(foot), toes] = joints {
             let chain = tree.chain(foot);
             let tip = toes.or_else(|| chain.get(1).copied());
-            if let Some(way) = tip.map(|tip| flat(at(tip) - at(foot))) {
-                let length = way.length();
+            if let Some(direction) = tip.map(|tip| flat(at(tip) - at(foot))) {
+                let length = direction.length();
                 // A foot that goes on as the shin does, as where only an end site is behind it, points nowhere.
                 let shin = (at(foot) - at(lower)).normalize_or_zero();
                 let straight = tip.map_or(1.0, |tip| (at(tip) - at(foot)).normalize_or_zero().dot(shin));
                 if length > 0.05 * body.legs.long_bones && straight < STRAIGHT_ON {
-                    feet.push(way.dot(forward) / length);
+                    feet.push(direction.dot(forward) / length);
                 }
             }
-            knees.extend(bend(at(upper), at(lower), at(foot)).map(|way| way.dot(forward)));
+            knees.extend(bend(at(upper), at(lower), at(foot)).map(|direction| direction.dot(forward)));
         }
     }
     for joints in body.arms.iter().flat_map(|arms| arms.joints) {
         if let [_, Some(upper), Some(lower), Some(hand)] = joints {
-            elbows.extend(bend(at(upper), at(lower), at(hand)).map(|way| -flat(way).dot(forward)));
+            elbows.extend(bend(at(upper), at(lower), at(hand)).map(|direction| -flat(direction).dot(forward)));
         }
     }
     let mean = |parts: Vec<f32>| (!parts.is_empty()).then(|| parts.iter().sum::<f32>() / parts.len() as f32);
@@ -154,7 +154,7 @@ impl Axes {
     }
 }
 
-/// The way from the straight line between the ends of a limb to its middle joint, as a direction; none where it is
+/// The direction from the straight line between the ends of a limb to its middle joint; none where it is
 /// straight.
 fn bend(start: Vec3, middle: Vec3, end: Vec3) -> Option<Vec3> {
     let line = (end - start).try_normalize()?;
@@ -181,8 +181,8 @@ fn face(tree: &Tree, head: usize, at: &impl Fn(usize) -> Vec3, forward: Vec3) ->
         return None;
     }
     let mean = parts.iter().sum::<Vec3>() / parts.len() as f32;
-    let way = mean - at(head);
-    Some((way.dot(forward) / way.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0))
+    let direction = mean - at(head);
+    Some((direction.dot(forward) / direction.length().max(f32::MIN_POSITIVE)).clamp(-1.0, 1.0))
 }
 
 /// The side of the first root by the names of its limb's joints: none where they say nothing or both.

@@ -76,12 +76,12 @@ impl Tree {
         std::iter::successors(self.parent[node], |above| self.parent[*above])
     }
 
-    /// Whether `node` is `above` or hangs on it.
+    /// Whether `node` is `above` or a descendant of it.
     pub(super) fn is_within(&self, node: usize, above: usize) -> bool {
         node == above || self.above(node).any(|other| other == above)
     }
 
-    /// The way from one node to another through the tree, both included.
+    /// The nodes from one node to another through the tree, both included.
     pub(super) fn path(&self, from: usize, to: usize) -> Vec<usize> {
         let up: Vec<usize> = std::iter::once(from).chain(self.above(from)).collect();
         let mut down = Vec::new();
@@ -93,7 +93,7 @@ impl Tree {
             down.push(node);
             match self.parent[node] {
                 Some(parent) => node = parent,
-                // Two trees: no way. A scene has one root.
+                // Two trees, with no path between them. A scene has one root.
                 None => break up.len() - 1,
             }
         };
@@ -102,19 +102,19 @@ impl Tree {
         path
     }
 
-    /// Length of a way through the tree.
+    /// Length of a path through the tree.
     pub(super) fn length_of(&self, path: &[usize]) -> f32 {
         path.windows(2)
             .map(|pair| self.at[pair[0]].distance(self.at[pair[1]]))
             .sum()
     }
 
-    /// Length of the way between two nodes.
+    /// Length of the path between two nodes.
     pub(super) fn between(&self, from: usize, to: usize) -> f32 {
         self.length_of(&self.path(from, to))
     }
 
-    /// The longest chain that begins with `start`: its nodes, end sites too. Of two ways of nearly one length the one
+    /// The longest chain that begins with `start`: its nodes, end sites too. Of two of nearly one length the one
     /// with more joints, so that a stub beside a limb is not taken for it.
     pub(super) fn chain(&self, start: usize) -> Vec<usize> {
         let mut chain = vec![start];
@@ -137,7 +137,7 @@ impl Tree {
     }
 }
 
-/// Two limbs that hang on one node and are alike.
+/// Two limbs that are children of one node and are alike.
 #[derive(Clone, Debug)]
 pub(super) struct Pair {
     /// The node on which both hang.

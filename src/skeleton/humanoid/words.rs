@@ -1,4 +1,4 @@
-//! The words that joint names are made of, and which parts of a body each stands for.
+//! The words that joint names are made of, and which parts of a body each means.
 //!
 //! Gathered from the names that programs and capture systems write: Biovision, CMU, Acclaim, MotionBuilder, Mixamo, 3ds
 //! Max Biped, Maya, Blender Rigify, Unreal, VRM, MikuMikuDance, Poser, Daz, MakeHuman, Second Life, Xsens, Rokoko,
@@ -28,7 +28,7 @@ pub(super) enum Part {
     Finger,
 }
 
-/// The parts that a word can stand for, each with a weight of 0 to 1.
+/// The parts that a word can mean, each with a weight of 0 to 1.
 pub(super) type Meaning = &'static [(Part, f32)];
 
 use Part::{
@@ -358,7 +358,7 @@ pub(super) const NOISE: &[&str] = &[
     "body",
 ];
 
-/// Words of joints that help another one, or hang on it, and begin no bone of the body.
+/// Words of joints that help another one, or are attached to it, and begin no bone of the body.
 pub(super) const HELPERS: &[&str] = &[
     "twist",
     "roll",

@@ -27,7 +27,7 @@ impl Decimals {
     }
 }
 
-/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor stands behind the hierarchy;
+/// Accepts the commas of the hierarchy itself, as [`accept_comma`] does. The cursor is behind the hierarchy;
 /// `name` gives the name of a joint.
 pub(super) fn accept_commas_of_hierarchy<'a>(
     cursor: &Cursor<'_>,

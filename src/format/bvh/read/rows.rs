@@ -187,7 +187,7 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
     fn read_segments(&mut self) {
         let start = self.cursor.offset();
         let channel_count = self.hierarchy.channel_count;
-        // A joint without channels needs memory that no text stands for.
+        // A joint without channels needs memory although it has no text.
         if self.threads < 2
             || self.text.len() - start < segments::WORTHWHILE
             || self.hierarchy.joints.len() > channel_count

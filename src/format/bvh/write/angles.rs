@@ -72,7 +72,7 @@ fn read_back(axes: [Axis; 3], angles: [f64; 3]) -> Quat {
 /// round to it. Its largest component changes the length most, so that one takes up what it can without rounding to
 /// its neighbour, then the next.
 fn unit_within(key: Quat) -> Option<DQuat> {
-    /// Of the way to the middle between two neighbouring numbers, so as not to stand on the edge.
+    /// Share of the distance to the middle between two neighbouring numbers, so that rounding has room.
     const INSIDE: f64 = 1.0 - 1e-7;
     let key = key.to_array();
     let mut exact = key.map(f64::from);

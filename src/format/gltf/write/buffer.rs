@@ -169,7 +169,7 @@ impl Buffer {
         index
     }
 
-    /// As [`Self::push`], where the largest integer stands for 1.
+    /// As [`Self::push`], where the largest integer means 1.
     pub(super) fn push_normalized<T: Component, const N: usize>(
         &mut self,
         usage: Usage,

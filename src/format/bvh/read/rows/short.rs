@@ -52,7 +52,7 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
 pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
     let [low, high]: [[u8; 8]; 2] = bytemuck::cast(*text.first_chunk::<WINDOW>()?);
     let bytes = _mm_set_epi64x(i64::from_le_bytes(high), i64::from_le_bytes(low));
-    // Comparisons are of signed bytes: what is no ASCII is below all of it, and ends a number as a blank does.
+    // Comparisons are of signed bytes: bytes that are not ASCII are below all of it, and end a number as a blank does.
     let ends = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b' ' as i8 + 1)));
     let minus = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'-' as i8))) & 1;
     let points = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'.' as i8)));
