@@ -45,6 +45,7 @@ mod pose;
 pub mod process;
 #[cfg(feature = "render")]
 pub mod render;
+pub mod retarget;
 pub mod scene;
 pub mod skeleton;
 pub mod verify;

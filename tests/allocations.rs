@@ -6,6 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
 use mocap::{Binding, LoopMode, Player, Pose, Updater};
 
@@ -113,4 +114,22 @@ fn playing_into_a_pose_allocates_nothing() {
     assert_eq!(count, 0);
     assert!(tips > 0.0);
     assert_eq!(pose, rest);
+}
+
+#[test]
+fn a_pose_on_another_skeleton_takes_none() {
+    let read = |file: &str| mocap::import(format!("fixtures/skeletons/{file}")).unwrap();
+    let (source, target) = (read("xsens_names_tpose.bvh"), read("human_default.gltf"));
+    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let binding = Binding::new(&source, &source.animations[0]);
+    let (mut from, mut to) = (Pose::rest(&source), Pose::rest(&target));
+    let rest = to.clone();
+    let count = allocations_of(|| {
+        for tick in 0..100 {
+            from.sample(&binding, &source.animations[0], f64::from(tick));
+            retargeter.pose(&from, &mut to);
+        }
+    });
+    assert_eq!(count, 0);
+    assert_ne!(to, rest);
 }

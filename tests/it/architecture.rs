@@ -16,6 +16,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("skeleton", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
     ("process", &["error", "scene", "math", "pose", "skeleton", "compress"]),
+    ("retarget", &["error", "limits", "scene", "pose", "skeleton"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",

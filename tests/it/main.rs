@@ -34,6 +34,7 @@ mod process;
 mod properties;
 #[cfg(feature = "render")]
 mod render;
+mod retarget;
 mod sample;
 mod schema;
 mod survey;

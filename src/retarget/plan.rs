@@ -1,0 +1,416 @@
+//! Which joints of the target follow which of the source, and how.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use super::body::{Body, limb_end};
+use super::rotations::{arc, between, rotation_of, share, twist};
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeId, NodeKind, Scene};
+use crate::skeleton::{HumanoidBone as Bone, Side};
+
+/// A bone that is not moved from one skeleton to the other.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unmapped {
+    /// The bone.
+    pub bone: Bone,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
+/// The rotation of a source joint in the frames of the T-pose.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    node: NodeId,
+    joint_to_frame: Quat,
+    /// Of a bone of a limb: its ends, and where it points in the T-pose.
+    aim: Option<(NodeId, NodeId, Vec3)>,
+}
+
+impl Track {
+    /// The rotation at a pose.
+    pub(super) fn frame(&self, body: &Body, pose: &Pose) -> Quat {
+        let world_to_frame = body.axes.inverse();
+        let Some(matrix) = pose.node_to_world.get(self.node.index()) else {
+            return Quat::IDENTITY;
+        };
+        let rotation = world_to_frame * rotation_of(matrix) * self.joint_to_frame;
+        match self.aim {
+            None => rotation,
+            Some((from, to, direction)) => {
+                let way = world_to_frame * (pose.position(to) - pose.position(from));
+                arc(rotation * direction, way) * rotation
+            }
+        }
+    }
+}
+
+/// A joint of the target that is moved.
+#[derive(Clone, Debug)]
+pub(super) struct Drive {
+    pub(super) node: NodeId,
+    pub(super) rest: Trs,
+    pub(super) frame_to_joint: Quat,
+    rule: Rule,
+}
+
+/// How a joint follows; numbers are places in [`Plan::tracks`].
+#[derive(Clone, Copy, Debug)]
+enum Rule {
+    /// A rotation between two of the source.
+    Between { from: usize, to: usize, share: f32 },
+    /// The rotation of a bone, twisted about its axis by a share of its [`Twist`], a place in [`Plan::twists`].
+    Twisted { twist: usize, share: f32 },
+}
+
+/// The twist of a bone that several joints share.
+#[derive(Clone, Debug)]
+struct Twist {
+    bone: usize,
+    /// The bone at its beginning or at its end, from which it is twisted.
+    other: usize,
+    /// Where the bone points in the T-pose.
+    axis: Vec3,
+    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite on
+    /// one line, so the twist of one moves the end.
+    joints: Vec<(f32, Vec3)>,
+}
+
+impl Twist {
+    /// The twist, and the small rotation after it that brings the end back to the axis.
+    fn at(&self, frames: &[Quat]) -> (Quat, Quat) {
+        let twist = twist(frames[self.bone].inverse() * frames[self.other], self.axis);
+        let end = self.joints.iter().map(|&(part, way)| share(twist, part) * way).sum();
+        (twist, arc(end, self.axis))
+    }
+}
+
+impl Drive {
+    /// Its rotation in the frames of the T-pose, from those of the source.
+    pub(super) fn frame(&self, frames: &[Quat], twists: &[Twisted]) -> Quat {
+        match self.rule {
+            Rule::Between { from, to, share } => between(frames[from], frames[to], share),
+            Rule::Twisted { twist, share: part } => twists[twist].bone * share(twists[twist].twist, part),
+        }
+    }
+}
+
+/// The twist of a bone at a pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Twisted {
+    bone: Quat,
+    twist: Quat,
+}
+
+/// What is computed for every pose.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) tracks: Vec<Track>,
+    twists: Vec<Twist>,
+    /// In the order of the target's nodes, so that parents stand before children.
+    pub(super) drives: Vec<Drive>,
+    pub(super) unmapped: Vec<Unmapped>,
+}
+
+impl Plan {
+    pub(super) fn new(from: &Body, to: &Body, target: &Scene) -> Self {
+        let mut builder = Builder {
+            from,
+            to,
+            tracks: Vec::new(),
+            twists: Vec::new(),
+            known: HashMap::new(),
+            drives: BTreeMap::new(),
+            unmapped: Vec::new(),
+        };
+        builder.trunk_and_neck();
+        for &bone in Bone::ALL {
+            builder.bone(bone, target);
+        }
+        builder.joints_of_one_name(target);
+        Self {
+            tracks: builder.tracks,
+            twists: builder.twists,
+            drives: builder.drives.into_values().collect(),
+            unmapped: builder.unmapped,
+        }
+    }
+}
+
+impl Plan {
+    /// Memory for [`Plan::twist`].
+    pub(super) fn twisted(&self) -> Vec<Twisted> {
+        vec![Twisted::default(); self.twists.len()]
+    }
+
+    /// Computes what several joints of a bone share.
+    pub(super) fn twist(&self, frames: &[Quat], twisted: &mut [Twisted]) {
+        for (twisted, twist) in twisted.iter_mut().zip(&self.twists) {
+            let (turn, back) = twist.at(frames);
+            *twisted = Twisted {
+                bone: frames[twist.bone] * back,
+                twist: turn,
+            };
+        }
+    }
+}
+
+/// Whether what a bone hangs on does not follow its twist: the twist of a thigh or an upper arm is spread over its skin.
+fn is_twisted_at_beginning(bone: Bone) -> bool {
+    matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
+}
+
+struct Builder<'a> {
+    from: &'a Body,
+    to: &'a Body,
+    tracks: Vec<Track>,
+    twists: Vec<Twist>,
+    /// The tracks by their node, and whether they aim.
+    known: HashMap<(NodeId, bool), usize>,
+    drives: BTreeMap<NodeId, Drive>,
+    unmapped: Vec<Unmapped>,
+}
+
+impl Builder<'_> {
+    /// The track of a joint of the source that moves with `bone`.
+    fn track(&mut self, bone: Bone, node: NodeId, aim: Option<(NodeId, NodeId, Vec3)>) -> usize {
+        let next = self.tracks.len();
+        let track = *self.known.entry((node, aim.is_some())).or_insert(next);
+        if track == next {
+            self.tracks.push(Track {
+                node,
+                joint_to_frame: self.from.frame_to_joint(bone, node).inverse(),
+                aim,
+            });
+        }
+        track
+    }
+
+    /// The track of a whole bone: where it points, and how its end is twisted.
+    fn whole(&mut self, bone: Bone) -> Option<usize> {
+        let joint = self.from.joint(bone)?;
+        let segment = self.from.segment(bone);
+        let end = limb_end(bone).and_then(|end| self.from.joint(end));
+        // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
+        // what a shin or a forearm takes over from foot or hand.
+        let twisted = if is_twisted_at_beginning(bone) {
+            segment.last()
+        } else {
+            segment.first()
+        };
+        // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
+        match (twisted, end, Body::direction(bone)) {
+            (Some(twisted), Some(end), Some(direction)) => {
+                Some(self.track(bone, *twisted, Some((joint, end, direction))))
+            }
+            _ => Some(self.track(bone, joint, None)),
+        }
+    }
+
+    fn drive(&mut self, bone: Bone, node: NodeId, rule: Rule) {
+        let drive = || Drive {
+            node,
+            rest: self.to.rest[node.index()],
+            frame_to_joint: self.to.frame_to_joint(bone, node),
+            rule,
+        };
+        self.drives.entry(node).or_insert_with(drive);
+    }
+
+    fn copy(&mut self, bone: Bone, node: NodeId, track: usize) {
+        let (from, to, share) = (track, track, 0.0);
+        self.drive(bone, node, Rule::Between { from, to, share });
+    }
+
+    /// Moves the joints of a chain by those of a chain of another number of joints: each takes the rotation at its share
+    /// of the way from `base` to the end.
+    fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
+        let (have, want) = (tracks.len(), joints.len());
+        for (place, &joint) in joints.iter().enumerate() {
+            let (whole, rest) = ((place + 1) * have / want, (place + 1) * have % want);
+            let at = |place: usize| if place == 0 { base } else { tracks[place - 1] };
+            let rule = Rule::Between {
+                from: at(whole),
+                to: at((whole + 1).min(have)),
+                share: rest as f32 / want as f32,
+            };
+            self.drive(bone, joint, rule);
+        }
+    }
+
+    fn trunk_and_neck(&mut self) {
+        let Some(hips) = self.whole(Bone::Hips) else { return };
+        self.copy(Bone::Hips, self.to.hips, hips);
+        let trunk: Vec<_> = self
+            .from
+            .trunk
+            .iter()
+            .map(|joint| self.track(Bone::Spine, *joint, None))
+            .collect();
+        self.chain(Bone::Spine, hips, &trunk, &self.to.trunk);
+        let top = trunk.last().copied().unwrap_or(hips);
+        let mut neck: Vec<_> = self
+            .from
+            .neck
+            .iter()
+            .map(|joint| self.track(Bone::Neck, *joint, None))
+            .collect();
+        let mut joints = self.to.neck.clone();
+        if neck.is_empty() {
+            // The head's rotation is spread over the neck, and the head takes the last of it.
+            neck.extend(self.whole(Bone::Head));
+            joints.extend(self.to.joint(Bone::Head));
+        }
+        if !neck.is_empty() {
+            self.chain(Bone::Neck, top, &neck, &joints);
+        }
+    }
+
+    fn bone(&mut self, bone: Bone, target: &Scene) {
+        let is_of_chain = matches!(bone, Bone::Spine | Bone::Chest | Bone::UpperChest | Bone::Neck);
+        if bone == Bone::Hips || is_of_chain {
+            return;
+        }
+        let (from, to) = (self.from.joint(bone), self.to.joint(bone));
+        let lacks = match (from, to) {
+            (None, None) => return,
+            (Some(_), None) => "the target has no such joint",
+            (None, Some(_)) => "the source has no such joint; it keeps its rest pose",
+            (Some(_), Some(_)) => {
+                self.limb(bone, target);
+                return;
+            }
+        };
+        let reason = lacks.to_owned();
+        self.unmapped.push(Unmapped { bone, reason });
+    }
+
+    fn limb(&mut self, bone: Bone, target: &Scene) {
+        let (mine, theirs) = (self.to.segment(bone), self.from.segment(bone));
+        let Some(whole) = self.whole(bone) else { return };
+        let name = |body: &Body, joint: &NodeId| body.names[joint.index()].clone();
+        let is_same = mine.len() == theirs.len()
+            && std::iter::zip(&mine, &theirs).all(|(joint, other)| name(self.to, joint) == name(self.from, other));
+        if is_same && mine.len() > 1 {
+            for (joint, other) in std::iter::zip(&mine, &theirs) {
+                let track = self.track(bone, *other, None);
+                self.copy(bone, *joint, track);
+            }
+        } else {
+            self.share_twist(bone, whole, &mine, target);
+        }
+    }
+
+    /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is twisted at
+    /// its end and not at its beginning; a shin or a forearm takes part in the twist of what hangs on its end.
+    fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
+        let side = bone.side().unwrap_or(Side::Left);
+        let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));
+        let helpers = ends.map_or(Vec::new(), |(start, end)| self.helpers(segment, start, end, target));
+        let axis = Body::direction(bone).filter(|_| segment.len() > 1 || !helpers.is_empty());
+        let other = match bone.on(Side::Left) {
+            Bone::LeftUpperLeg => self.whole(Bone::Hips),
+            Bone::LeftUpperArm => self.whole(Bone::LeftShoulder.on(side)).or_else(|| {
+                let top = self.from.trunk.last().copied()?;
+                Some(self.track(Bone::Spine, top, None))
+            }),
+            Bone::LeftLowerLeg => self.whole(Bone::LeftFoot.on(side)),
+            Bone::LeftLowerArm => self.whole(Bone::LeftHand.on(side)),
+            _ => None,
+        };
+        let (Some(axis), Some(other), Some((_, end))) = (axis, other, ends) else {
+            segment.iter().for_each(|joint| self.copy(bone, *joint, whole));
+            return;
+        };
+        let at_beginning = is_twisted_at_beginning(bone);
+        let count = segment.len() as f32;
+        let share = |place: usize| match at_beginning {
+            true => 1.0 - (place + 1) as f32 / count,
+            false => place as f32 / count,
+        };
+        let nexts = segment.iter().skip(1).chain([&end]);
+        let joints = segment.iter().zip(nexts).enumerate().map(|(place, (joint, next))| {
+            let to_frame = self.to.frame_to_joint(bone, *joint) * self.to.rotation(*joint).inverse();
+            (
+                share(place),
+                to_frame * (self.to.position(*next) - self.to.position(*joint)),
+            )
+        });
+        let joints: Vec<_> = joints.collect();
+        let twist = self.twists.len();
+        let placed: Vec<_> = joints.iter().map(|(share, _)| *share).collect();
+        self.twists.push(Twist {
+            bone: whole,
+            other,
+            axis,
+            joints,
+        });
+        for (&joint, share) in segment.iter().zip(placed) {
+            self.drive(bone, joint, Rule::Twisted { twist, share });
+        }
+        for (helper, along) in helpers {
+            let share = if at_beginning { 1.0 - along } else { along };
+            self.drive(bone, helper, Rule::Twisted { twist, share });
+        }
+    }
+
+    /// Joints beside a bone that spread its twist over the skin, by their names, and how far along the bone they are.
+    fn helpers(&self, segment: &[NodeId], start: NodeId, end: NodeId, target: &Scene) -> Vec<(NodeId, f32)> {
+        let start = self.to.position(start);
+        let way = self.to.position(end) - start;
+        let mut helpers = Vec::new();
+        for (index, node) in target.nodes.iter().enumerate() {
+            let id = NodeId::new(index);
+            let name = node.name.to_lowercase();
+            let is_named = node.kind == NodeKind::Joint && (name.contains("twist") || name.contains("roll"));
+            let hangs_here = node.parent.is_some_and(|parent| segment.contains(&parent));
+            let is_bone = segment.contains(&id) || self.to.bones.values().any(|other| *other == id);
+            let along = (self.to.position(id) - start).dot(way) / way.length_squared();
+            if is_named && hangs_here && !is_bone && along.is_finite() {
+                helpers.push((id, along.clamp(0.0, 1.0)));
+            }
+        }
+        helpers
+    }
+
+    /// Joints that are no bones, and have a counterpart of the same name that hangs on the same bone.
+    fn joints_of_one_name(&mut self, target: &Scene) {
+        let bone_of = |body: &Body| -> HashMap<usize, Bone> {
+            body.bones.iter().map(|(bone, joint)| (joint.index(), *bone)).collect()
+        };
+        let (from_bones, to_bones) = (bone_of(self.from), bone_of(self.to));
+        let carrier = |body: &Body, bones: &HashMap<usize, Bone>, node: usize| {
+            let above = std::iter::successors(body.parents[node], |node| body.parents[*node]);
+            above.filter_map(|node| bones.get(&node).copied()).next()
+        };
+        let mut by_name: HashMap<&str, Option<usize>> = HashMap::new();
+        for (index, name) in self.from.names.iter().enumerate() {
+            // A name that repeats names none.
+            by_name
+                .entry(name)
+                .and_modify(|known| *known = None)
+                .or_insert(Some(index));
+        }
+        for (index, node) in target.nodes.iter().enumerate() {
+            let id = NodeId::new(index);
+            if node.kind != NodeKind::Joint || self.drives.contains_key(&id) || to_bones.contains_key(&index) {
+                continue;
+            }
+            let Some(&Some(other)) = by_name.get(node.name.as_str()) else {
+                continue;
+            };
+            if from_bones.contains_key(&other) {
+                continue;
+            }
+            let carriers = carrier(self.from, &from_bones, other).zip(carrier(self.to, &to_bones, index));
+            if let Some((bone, same)) = carriers
+                && bone == same
+            {
+                let track = self.track(bone, NodeId::new(other), None);
+                self.copy(bone, id, track);
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Rotations in parts.
+
+use glam::{Mat3, Mat4, Quat, Vec3};
+
+/// The rotation of a matrix whose axes may be scaled, and of a mirrored one that of [`Trs`](crate::pose::Trs). Shear is
+/// lost.
+pub(super) fn rotation_of(matrix: &Mat4) -> Quat {
+    let [mut x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize_or_zero());
+    if x.cross(y).dot(z) < 0.0 {
+        x = -x;
+    }
+    let rotation = Quat::from_mat3(&Mat3::from_cols(x, y, z));
+    if rotation.is_finite() {
+        rotation.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
+
+/// The twist of a rotation about an axis of unit length: what is left of it after the shortest rotation that brings the
+/// axis where the rotation brings it (swing-twist decomposition).
+pub(super) fn twist(rotation: Quat, axis: Vec3) -> Quat {
+    let along = axis * rotation.xyz().dot(axis);
+    let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
+    // Both parts vanish where the axis is turned round; the twist is undefined there.
+    if twist.length_squared() > 1e-9 {
+        twist.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
+
+/// A share of a rotation, on the shorter arc.
+pub(super) fn share(rotation: Quat, share: f32) -> Quat {
+    between(Quat::IDENTITY, rotation, share)
+}
+
+/// A rotation between two, on the shorter arc.
+pub(super) fn between(from: Quat, to: Quat, share: f32) -> Quat {
+    match share {
+        0.0 => from,
+        1.0 => to,
+        _ => from.slerp(to, share),
+    }
+}
+
+/// The shortest rotation from one direction to another; none where one has no length.
+pub(super) fn arc(from: Vec3, to: Vec3) -> Quat {
+    match (from.try_normalize(), to.try_normalize()) {
+        (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
+        _ => Quat::IDENTITY,
+    }
+}

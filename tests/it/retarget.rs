@@ -1,0 +1,432 @@
+//! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
+
+use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::retarget::{RetargetOptions, Retargeter, Scale};
+use mocap::scene::{Node, NodeId, NodeKind};
+use mocap::skeleton::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
+use mocap::{Binding, Code, Conversion, Pose, Scene};
+
+use crate::humanoid::truth;
+
+/// The characters, without their meshes.
+const CHARACTERS: [&str; 6] = [
+    "human_apose",
+    "human_cmu",
+    "human_default",
+    "human_game_engine",
+    "human_vrm0",
+    "human_vrm1",
+];
+
+pub(crate) fn character(name: &str) -> Scene {
+    mocap::import(format!("fixtures/skeletons/{name}.gltf")).unwrap()
+}
+
+/// A motion in metres with +Y up, with few of its frames.
+pub(crate) fn motion(file: &str) -> Scene {
+    let mut scene = mocap::Importer::new()
+        .skeleton_mesh(mocap::SkeletonMesh::None)
+        .import(format!("fixtures/{file}"))
+        .unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    scene
+}
+
+/// The motions of humanoids among the fixtures.
+fn motions() -> Vec<(String, Scene)> {
+    let is_motion = |file: &String, truth: &serde_json::Value| {
+        let is_large = file.contains("cmu_01_01") || file.contains("cmu_02_01") || file.contains("salsa");
+        truth["humanoid"] == true && !file.contains("/human_") && !file.ends_with(".asf") && !is_large
+    };
+    let files = truth().into_iter().filter(|(file, truth)| is_motion(file, truth));
+    let scenes = files.filter_map(|(file, _)| {
+        let read = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::None);
+        let mut scene = read.import(format!("fixtures/{file}")).ok()?;
+        Conversion::new().apply(&mut scene).unwrap();
+        (!scene.animations.is_empty()).then_some((file, scene))
+    });
+    let scenes: Vec<_> = scenes.collect();
+    assert!(scenes.len() > 12, "{}", scenes.len());
+    scenes
+}
+
+/// The joints of bones by the side of the body, whatever their names say.
+fn joints(scene: &Scene) -> impl Fn(Bone) -> Option<NodeId> + use<> {
+    let found = humanoid(scene);
+    move |bone| match found.sides {
+        Sides::Opposite => found.joint(bone.mirrored()),
+        _ => found.joint(bone),
+    }
+}
+
+/// The bones of arms and legs, each with the bone at its end.
+const LIMBS: [(Bone, Bone); 8] = [
+    (Bone::LeftUpperLeg, Bone::LeftLowerLeg),
+    (Bone::LeftLowerLeg, Bone::LeftFoot),
+    (Bone::RightUpperLeg, Bone::RightLowerLeg),
+    (Bone::RightLowerLeg, Bone::RightFoot),
+    (Bone::LeftUpperArm, Bone::LeftLowerArm),
+    (Bone::LeftLowerArm, Bone::LeftHand),
+    (Bone::RightUpperArm, Bone::RightLowerArm),
+    (Bone::RightLowerArm, Bone::RightHand),
+];
+
+/// The directions of arms and legs; none where the skeleton lacks an end.
+fn directions(pose: &Pose, joint: &impl Fn(Bone) -> Option<NodeId>) -> Vec<Option<Vec3>> {
+    let way = |(from, to): (Bone, Bone)| (pose.position(joint(to)?) - pose.position(joint(from)?)).try_normalize();
+    LIMBS.into_iter().map(way).collect()
+}
+
+fn angle(a: Quat, b: Quat) -> f32 {
+    let between = a.inverse() * b;
+    2.0 * between.xyz().length().atan2(between.w.abs())
+}
+
+/// A target with the motion of a source.
+fn retargeted(source: &Scene, target: &Scene) -> Scene {
+    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let animations = source
+        .animations
+        .iter()
+        .map(|animation| retargeter.animation(source, animation));
+    Scene {
+        animations: animations.collect(),
+        ..target.clone()
+    }
+}
+
+/// Frames spread over a motion.
+fn frames(scene: &Scene, count: usize) -> impl Iterator<Item = f64> + use<> {
+    let last = scene.animations[0].frame_count() - 1;
+    (0..count).map(move |index| (index * last / (count - 1).max(1)) as f64)
+}
+
+/// The rotation about the up axis from where one figure looks at rest to where another does.
+fn turn(from: &Scene, to: &Scene) -> Quat {
+    let heading = |scene: &Scene| {
+        let facing = Skeleton::new(scene)
+            .facing
+            .value
+            .direction()
+            .filter(|facing| facing.y == 0.0);
+        let facing = facing.unwrap_or(Vec3::Z);
+        facing.x.atan2(facing.z)
+    };
+    Quat::from_rotation_y(heading(to) - heading(from))
+}
+
+/// The file's joints move within their bones; a target keeps the lengths of its bones.
+const MOVING_POSITIONS: &str = "real/perception_neuron_moving_positions.bvh";
+
+/// The body hangs from a headset, so it is no target.
+const HANGING: &str = "real/slimevr_headset_root.bvh";
+
+#[test]
+fn a_motion_onto_its_own_skeleton_is_the_same() {
+    for (file, source) in motions()
+        .into_iter()
+        .filter(|(file, _)| file != MOVING_POSITIONS && file != HANGING)
+    {
+        let target = retargeted(&source, &source);
+        let (from, to) = (&source.animations[0], &target.animations[0]);
+        let bindings = (Binding::new(&source, from), Binding::new(&target, to));
+        let (mut a, mut b) = (Pose::rest(&source), Pose::rest(&target));
+        let driven: Vec<NodeId> = bindings.1.driven().map(|(node, _)| node).collect();
+        assert!(driven.len() >= 11, "{file}: {}", driven.len());
+        for tick in frames(&source, 12) {
+            a.sample(&bindings.0, from, tick);
+            b.sample(&bindings.1, to, tick);
+            for &node in &driven {
+                let [was, is] = [&a, &b].map(|pose| pose.node_to_world[node.index()].to_scale_rotation_translation().1);
+                let off = angle(was, is);
+                assert!(
+                    off < 1e-4,
+                    "{file}: {} at {tick}: {off} rad",
+                    source.nodes[node.index()].name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_limb_points_where_that_of_the_source_points() {
+    let targets = CHARACTERS.map(|name| (name, character(name)));
+    for (file, source) in motions() {
+        let joint = joints(&source);
+        for (name, target) in &targets {
+            // A body that hangs on its head is no worse a source.
+            let mut retargeter = Retargeter::new(&source, target, &RetargetOptions::default()).unwrap();
+            let to_joint = joints(target);
+            let turn = turn(&source, target);
+            let binding = Binding::new(&source, &source.animations[0]);
+            let (mut from, mut to) = (Pose::rest(&source), Pose::rest(target));
+            let (mut sum, mut count, mut worst) = (0.0, 0, 0.0_f32);
+            for tick in frames(&source, 8) {
+                from.sample(&binding, &source.animations[0], tick);
+                retargeter.pose(&from, &mut to);
+                for (a, b) in std::iter::zip(directions(&from, &joint), directions(&to, &to_joint)) {
+                    if let (Some(a), Some(b)) = (a, b) {
+                        let off = (turn * a).angle_between(b).to_degrees();
+                        (sum, count, worst) = (sum + off, count + 1, worst.max(off));
+                    }
+                }
+            }
+            let mean = sum / count as f32;
+            assert!(count >= 8 * 4, "{file} on {name}: {count}");
+            let words = format!("{file} on {name}: {mean} degrees in the mean, {worst} at most");
+            // Two bodies with the same twist joints move joint by joint, and these are not on one line.
+            let (mean_bound, bound) = if file.contains("makehuman") {
+                (0.2, 0.5)
+            } else {
+                (0.02, 0.1)
+            };
+            assert!(mean < mean_bound && worst < bound, "{words}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_returns_is_the_same_within_a_degree() {
+    for (file, name) in [
+        ("real/cmu_12_01_walk.bvh", "human_game_engine"),
+        ("real/cmu_12_01_walk.bvh", "human_default"),
+        ("real/z_up_dab.bvh", "human_cmu"),
+        ("real/motionbuilder_vicon_walk.bvh", "human_vrm0"),
+        ("real/rokoko_dance.bvh", "human_vrm1"),
+        ("skeletons/vicon_sword_attack.bvh", "human_apose"),
+        ("skeletons/blender_rigify_names.bvh", "human_vrm1"),
+    ] {
+        let source = motion(file);
+        let there = retargeted(&source, &character(name));
+        let back = retargeted(&there, &source);
+        let (from, to) = (&source.animations[0], &back.animations[0]);
+        let bindings = (Binding::new(&source, from), Binding::new(&back, to));
+        let (mut a, mut b) = (Pose::rest(&source), Pose::rest(&back));
+        let (here, other) = (humanoid(&source), humanoid(&there));
+        // A spine of other joints, and a shoulder that the other has not, take another share.
+        let returns = |bone: &Bone| {
+            let is_spine = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck].contains(bone);
+            !is_spine && other.bones.contains_key(bone)
+        };
+        let bones: Vec<Bone> = here.bones.keys().copied().filter(returns).collect();
+        assert!(bones.len() >= 13, "{file}: {bones:?}");
+        for tick in frames(&source, 6) {
+            a.sample(&bindings.0, from, tick);
+            b.sample(&bindings.1, to, tick);
+            for &bone in &bones {
+                let joint = here.joint(bone).unwrap();
+                let [was, is] =
+                    [&a, &b].map(|pose| pose.node_to_world[joint.index()].to_scale_rotation_translation().1);
+                let off = angle(was, is).to_degrees();
+                assert!(off < 1.0, "{file} by {name}: {bone:?} at {tick}: {off} degrees");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_body_in_two_rest_poses_moves_alike() {
+    let bodies = ["human_default", "human_apose"].map(character);
+    let joints = bodies.each_ref().map(joints);
+    for file in [
+        "real/cmu_12_01_walk.bvh",
+        "real/rokoko_dance.bvh",
+        "real/run.fbx",
+        "skeletons/accad_run_turn.bvh",
+    ] {
+        let source = motion(file);
+        let moved = bodies.each_ref().map(|body| retargeted(&source, body));
+        for tick in frames(&source, 20) {
+            let [a, b] = moved.each_ref().map(|scene| Pose::at_tick(scene, 0, tick).unwrap());
+            for (a, b) in std::iter::zip(directions(&a, &joints[0]), directions(&b, &joints[1])) {
+                let off = a.unwrap().angle_between(b.unwrap()).to_degrees();
+                assert!(off < 1.0, "{file} at {tick}: {off} degrees");
+            }
+        }
+    }
+}
+
+/// CMU's own file of a take and its conversion to BVH have other names, other rest poses and another unit.
+#[test]
+fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
+    let [amc, bvh] = ["real/cmu_01_01.amc", "real/cmu_01_01.bvh"].map(motion);
+    let target = character("human_vrm1");
+    let joint = joints(&target);
+    // What the BVH file calls the hand, and no thumbs: one map has them and the other has not.
+    let named = |names: [(Bone, Option<&str>); 4]| names.map(|(bone, name)| (bone, name.map(str::to_owned)));
+    let wrists = [
+        (Bone::LeftHand, Some("lwrist")),
+        (Bone::RightHand, Some("rwrist")),
+        (Bone::LeftThumbMetacarpal, None),
+        (Bone::RightThumbMetacarpal, None),
+    ];
+    let hands = [
+        (Bone::LeftHand, Some("LeftHand")),
+        (Bone::RightHand, Some("RightHand")),
+        (Bone::LeftThumbMetacarpal, None),
+        (Bone::RightThumbMetacarpal, None),
+    ];
+    let moved = [(&amc, wrists), (&bvh, hands)].map(|(source, map)| {
+        let options = RetargetOptions {
+            source: Some(humanoid(source).with_map(source, named(map).into()).unwrap()),
+            ..RetargetOptions::default()
+        };
+        let mut retargeter = Retargeter::new(source, &target, &options).unwrap();
+        Scene {
+            animations: vec![retargeter.animation(source, &source.animations[0])],
+            ..target.clone()
+        }
+    });
+    // The first frame of the BVH file is a rest pose that the take does not have.
+    let frames = moved[0].animations[0].frame_count();
+    assert_eq!(moved[1].animations[0].frame_count(), frames + 1);
+    let mut worst = (0.0, Bone::Hips, 0.0);
+    for tick in (0..frames).step_by(97).map(|tick| tick as f64) {
+        let poses = [(&moved[0], tick), (&moved[1], tick + 1.0)];
+        let [a, b] = poses.map(|(scene, tick)| Pose::at_tick(scene, 0, tick).unwrap());
+        for &bone in Bone::ALL {
+            if let Some(node) = joint(bone) {
+                let off = a.position(node).distance(b.position(node));
+                if off > worst.0 {
+                    worst = (off, bone, tick);
+                }
+            }
+        }
+    }
+    assert!(worst.0 < 0.01, "{worst:?}");
+}
+
+/// A rest pose of another kind is another description of the same body.
+#[test]
+fn nodes_that_are_turned_and_scaled_at_rest_move_as_before() {
+    let source = motion("real/cmu_12_01_walk.bvh");
+    let plain = character("human_vrm1");
+    let mut changed = plain.clone();
+    // The armature in centimetres and lying on its back, each joint with other axes of its own.
+    let mut axes = vec![Mat4::IDENTITY; changed.nodes.len()];
+    for (index, node) in changed.nodes.iter_mut().enumerate() {
+        let turned = Quat::from_euler(mocap::glam::EulerRot::XYZ, index as f32, 0.7 * index as f32, 0.2);
+        axes[index] = Mat4::from_quat(turned.normalize());
+        let parent = node.parent.map_or(Mat4::IDENTITY, |parent| axes[parent.index()]);
+        node.transform = parent.inverse() * node.transform * axes[index];
+    }
+    let above = Mat4::from_scale_rotation_translation(Vec3::splat(0.01), Quat::from_rotation_x(-1.2), Vec3::X);
+    let mut nodes = vec![Node {
+        name: "Armature".to_owned(),
+        kind: NodeKind::Group,
+        transform: above,
+        ..Node::default()
+    }];
+    nodes.extend(changed.nodes.into_iter().map(|node| Node {
+        parent: Some(node.parent.map_or(NodeId(0), |parent| NodeId(parent.0 + 1))),
+        transform: match node.parent {
+            None => above.inverse() * node.transform,
+            Some(_) => node.transform,
+        },
+        ..node
+    }));
+    let changed = Scene { nodes, ..plain.clone() };
+    let moved = [&plain, &changed].map(|scene| retargeted(&source, scene));
+    for tick in frames(&source, 10) {
+        let [a, b] = moved.each_ref().map(|scene| Pose::at_tick(scene, 0, tick).unwrap());
+        for index in 0..plain.nodes.len() {
+            let (is, was) = (b.position(NodeId::new(index + 1)), a.position(NodeId::new(index)));
+            assert!(
+                is.distance(was) < 1e-3,
+                "{} at {tick}: {is}, not {was}",
+                plain.nodes[index].name
+            );
+        }
+    }
+}
+
+#[test]
+fn the_path_is_as_long_as_the_legs_ask_or_as_the_caller_says() {
+    let source = motion("real/cmu_12_01_walk.bvh");
+    let target = character("human_vrm0");
+    let leg = |scene: &Scene| {
+        let (pose, joint) = (Pose::rest(scene), joints(scene));
+        let at = |bone| pose.position(joint(bone).unwrap());
+        at(Bone::LeftUpperLeg).distance(at(Bone::LeftLowerLeg)) + at(Bone::LeftLowerLeg).distance(at(Bone::LeftFoot))
+    };
+    let path = |scene: &Scene| {
+        let hips = joints(scene)(Bone::Hips).unwrap();
+        let [first, last] =
+            [0.0, scene.animations[0].duration].map(|tick| Pose::at_tick(scene, 0, tick).unwrap().position(hips));
+        (last - first).length()
+    };
+    let scaled = |scale| {
+        let options = RetargetOptions {
+            scale,
+            ..RetargetOptions::default()
+        };
+        let mut retargeter = Retargeter::new(&source, &target, &options).unwrap();
+        let animations = vec![retargeter.animation(&source, &source.animations[0])];
+        path(&Scene {
+            animations,
+            ..target.clone()
+        })
+    };
+    let walked = path(&source);
+    assert!(walked > 1.0, "{walked}");
+    let legs = leg(&target) / leg(&source);
+    assert!(legs < 0.9, "a child: {legs}");
+    for (scale, factor) in [(Scale::Auto, legs), (Scale::None, 1.0), (Scale::Factor(2.0), 2.0)] {
+        let is = scaled(scale);
+        assert!(
+            (is / walked - factor).abs() < 0.05 * factor,
+            "{scale:?}: {is} of {walked}"
+        );
+    }
+}
+
+#[test]
+fn feet_that_stand_stand_on_the_ground() {
+    // In metres with the floor at 0; each character's ankles are above it by their own height.
+    let source = motion("real/cmu_12_01_walk.bvh");
+    for name in CHARACTERS {
+        let target = character(name);
+        let (rest, joint) = (Pose::rest(&target), joints(&target));
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|foot| joint(foot).unwrap());
+        let stands = feet
+            .map(|foot| rest.position(foot).y)
+            .into_iter()
+            .fold(f32::INFINITY, f32::min);
+        let moved = retargeted(&source, &target);
+        let lowest = |tick| {
+            let pose = Pose::at_tick(&moved, 0, tick).unwrap();
+            feet.map(|foot| pose.position(foot).y)
+                .into_iter()
+                .fold(f32::INFINITY, f32::min)
+        };
+        let mut heights: Vec<f32> = frames(&source, 40).map(lowest).collect();
+        heights.sort_by(f32::total_cmp);
+        let middle = heights[heights.len() / 4];
+        assert!((middle - stands).abs() < 0.02, "{name}: {middle}, and {stands} at rest");
+    }
+}
+
+#[test]
+fn what_is_no_humanoid_is_refused_with_the_reason() {
+    let walk = motion("real/cmu_12_01_walk.bvh");
+    let arm = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    for (source, target, role) in [(&arm, &walk, "source"), (&walk, &arm, "target")] {
+        let error = Retargeter::new(source, target, &RetargetOptions::default()).unwrap_err();
+        assert_eq!(error.code(), Code::NotHumanoid);
+        assert!(
+            error.to_string().contains(&format!("the {role} is not a humanoid: ")),
+            "{error}"
+        );
+    }
+    // Nothing moves a body by hips that hang on its head.
+    let hanging = motion(HANGING);
+    let error = Retargeter::new(&walk, &hanging, &RetargetOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("does not hang on its hips"), "{error}");
+    let options = RetargetOptions {
+        scale: Scale::Factor(0.0),
+        ..RetargetOptions::default()
+    };
+    let error = Retargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
+    assert_eq!(error.code(), Code::UnknownOption);
+}
