@@ -72,6 +72,31 @@ impl Arrays {
         self.header.frame_rate
     }
 
+    /// Refuses numbers that are not finite: positions far from the origin can add up to them.
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`], with the joint.
+    fn check(&self) -> Result<()> {
+        let columns = [
+            ("position", self.positions.as_slice(), 3),
+            ("rotation", &self.rotations, self.header.rotation.width()),
+            ("velocity", self.velocities.as_deref().unwrap_or_default(), 3),
+        ];
+        for (what, values, width) in columns {
+            let Some(place) = values.iter().position(|value| !value.is_finite()) else {
+                continue;
+            };
+            let row = place / width;
+            let (frame, joint) = (row / self.header.joints.len(), row % self.header.joints.len());
+            let message = format!("the {what} in frame {frame} is not finite");
+            return Err(Diagnostic::new(Code::Unrepresentable, message)
+                .in_joint(&self.header.joints[joint].name)
+                .help("positions add up to more than 32-bit numbers hold: check the unit and the scales of the file")
+                .into());
+        }
+        Ok(())
+    }
+
     /// Frames x joints: the rows of a table with one row for each.
     pub fn rows(&self) -> usize {
         self.frames * self.header.joints.len()
@@ -128,14 +153,14 @@ impl Header {
 /// # Errors
 /// [`Code::UnknownOption`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
 /// begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the default
-/// [`Limits::max_values`].
+/// [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not finite.
 pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let mut provenance = Provenance::of(scene);
     let frame = frame::Frame::new(scene, options, &mut provenance.assumptions)?;
     let joints = joints::Selection::new(scene, options, frame.scale)?;
     let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
     let width = 6 + options.rotation.width();
-    check_size(timeline.frames, joints.nodes.len() * width)?;
+    check_size(&timeline, joints.nodes.len() * width)?;
     provenance.frames = timeline.frames as u64;
     provenance.frame_time = timeline.frame_time();
 
@@ -163,7 +188,7 @@ pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let velocities = options
         .velocities
         .then(|| velocities::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
-    Ok(Arrays {
+    let arrays = Arrays {
         frames: timeline.frames,
         positions,
         rotations,
@@ -180,13 +205,16 @@ pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
             joints: joints.joints,
             provenance,
         },
-    })
+    };
+    arrays.check()?;
+    Ok(arrays)
 }
 
 /// A frame rate of the caller decides the memory, so it is checked like a count in a file.
-fn check_size(frames: usize, values_per_frame: usize) -> Result<()> {
-    let limit = Limits::default().max_values;
-    let values = frames as u64 * values_per_frame as u64;
+fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<()> {
+    let values = |frames: usize| (frames as u64).saturating_mul(values_per_frame as u64);
+    let limit = Limits::default().expanded_values(values(timeline.frames_in_file));
+    let values = values(timeline.frames);
     if values > limit {
         let diagnostic = Diagnostic::new(
             Code::LimitExceeded,

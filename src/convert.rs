@@ -19,7 +19,7 @@ mod moment;
 mod space;
 
 use crate::error::{Code, Result};
-use crate::limits::positive;
+use crate::limits::{self, Limits};
 use crate::process;
 use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
 use crate::skeleton::{self, HumanoidMap};
@@ -98,6 +98,7 @@ pub struct Conversion {
     first_frame: FirstFrame,
     rest: RestPoseSource,
     root: RootMotion,
+    limits: Limits,
 }
 
 impl Conversion {
@@ -360,6 +361,25 @@ impl Conversion {
         self
     }
 
+    /// Upper bounds for what another frame rate makes.
+    ///
+    /// Default: [`Limits::default`]. Beyond [`Limits::max_values`], [`apply`](Self::apply) fails with
+    /// [`Code::LimitExceeded`] before memory is taken.
+    ///
+    /// ```
+    /// use mocap::{Code, Conversion};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let error = Conversion::new().frame_rate(1e6).apply(&mut scene).unwrap_err();
+    /// assert_eq!(error.code(), Code::LimitExceeded);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Self {
+        self.limits = limits;
+        self
+    }
+
     /// Checks the numbers that do not depend on a scene: unit, frame rate and times.
     ///
     /// ```
@@ -375,7 +395,7 @@ impl Conversion {
         self.source.check()?;
         self.output.check()?;
         if let Some(rate) = self.frame_rate {
-            positive(Code::UnknownOption, "frame rate", rate)?;
+            limits::frame_rate(Code::UnknownOption, rate)?;
         }
         for moment in [self.first, self.last].into_iter().flatten() {
             moment.check()?;
@@ -394,6 +414,8 @@ impl Conversion {
     /// # Errors
     /// As [`Conversion::check`]; and [`Code::UnknownOption`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
     /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
+    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits) allow;
+    /// `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
         let survey = survey(scene, &self.bones)?;
@@ -428,7 +450,7 @@ impl Conversion {
             process::trim(scene, first, last);
         }
         if let Some(rate) = self.frame_rate {
-            process::resample(scene, rate);
+            process::resample(scene, rate, &self.limits)?;
         }
         self.convert_space(scene, &survey);
         Ok(guesses)

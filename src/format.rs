@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Code, Diagnostic, Result};
-use crate::limits::{Limits, positive};
+use crate::limits::{self, Limits};
 use crate::scene::{Format, RootOffset, Scene};
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
@@ -87,10 +87,10 @@ pub(crate) struct ReadOptions {
 }
 
 impl ReadOptions {
-    /// Frames per second: the caller's, or else the file's, if finite and above 0.
+    /// Frames per second: the caller's, or else the file's, if it is a possible rate.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let rate = self.frame_rate.unwrap_or(stated);
-        positive(Code::FrameTime, "frame rate", rate).map_err(|diagnostic| {
+        limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| {
             Box::new(diagnostic.help("state the frame rate yourself: --fps 30, or Importer::frame_rate"))
         })
     }

@@ -2,6 +2,7 @@
 
 mod clips;
 mod contents;
+mod numbers;
 mod reading;
 mod sha256;
 

@@ -3,7 +3,7 @@
 //! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Conversion`] brings it to metres with +Y
 //! up. [`Pose`] and [`Updater`] compute its node matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it,
 //! [`verify`] compares the written file with its source, [`dump`] prints it, and [`process`] has the steps that change
-//! it. [`Code`] lists every diagnostic.
+//! it. [`ik`] turns limbs to a goal. [`Code`] lists every diagnostic.
 //!
 //! ```
 //! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -37,6 +37,7 @@ pub mod dump;
 mod error;
 pub mod export;
 mod format;
+pub mod ik;
 mod import;
 mod limits;
 mod math;

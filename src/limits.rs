@@ -1,4 +1,6 @@
-//! Limits on the memory that one file may take, and on the numbers that a caller may pass.
+//! Limits on the memory that one file may take, and on numbers: those of files, and those that a caller passes.
+
+use std::ops::RangeInclusive;
 
 use crate::error::{Code, Diagnostic};
 
@@ -26,7 +28,8 @@ pub struct Limits {
     /// Bytes of one name. Default: 256.
     pub max_name_bytes: usize,
     /// Animated values of one file: frames times channels. Default: 2^30. For FBX and glTF, in which few bytes can
-    /// state a long take, the limit is at most 4 million and 256 more for each byte of the file.
+    /// state a long take, the limit is at most 4 million and 256 more for each byte of the file. For another frame rate
+    /// it is at most 4 million and 256 more for each value of the motion.
     pub max_values: u64,
 }
 
@@ -43,20 +46,55 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The limit on values for formats in which few bytes can state a long take: curves, or keys far apart.
+    /// The limit on values that are made of less: of `stated` bytes, in formats in which few bytes can state a long
+    /// take (curves, or keys far apart), or of `stated` values, at another frame rate.
     ///
-    /// The limit grows with the file, so that memory stays in proportion to it. 256 values per byte are more than a
-    /// file needs in which one joint of a hundred moves and the others have one key.
-    pub(crate) fn expanded_values(&self, bytes: &[u8]) -> u64 {
-        const ANY_FILE: u64 = 4 << 20;
-        const PER_BYTE: u64 = 256;
-        self.max_values.min(ANY_FILE + PER_BYTE * bytes.len() as u64)
+    /// The limit grows with what is there, so that memory stays in proportion to it. 256 values per byte are more than
+    /// a file needs in which one joint of a hundred moves and the others have one key.
+    pub(crate) fn expanded_values(&self, stated: u64) -> u64 {
+        const ANY: u64 = 4 << 20;
+        const EACH: u64 = 256;
+        self.max_values.min(ANY.saturating_add(stated.saturating_mul(EACH)))
     }
 }
 
 /// The farthest a joint may be from its parent, in the file's unit: kinematics squares and adds such numbers, and the
 /// results must still be finite in 32 bits.
 pub(crate) const FARTHEST: f64 = 1e18;
+
+/// Whether kinematics can compute with a position or a matrix element: [`FARTHEST`] at most, and not NaN.
+pub(crate) fn is_plausible(value: f64) -> bool {
+    value.abs() <= FARTHEST
+}
+
+/// Whether a scale is neither 0 nor of a size that still has an inverse.
+pub(crate) fn is_degenerate_scale(scale: f64) -> bool {
+    scale != 0.0 && scale.abs() < SMALLEST_SCALE
+}
+
+/// The smallest scale, other than 0, that has an inverse in 32 bits, also below other such scales.
+pub(crate) const SMALLEST_SCALE: f64 = 1e-12;
+
+/// Frames per second that a file may state, and that a caller may ask for: from one in three hours to those of the
+/// fastest camera. A rate beyond them is damage, and makes times that 32-bit numbers cannot hold.
+pub(crate) const FRAME_RATES: RangeInclusive<f64> = 1e-4..=1e6;
+
+/// `value`, if it is a frame rate that a file may have: the one place of that rule.
+#[allow(
+    clippy::result_large_err,
+    reason = "every caller makes an error of it, which is boxed"
+)]
+pub(crate) fn frame_rate(code: Code, value: f64) -> Result<f64, Diagnostic> {
+    let value = positive(code, "frame rate", value)?;
+    if FRAME_RATES.contains(&value) {
+        return Ok(value);
+    }
+    let (least, most) = (FRAME_RATES.start(), FRAME_RATES.end());
+    Err(Diagnostic::new(
+        code,
+        format!("frame rate must be from {least} to {most} frames per second, got {value:e}"),
+    ))
+}
 
 /// The diagnostic for a count or a size beyond the limits.
 pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {

@@ -15,7 +15,7 @@ mod forward_kinematics;
 mod sample;
 mod updater;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3};
 
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
@@ -145,6 +145,41 @@ impl Pose {
         );
     }
 
+    /// Forward kinematics of `node` and of those below it, after a change of `node_to_parent` there alone.
+    pub fn update_below(&mut self, node: NodeId) {
+        let nodes = self.parents.iter().zip(&self.node_to_parent).enumerate();
+        for (index, (parent, node_to_parent)) in nodes.skip(node.index()) {
+            // Depth-first order: those below a node come right after it.
+            if index > node.index() && parent.is_none_or(|parent| parent < node) {
+                break;
+            }
+            self.node_to_world[index] = match parent {
+                Some(parent) => self.node_to_world[parent.index()] * *node_to_parent,
+                None => *node_to_parent,
+            };
+        }
+    }
+
+    /// Turns `node` about its own position by `rotation`, along the axes of the world, with all that hangs on it. Its
+    /// position does not change. A rotation that would give values that are not finite is not applied.
+    ///
+    /// # Panics
+    /// If the pose has no such node.
+    pub fn rotate(&mut self, node: NodeId, rotation: Quat) {
+        let parent = self.parents[node.index()];
+        let parent = parent.map_or(Mat3::IDENTITY, |parent| {
+            Mat3::from_mat4(self.node_to_world[parent.index()])
+        });
+        let matrix = &mut self.node_to_parent[node.index()];
+        let turned = parent.inverse() * (Mat3::from_quat(rotation) * (parent * Mat3::from_mat4(*matrix)));
+        if turned.is_finite() {
+            let translation = matrix.w_axis;
+            *matrix = Mat4::from_mat3(turned);
+            matrix.w_axis = translation;
+            self.update_below(node);
+        }
+    }
+
     /// The position of `node` in the world.
     ///
     /// # Panics
@@ -178,7 +213,6 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
 
     use super::*;
     use crate::scene::{Channel, Keys, Node};

@@ -317,7 +317,7 @@ impl Verifier {
             &mut verification.findings,
         );
         if let Some(provenance) = output.provenance() {
-            claims(source, &provenance, &change, &mut verification.findings);
+            claims(source, &provenance, &change, &mut verification.findings)?;
         }
         let compared = clip::Compared {
             pairs: &pairs,
@@ -328,8 +328,8 @@ impl Verifier {
         };
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;
-        for (ours_clip, theirs_clip) in clip::matched(source, output, &change, &mut verification.findings) {
-            let timeline = Timeline::new(source, ours_clip, &change);
+        for (ours_clip, theirs_clip) in clip::matched(source, output, &change, &mut verification.findings)? {
+            let timeline = Timeline::new(source, ours_clip, &change)?;
             let ours = Skeleton::of_scene(source, ours_clip);
             let theirs = output.skeleton(theirs_clip)?;
             if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
@@ -386,7 +386,7 @@ impl Provenance {
 }
 
 /// Holds what a file says of its frames against what is to be in it.
-fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &mut Vec<Finding>) {
+fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &mut Vec<Finding>) -> Result<()> {
     let mut claim = |what: &str, claimed: u64, found: u64| {
         if claimed != found {
             let message = format!("the file says that {what} {claimed} frames, but there are {found}");
@@ -398,9 +398,10 @@ fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &m
         claim("its source has", origin.frames, frames(source));
     }
     if !source.animations.is_empty() {
-        let timeline = Timeline::new(source, Some(0), change);
+        let timeline = Timeline::new(source, Some(0), change)?;
         claim("it has", provenance.frames, timeline.frame_count());
     }
+    Ok(())
 }
 
 /// A file that was written.

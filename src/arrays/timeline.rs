@@ -3,7 +3,7 @@
 use crate::arrays::ArrayOptions;
 use crate::convert::part_ticks;
 use crate::error::{Code, Result};
-use crate::limits::positive;
+use crate::limits;
 use crate::scene::{AppliedStep, Scene};
 use crate::skeleton;
 
@@ -13,6 +13,8 @@ const SAME_TICK: f64 = 1e-6;
 /// Evenly spaced times of an animation.
 pub(super) struct Timeline {
     pub(super) frames: usize,
+    /// At the file's own rate.
+    pub(super) frames_in_file: usize,
     /// Frames per second; 0 without motion.
     pub(super) frame_rate: f64,
     first: f64,
@@ -25,11 +27,12 @@ impl Timeline {
     /// Adds the steps that change times to `steps`.
     pub(super) fn new(scene: &Scene, options: &ArrayOptions, steps: &mut Vec<AppliedStep>) -> Result<Self> {
         if let Some(rate) = options.frames_per_second {
-            positive(Code::UnknownOption, "frame rate", rate)?;
+            limits::frame_rate(Code::UnknownOption, rate)?;
         }
         let Some(animation) = scene.animations.first() else {
             return Ok(Self {
                 frames: 0,
+                frames_in_file: 0,
                 frame_rate: 0.0,
                 first: 0.0,
                 step: 1.0,
@@ -54,8 +57,10 @@ impl Timeline {
             }
             None => (old_rate, 1.0, Vec::new()),
         };
+        let frames = |step: f64| (((last - first) / step + SAME_TICK).floor() as usize).saturating_add(1);
         Ok(Self {
-            frames: ((last - first) / step + SAME_TICK).floor() as usize + 1,
+            frames: frames(step),
+            frames_in_file: frames(1.0),
             frame_rate,
             first,
             step,

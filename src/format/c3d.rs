@@ -29,7 +29,7 @@ use self::parameters::Parameters;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};
-use crate::limits::limit_exceeded;
+use crate::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
@@ -150,6 +150,7 @@ impl Header {
         let used = |used: f64| if used < 0.0 { used + 65_536.0 } else { used };
         let points = number("USED").map_or(usize::from(points), |points| used(points) as usize);
         let scale = number("SCALE").unwrap_or(scale);
+        check_scale(scale)?;
         let data_block = number("DATA_START").unwrap_or(f64::from(data_block));
         let limit = options.limits.max_nodes;
         if points >= limit {
@@ -188,4 +189,22 @@ impl Header {
             frame_rate: options.frame_rate_or(number("RATE").unwrap_or(rate))?,
         })
     }
+}
+
+/// Refuses a scale factor that integers cannot be multiplied by. Of a negative one only the sign matters.
+fn check_scale(scale: f64) -> Result<(), Failure> {
+    if is_plausible(scale) && (scale < 0.0 || !is_degenerate_scale(scale)) {
+        return Ok(());
+    }
+    Err(Box::new(
+        Diagnostic::new(
+            Code::NumberRange,
+            "the scale factor is too large or too small to compute with",
+        )
+        .expected_found(
+            format!("0, or {SMALLEST_SCALE:e} to {FARTHEST:e}, in POINT:SCALE or at byte 12"),
+            format!("{scale:e}"),
+        )
+        .help("export the file again"),
+    ))
 }

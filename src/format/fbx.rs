@@ -25,7 +25,7 @@ use self::refusal::refusal;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};
-use crate::limits::limit_exceeded;
+use crate::limits::{FARTHEST, SMALLEST_SCALE, is_degenerate_scale, is_plausible, limit_exceeded};
 use crate::scene::{
     Animation, Assumption, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, Topic, UpAxis,
 };
@@ -67,7 +67,7 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     scene.metadata.format = Some(Format::Fbx);
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
-    let mut values_left = options.limits.expanded_values(bytes);
+    let mut values_left = options.limits.expanded_values(bytes.len() as u64);
     for stack in &file.anim_stacks {
         let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
         scene.animations.extend(animation);
@@ -133,10 +133,13 @@ impl Kept<'_> {
         let source = self.source;
         let (translation, rotation, scale) = components(&source.local_transform);
         let mut transform = Mat4::from_scale_rotation_translation(scale, rotation, translation);
-        if !transform.is_finite() {
+        if !are_plausible(translation, rotation, scale) {
             transform = Mat4::IDENTITY;
             warnings.tally(Code::NonFiniteValue, || {
-                let message = "the position in the rest pose is not finite; the node was put at its parent";
+                let message = format!(
+                    "the position in the rest pose is not finite, or beyond {FARTHEST:e}, or its scale is below \
+                     {SMALLEST_SCALE:e}; the node was put at its parent"
+                );
                 Diagnostic::new(Code::NonFiniteValue, message).in_joint(self.name())
             });
         }
@@ -255,9 +258,12 @@ fn read_channel(
     let mut before = (Vec3::ZERO, Quat::IDENTITY, Vec3::ONE);
     for transform in transforms {
         let (position, mut rotation, scale) = components(&transform);
-        if !(position.is_finite() && rotation.is_finite() && scale.is_finite()) {
+        if !are_plausible(position, rotation, scale) {
             warnings.tally(Code::NonFiniteValue, || {
-                let message = "the value is not finite; the last finite value was used";
+                let message = format!(
+                    "the value is not finite, or beyond {FARTHEST:e}, or a scale below {SMALLEST_SCALE:e}; the last \
+                     value before it was used"
+                );
                 Diagnostic::new(Code::NonFiniteValue, message).in_joint(node.name())
             });
             positions.push(before.0);
@@ -293,6 +299,13 @@ fn components(transform: &ufbx::Transform) -> (Vec3, Quat, Vec3) {
         false => Quat::IDENTITY,
     };
     (vector(transform.translation), rotation, vector(transform.scale))
+}
+
+/// Whether kinematics can compute with a transform.
+fn are_plausible(translation: Vec3, rotation: Quat, scale: Vec3) -> bool {
+    let holds = |test: fn(f64) -> bool, vector: Vec3| vector.to_array().into_iter().all(|value| test(value.into()));
+    let is_sound = |scale| is_plausible(scale) && !is_degenerate_scale(scale);
+    holds(is_plausible, translation) && rotation.is_finite() && holds(is_sound, scale)
 }
 
 /// FBX names the axis that is applied first first, which is the last factor of the product.

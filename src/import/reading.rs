@@ -9,10 +9,11 @@ use std::thread;
 use super::Importer;
 use super::clips::select;
 use super::contents::{LARGE, check_size};
+use super::numbers;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo, Source};
-use crate::limits::positive;
+use crate::limits;
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance};
 use crate::scene::{Origin, Scene};
@@ -21,7 +22,7 @@ impl Importer {
     pub(super) fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
         check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
         if let Some(rate) = self.read.frame_rate {
-            positive(Code::UnknownOption, "frame rate", rate)
+            limits::frame_rate(Code::UnknownOption, rate)
                 .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
         }
         let (bytes, release) = (source.bytes, source.release);
@@ -65,6 +66,7 @@ impl Importer {
             return Err(Error::from(first).with_warnings(scene.warnings));
         }
         select(&mut scene, &self.clips)?;
+        numbers::check(&scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
         if scene.meshes.is_empty() {
             process::skeleton_mesh(&mut scene, self.skeleton_mesh);

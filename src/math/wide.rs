@@ -4,7 +4,8 @@
 
 /// Declares a function whose body is compiled twice; a call runs the version that the processor can run.
 ///
-/// The body has to consist of `#[inline(always)]` functions: any other function is compiled once, for every processor.
+/// The body has to consist of `#[inline(always)]` functions, and of closures that are marked so or called directly: any
+/// other function or closure is compiled once, for every processor.
 /// With `else` there is another body for processors without AVX2.
 ///
 /// ```ignore

@@ -2,6 +2,8 @@
 
 use glam::{Quat, Vec3};
 
+use crate::error::{Code, Result};
+use crate::limits::{self, Limits, limit_exceeded};
 use crate::scene::{Animation, AppliedStep, Keys, Scene};
 use crate::skeleton;
 
@@ -17,20 +19,59 @@ const SAME_TICK: f64 = 1e-6;
 /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333, which
 /// means 1/120, every fourth frame becomes a frame at 30 per second.
 ///
-/// A rate that is not above 0 changes nothing.
-pub fn resample(scene: &mut Scene, frames_per_second: f64) {
-    if !(frames_per_second.is_finite() && frames_per_second > 0.0) {
-        return;
-    }
+/// # Errors
+/// [`Code::UnknownOption`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would have
+/// more values than [`Limits::max_values`] allows. `scene` is then unchanged.
+pub fn resample(scene: &mut Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
+    limits::frame_rate(Code::UnknownOption, frames_per_second)?;
+    check_size(scene, frames_per_second, limits)?;
     for index in 0..scene.animations.len() {
         let cuts = skeleton::cuts(scene, index);
         resample_animation(&mut scene.animations[index], frames_per_second, &cuts);
     }
     scene.metadata.steps.push(AppliedStep::Resample { frames_per_second });
+    Ok(())
+}
+
+/// A frame rate of the caller decides the memory, so what it asks for is counted before anything is allocated.
+fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
+    let (mut values, mut new_values) = (0_u64, 0_u64);
+    for animation in &scene.animations {
+        let keys = animation.channels.iter().flat_map(|channel| {
+            let (positions, scales) = (channel.position_keys.len(), channel.scaling_keys.len());
+            [(positions, 3), (channel.rotation_keys.len(), 4), (scales, 3)]
+        });
+        // A frame has a tick, too.
+        let (mut kept, mut values_a_frame) = (0_u64, 1_u64);
+        for (keys, width) in keys {
+            kept = kept.saturating_add(keys as u64 * width);
+            if keys > 1 {
+                values_a_frame += width;
+            }
+        }
+        let old_per_new = old_per_new(animation, frames_per_second);
+        let frames = (animation.duration / old_per_new) as u64;
+        values = values.saturating_add(kept);
+        new_values = new_values.saturating_add(frames.saturating_add(1).saturating_mul(values_a_frame));
+    }
+    let most = limits.expanded_values(values);
+    if new_values <= most {
+        return Ok(());
+    }
+    let expected = format!("at most {most} values at another frame rate, for a motion of {values}");
+    let found = format!("{new_values} at {frames_per_second} frames per second");
+    Err(limit_exceeded(expected, found)
+        .help("ask for fewer frames per second, or for a part of the motion")
+        .into())
+}
+
+/// Frames before resampling in a frame after it.
+fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
+    skeleton::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
 fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) {
-    let old_per_new = skeleton::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second;
+    let old_per_new = old_per_new(animation, frames_per_second);
     let last = (animation.duration / old_per_new + SAME_TICK).floor();
     let mut moments: Vec<_> = (0..=last as u64)
         .map(|frame| Moment::new(frame as f64, old_per_new))

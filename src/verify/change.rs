@@ -5,6 +5,8 @@ use glam::{DMat4, DVec3};
 use super::chain::Skeleton;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
+use crate::error::Result;
+use crate::limits::Limits;
 use crate::process;
 use crate::scene::{AppliedStep, Scene, UpAxis};
 use crate::skeleton;
@@ -137,7 +139,10 @@ pub(super) struct Timeline {
 
 impl Timeline {
     /// Of a clip of `source`; without one, a single moment.
-    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Self {
+    ///
+    /// # Errors
+    /// Where a step that the file records cannot have been done.
+    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Result<Self> {
         let animation = clip.and_then(|clip| source.animations.get(clip));
         let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
         let duration = animation.map_or(0.0, |animation| animation.duration);
@@ -179,7 +184,7 @@ impl Timeline {
                     timeline.file_rate *= meant / old_rate;
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;
-                    process::resample(before, frames_per_second);
+                    process::resample(before, frames_per_second, &Limits::default())?;
                 }
                 _ => {}
             }
@@ -188,7 +193,7 @@ impl Timeline {
             false => timeline.source_frames(),
             true => timeline.own_frames(&cuts, &edges),
         };
-        timeline
+        Ok(timeline)
     }
 
     /// The whole ticks of the source that the file is to have, and the ends of its part.

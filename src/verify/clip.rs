@@ -6,6 +6,7 @@ use super::chain::Skeleton;
 use super::change::{Change, Timeline};
 use super::pairs::Pairs;
 use super::{Finding, FindingKind, Output, Worst};
+use crate::error::Result;
 use crate::scene::{NodeKind, Scene};
 
 /// How far from a joint the points are that tell how it is turned, in metres: about as far as the skin around it.
@@ -17,7 +18,7 @@ pub(super) fn matched(
     output: &Output<'_>,
     change: &Change,
     findings: &mut Vec<Finding>,
-) -> Vec<(Option<usize>, Option<usize>)> {
+) -> Result<Vec<(Option<usize>, Option<usize>)>> {
     let (ours, theirs): (Vec<_>, Vec<_>) = (
         source.animations.iter().map(|clip| clip.name.clone()).collect(),
         output.clip_names(),
@@ -35,7 +36,7 @@ pub(super) fn matched(
                     is_taken[found] = true;
                     pairs.push((Some(clip), Some(found)));
                 }
-                None if moves(source, clip, change) => {
+                None if moves(source, clip, change)? => {
                     let message = format!("{} is not in the file", name_of(source, clip));
                     findings.push(Finding::new(FindingKind::MissingClip, message));
                     // Its frames are missing, too, if the file has no other clip.
@@ -58,13 +59,13 @@ pub(super) fn matched(
     if pairs.is_empty() {
         pairs.push((None, None));
     }
-    pairs
+    Ok(pairs)
 }
 
 /// Whether anything moves in the part of a clip that the file is to have.
-fn moves(source: &Scene, clip: usize, change: &Change) -> bool {
-    let timeline = Timeline::new(source, Some(clip), change);
-    timeline.moves(&Skeleton::of_scene(source, Some(clip)))
+fn moves(source: &Scene, clip: usize, change: &Change) -> Result<bool> {
+    let timeline = Timeline::new(source, Some(clip), change)?;
+    Ok(timeline.moves(&Skeleton::of_scene(source, Some(clip))))
 }
 
 /// How a finding calls a clip of the source.

@@ -14,8 +14,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
+    ("ik", &["scene", "pose"]),
     ("compress", &["error", "scene", "math", "pose"]),
-    ("process", &["error", "scene", "math", "pose", "skeleton", "compress"]),
+    (
+        "process",
+        &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
+    ),
     ("retarget", &["error", "limits", "scene", "pose", "skeleton"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (

@@ -436,3 +436,39 @@ fn every_damage_is_an_error_or_a_valid_scene() {
     }
     assert!(read > 1000, "{read}");
 }
+
+#[test]
+fn numbers_that_nothing_can_be_computed_with_are_told() {
+    let place = |name: &[u8], skip: usize| {
+        SAMPLE
+            .bytes()
+            .windows(name.len())
+            .rposition(|part| part == name)
+            .unwrap()
+            + name.len()
+            + skip
+    };
+    let (rate, scale) = (place(b"RATE", 4), place(b"SCALE", 4));
+    for number in [2e-41_f32, 1e-5, 2e6, 3e38] {
+        let bytes = with(&[(rate, &number.to_le_bytes())]);
+        assert_eq!(read(&bytes).unwrap_err().code(), Code::FrameTime, "{number}");
+    }
+    for number in [2e-41_f32, 1e-13, 3e38, f32::NEG_INFINITY] {
+        let number = number.to_le_bytes();
+        let bytes = with(&[(scale, &number), (12, &number)]);
+        assert_eq!(read(&bytes).unwrap_err().code(), Code::NumberRange);
+    }
+    // The first marker's x in the second frame: 9 numbers are a record.
+    for number in [3e38, -1.1e18, f32::NAN, f32::INFINITY] {
+        let scene = read(&with(&[(1024 + 36, &number.to_le_bytes())])).unwrap();
+        let warning = &scene.warnings[0];
+        assert_eq!(warning.code, Code::NonFiniteValue);
+        assert!(
+            warning
+                .to_string()
+                .contains("frame 1 is not finite, or beyond 1e18; expected a coordinate at byte 1060"),
+            "{warning}"
+        );
+        assert_eq!(channel(&scene, 0).position_keys.len(), 2);
+    }
+}

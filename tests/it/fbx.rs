@@ -257,7 +257,7 @@ fn a_place_that_is_not_finite_is_told() {
     let warnings: Vec<String> = scene.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(
         warnings[0],
-        "the position in the rest pose is not finite; the node was put at its parent; joint \"knee\""
+        "the position in the rest pose is not finite, or beyond 1e18, or its scale is below 1e-12; the node was put at its parent; joint \"knee\""
     );
 }
 

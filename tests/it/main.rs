@@ -26,6 +26,7 @@ mod hostile;
 mod humanoid;
 mod kinematics;
 mod motion_steps;
+mod numbers;
 #[cfg(feature = "cli")]
 mod options;
 #[cfg(feature = "cli")]

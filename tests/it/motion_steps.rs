@@ -6,7 +6,7 @@ use crate::kinematics::{Capture, Root};
 use mocap::glam::{DVec3, Mat4, Quat, Vec3};
 use mocap::process::{convert_units, in_place, resample, rest_pose, root_motion, trim, validate};
 use mocap::scene::{Keys, NodeId, NodeKind, UpAxis};
-use mocap::{Importer, Pose, Scene, SkeletonMesh};
+use mocap::{Importer, Limits, Pose, Scene, SkeletonMesh};
 
 fn read(file: &str) -> (Scene, Capture) {
     let bytes = std::fs::read(format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap();
@@ -139,7 +139,7 @@ fn trim_beyond_the_ends_leaves_what_is_there() {
 fn a_quarter_of_the_frames_stands_where_every_fourth_frame_does() {
     let (mut scene, capture) = read("perception_neuron_moving_positions.bvh");
     let rate = scene.animations[0].ticks_per_second;
-    resample(&mut scene, rate / 4.0);
+    resample(&mut scene, rate / 4.0, &Limits::default()).unwrap();
     assert_eq!(scene.animations[0].frame_count(), 421 / 4 + 1);
     for frame in [0, 1, 50, 105] {
         assert_close(&positions(&scene, frame as f64), &truth(&capture, frame * 4), 1e-3);
@@ -154,7 +154,7 @@ fn a_rounded_frame_time_puts_no_frame_between_two() {
     let unchanged = scene.clone();
     // Without the T-pose, and 521 frames, so that the last is a multiple of four.
     trim(&mut scene, 1.0, 521.0);
-    resample(&mut scene, 30.0);
+    resample(&mut scene, 30.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
     assert_eq!((animation.frame_count(), animation.ticks_per_second), (131, 30.0));
     for (channel, before) in animation.channels.iter().zip(&unchanged.animations[0].channels) {
@@ -175,7 +175,7 @@ fn rotations_between_frames_are_on_the_arc() {
         channel.position_keys = Keys::constant(Vec3::ZERO);
         channel.rotation_keys = Keys::every_tick(vec![Quat::IDENTITY, Quat::from_rotation_y(1.0)]);
     }
-    resample(&mut scene, 40.0);
+    resample(&mut scene, 40.0, &Limits::default()).unwrap();
     let keys = &scene.animations[0].channels[1].rotation_keys;
     assert_eq!(keys.len(), 5);
     for (key, rotation) in keys.values.iter().enumerate() {
@@ -187,7 +187,7 @@ fn rotations_between_frames_are_on_the_arc() {
 #[test]
 fn a_cut_is_not_smeared() {
     let (mut scene, capture) = read("cmu_short.bvh");
-    resample(&mut scene, 90.0);
+    resample(&mut scene, 90.0, &Limits::default()).unwrap();
     let animation = &scene.animations[0];
     let ticks = animation.channels[0].rotation_keys.ticks.as_ref().unwrap();
     // Frame 1 of the file, at 120.0005 frames a second, is three quarters of a frame of 90.

@@ -5,7 +5,7 @@ use mocap::gltf::{GltfOptions, export, write_glb};
 use mocap::process::{convert_units, in_place, resample, root_motion, trim};
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{FindingKind, Verification, verify, verify_files};
-use mocap::{Code, Importer, RootOffset, Scene, SkeletonMesh};
+use mocap::{Code, Importer, Limits, RootOffset, Scene, SkeletonMesh};
 
 fn fixture(file: &str) -> String {
     format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
@@ -63,7 +63,7 @@ fn every_step_is_replayed_from_the_provenance() {
         (
             |scene| {
                 let rate = scene.animations[0].ticks_per_second;
-                resample(scene, 2.0 * rate);
+                resample(scene, 2.0 * rate, &Limits::default()).unwrap();
                 convert_units(scene, 0.0254, UpAxis::Z);
             },
             677,
@@ -119,7 +119,7 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
     let source = import("cmu_12_01_walk.bvh");
     let lost = [60.0, 30.0, 25.0].map(|rate| {
         let mut scene = source.clone();
-        resample(&mut scene, rate);
+        resample(&mut scene, rate, &Limits::default()).unwrap();
         convert_units(&mut scene, 0.056_444, UpAxis::Y);
         let verified = verify(&source, &glb(&scene)).unwrap();
         assert!(verified.is_within(1e-5), "{rate}: {verified:?}");
@@ -138,7 +138,7 @@ fn resampling_is_compared_at_its_own_frames_and_its_loss_is_a_figure_of_its_own(
 fn the_rate_that_a_rounded_frame_time_means_loses_nothing() {
     let source = import("cmu_12_01_walk.bvh");
     let mut scene = source.clone();
-    resample(&mut scene, 120.0);
+    resample(&mut scene, 120.0, &Limits::default()).unwrap();
     convert_units(&mut scene, 0.056_444, UpAxis::Y);
     let verified = verify(&source, &glb(&scene)).unwrap();
     assert_eq!(verified.frames, 524);

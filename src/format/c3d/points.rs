@@ -6,6 +6,7 @@ use super::bytes::Processor;
 use super::{Failure, Header};
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
+use crate::limits::{FARTHEST, is_plausible};
 
 /// The positions of the points.
 #[derive(Debug)]
@@ -52,10 +53,25 @@ pub(super) fn read(
     for record in data.chunks_exact(record_size).take(wanted) {
         let tick = points.frames as f64;
         for (track, point) in std::iter::zip(&mut points.tracks, record.chunks_exact(point_size)) {
-            if let Some(position) = read_point(point, processor, header.scale) {
-                track.ticks.push(tick);
-                track.positions.push(position);
+            let Some(position) = read_point(point, processor, header.scale) else {
+                continue;
+            };
+            // In single precision a number that kinematics cannot compute with is infinite at once.
+            if let Some(number) = position.to_array().into_iter().find(|number| !is_plausible(*number)) {
+                warnings.tally(Code::NonFiniteValue, || {
+                    let message = format!(
+                        "a coordinate in frame {} is not finite, or beyond {FARTHEST:e}",
+                        points.frames
+                    );
+                    let place = point.as_ptr().addr() - bytes.as_ptr().addr();
+                    Diagnostic::new(Code::NonFiniteValue, message)
+                        .expected_found(format!("a coordinate at byte {place}"), format!("{number:e}"))
+                        .help("the marker was taken as not seen in such frames")
+                });
+                continue;
             }
+            track.ticks.push(tick);
+            track.positions.push(position);
         }
         points.frames += 1;
     }
@@ -88,6 +104,5 @@ fn read_point(bytes: &[u8], processor: Processor, scale: Option<f64>) -> Option<
             (DVec3::new(number(0), number(1), number(2)), number(3))
         }
     };
-    // In single precision as in the scene, where a large number may become infinite.
-    (residual >= 0.0 && numbers.as_vec3().is_finite()).then_some(numbers)
+    (residual >= 0.0).then_some(numbers)
 }

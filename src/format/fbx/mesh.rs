@@ -12,7 +12,7 @@ use super::Kept;
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions};
-use crate::limits::limit_exceeded;
+use crate::limits::{is_plausible, limit_exceeded};
 use crate::scene::{Bone, Material, Mesh, NodeId, Scene, VertexWeight};
 
 /// Adds the skinned meshes of `file` to the first node of `scene`. Returns the number of other meshes.
@@ -109,7 +109,8 @@ fn read_mesh(
         let position = to_bind
             .transform_point3(vector(source.vertex_position[corner]))
             .as_vec3();
-        mesh.vertices.push(position.is_finite().then_some(position)?);
+        let is_placed = position.to_array().into_iter().all(|value| is_plausible(value.into()));
+        mesh.vertices.push(is_placed.then_some(position)?);
         let normal = to_bind_normal.transform_vector3(vector(source.vertex_normal[corner]));
         mesh.normals.push(unit(normal));
         let vertex = source.vertex_indices[corner] as usize;

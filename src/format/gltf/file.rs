@@ -15,7 +15,7 @@ use super::{Provenance, required, streams};
 use crate::error::{Diagnostic, Result};
 use crate::export::percent_decoded;
 use crate::format::Failure;
-use crate::limits::{FARTHEST, Limits, limit_exceeded};
+use crate::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
 
 /// A glTF file with those of its buffers that animations need.
 pub(crate) struct File<'a> {
@@ -268,12 +268,12 @@ pub(super) fn unit(rotation: Quat) -> Option<Quat> {
 
 /// Whether kinematics can square and add a number.
 pub(super) fn is_plausible(number: f32) -> bool {
-    f64::from(number).abs() <= FARTHEST
+    limits::is_plausible(number.into())
 }
 
 /// Whether a scale is neither 0 nor of a size that still has an inverse.
 pub(super) fn is_degenerate(scale: f32) -> bool {
-    scale != 0.0 && scale.abs() < 1e-12
+    is_degenerate_scale(scale.into())
 }
 
 pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
@@ -284,7 +284,7 @@ pub(super) fn implausible(pointer: String, number: f32) -> Diagnostic {
 
 pub(super) fn degenerate(pointer: String, scale: f32) -> Diagnostic {
     invalid(pointer, "a scale is too small to compute with")
-        .expected_found("0, or at least 1e-12", format!("{scale:e}"))
+        .expected_found(format!("0, or at least {SMALLEST_SCALE:e}"), format!("{scale:e}"))
         .help("write 0 where something is to vanish")
 }
 

@@ -15,7 +15,6 @@
 //! Times within a float's rounding of a whole tick are that tick.
 
 use std::collections::{HashMap, HashSet};
-use std::ops::RangeInclusive;
 
 use glam::Mat4;
 
@@ -23,7 +22,7 @@ use super::file::{File, Transform, implausible};
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Failure, ReadOptions, Source};
-use crate::limits::limit_exceeded;
+use crate::limits::{self, limit_exceeded};
 use crate::scene::{
     Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis,
 };
@@ -31,9 +30,6 @@ use crate::scene::{
 /// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
 /// rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
-
-/// The range of valid frame times, in seconds.
-const PLAUSIBLE_FRAME_TIMES: RangeInclusive<f64> = 1e-6..=1e6;
 
 /// Frames per second that programs export with.
 const USUAL_RATES: [f64; 13] = [
@@ -67,10 +63,9 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         clips.push((animation.name.clone().unwrap_or_default(), file.tracks(index)?));
     }
     let placed = build_nodes(&file, &clips, &mut scene)?;
-    let frame_time = file.provenance().map(|provenance| provenance.frame_time);
-    let frame_time = frame_time.filter(|time| PLAUSIBLE_FRAME_TIMES.contains(time));
+    let frame_time = frame_time_of(&file)?;
     tell_bends(&clips, &mut scene);
-    let most = options.limits.expanded_values(source.bytes);
+    let most = options.limits.expanded_values(source.bytes.len() as u64);
     let mut left = most;
     for (index, (name, tracks)) in clips.into_iter().enumerate() {
         let step = frame_time.unwrap_or_else(|| find_frame_time(&tracks));
@@ -94,6 +89,20 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
             .push(Diagnostic::new(Code::NoMotion, "the file has no animation"));
     }
     Ok(scene)
+}
+
+/// The frame time that a file of this crate says; 0 stands for none, for its scene had no motion.
+fn frame_time_of(file: &File<'_>) -> Result<Option<f64>, Failure> {
+    let stated = file.provenance().map(|provenance| provenance.frame_time);
+    let Some(time) = stated.filter(|time| *time != 0.0) else {
+        return Ok(None);
+    };
+    limits::frame_rate(Code::FrameTime, time.recip())
+        .map(|_| Some(time))
+        .map_err(|diagnostic| {
+            let diagnostic = diagnostic.at_pointer("/asset/extras/mocap/frame_time");
+            Box::new(diagnostic.help("remove asset.extras.mocap, and the rate is found from the keys"))
+        })
 }
 
 /// Says what was made of tracks that are not straight.

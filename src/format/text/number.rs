@@ -1,9 +1,12 @@
 //! Numbers as motion capture programs print them.
 
+use crate::limits::is_plausible;
+
 /// A number that a word begins with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
-    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond `f32`.
+    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond those that kinematics can
+    /// compute with.
     pub(crate) value: f64,
     /// Its length in bytes.
     pub(crate) length: usize,
@@ -44,7 +47,7 @@ pub(crate) fn parse(word: &[u8]) -> Option<Number> {
     if word.get(number.length) == Some(&b',') && word.get(number.length + 1).is_some_and(u8::is_ascii_digit) {
         number = parse_comma(word)?;
     }
-    if number.value.abs() > f64::from(f32::MAX) {
+    if !number.value.is_nan() && !is_plausible(number.value) {
         number.value = f64::INFINITY.copysign(number.value);
     }
     Some(number)
@@ -118,6 +121,7 @@ mod tests {
             "-Infinity",
             "1e400",
             "4e38",
+            "-1.5e18",
         ] {
             let number = parse(word.as_bytes()).unwrap();
             assert!(

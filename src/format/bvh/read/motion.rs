@@ -7,7 +7,7 @@ use crate::error::{Code, Diagnostic};
 use crate::format::ReadOptions;
 use crate::format::text::{Cursor, Word, number, quote};
 use crate::format::warnings::Warnings;
-use crate::limits::limit_exceeded;
+use crate::limits::{self, limit_exceeded};
 
 /// The lines between MOTION and the first row.
 #[derive(Debug)]
@@ -136,13 +136,21 @@ fn read_frame_rate<'a>(cursor: &mut Cursor<'a>, options: &ReadOptions) -> Result
         return Ok((frame_rate, comma));
     }
     match number {
-        Some(number) if number.value.is_finite() && number.value > 0.0 => Ok((1.0 / number.value, comma)),
-        _ => Err(Box::new(invalid_frame_time(cursor, word))),
+        Some(number) if number.value.is_finite() && number.value > 0.0 => {
+            match limits::frame_rate(Code::FrameTime, 1.0 / number.value) {
+                Ok(frame_rate) => Ok((frame_rate, comma)),
+                Err(_) => Err(Box::new(invalid_frame_time(cursor, word, "0.000001 to 10000 seconds"))),
+            }
+        }
+        _ => Err(Box::new(invalid_frame_time(
+            cursor,
+            word,
+            "a finite number of seconds above 0",
+        ))),
     }
 }
 
-fn invalid_frame_time(cursor: &Cursor<'_>, word: Option<Word<'_>>) -> Diagnostic {
-    let expected = "a finite number of seconds above 0";
+fn invalid_frame_time(cursor: &Cursor<'_>, word: Option<Word<'_>>, expected: &str) -> Diagnostic {
     let diagnostic = match word {
         Some(word) => Diagnostic::new(Code::FrameTime, format!("{} is not a frame time", quote(word.bytes)))
             .at(cursor.locate(word))

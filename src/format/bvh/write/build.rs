@@ -8,7 +8,7 @@ use super::angles::Angles;
 use super::number::{push, push_single, shortest};
 use super::{BvhOptions, BvhReport, Channels};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::limits::FARTHEST;
+use crate::limits::{self, FARTHEST, is_plausible};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Animation, Channel, Format, GROUP_OF_ROOTS, NodeId, NodeKind, RotationOrder, Scene};
 
@@ -29,6 +29,7 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, BvhRe
     let frame_rate = motion
         .animation
         .map_or(POSE_FRAME_RATE, |animation| animation.ticks_per_second);
+    let frame_rate = limits::frame_rate(Code::FrameTime, frame_rate)?;
     let frame_time = frame_rate.recip();
     let shortest = shortest([frame_time], |[seconds]| seconds.recip() == frame_rate);
     push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
@@ -389,11 +390,13 @@ fn push_rows(
             } = transforms[joint.node];
             if joint.moves {
                 let position = joint.scale * translation;
-                if !position.is_finite() {
-                    return Err(unrepresentable(
-                        joint,
-                        format!("the position in frame {frame} is not finite"),
-                    ));
+                if !position
+                    .to_array()
+                    .into_iter()
+                    .all(|number| is_plausible(number.into()))
+                {
+                    let message = format!("the position in frame {frame} is not finite, or beyond {FARTHEST:e}");
+                    return Err(unrepresentable(joint, message));
                 }
                 for component in position.to_array() {
                     push_single(text, component, options.digits);

@@ -28,6 +28,10 @@ pub(super) struct Rest {
 }
 
 impl Rest {
+    pub(super) fn is_finite(&self) -> bool {
+        self.translation.is_finite() && self.rotation.is_finite() && self.scale.is_finite()
+    }
+
     /// Writes the values that differ from glTF's defaults into `node`.
     pub(super) fn apply(&self, node: &mut Node) {
         node.translation = Some(self.translation).filter(|t| *t != Vec3::ZERO).map(Into::into);

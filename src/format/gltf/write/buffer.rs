@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::super::compression::{Compression, KHR};
 use super::super::meshopt::{self, Filter};
-use crate::error::Result;
+use crate::error::{Code, Diagnostic, Result};
 
 /// The use of values. In glTF a view has one use, and only views of vertex data state it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ components!(f32 => F32, u8 => U8, i16 => I16, u16 => U16, u32 => U32);
 /// Builds the buffer of a file.
 #[derive(Default)]
 pub(super) struct Buffer {
+    /// The accessor that has a number that is not finite.
+    not_finite: Option<usize>,
     bytes: Vec<u8>,
     views: Vec<View>,
     last_usage: Option<Usage>,
@@ -72,6 +74,7 @@ impl Buffer {
     /// Appends elements of `N` components. The slice is never empty: glTF has no empty accessor.
     pub(super) fn push<T: Component, const N: usize>(&mut self, usage: Usage, elements: &[[T; N]]) -> Index<Accessor> {
         let start = self.bytes.len();
+        self.look_at(elements);
         for component in elements.iter().flatten() {
             component.append(&mut self.bytes);
         }
@@ -82,6 +85,14 @@ impl Buffer {
         let accessor = self.accessor(T::TYPE, N, elements.len());
         self.place(accessor, view, start - view_start as usize);
         Index::new(accessor as u32)
+    }
+
+    /// Notes a number that is not finite, for [`Buffer::finish`]: whatever made it, it is not written.
+    fn look_at<T: Component, const N: usize>(&mut self, elements: &[[T; N]]) {
+        let is_finite = elements.iter().flatten().all(|&number| number.into().is_finite());
+        if !is_finite {
+            self.not_finite.get_or_insert(self.accessors.len());
+        }
     }
 
     /// An accessor without an offset yet.
@@ -122,6 +133,7 @@ impl Buffer {
         component: ComponentType,
         elements: &[[T; N]],
     ) -> Index<Accessor> {
+        self.look_at(elements);
         let accessor = self.accessor(component, N, elements.len());
         self.accessors[accessor].normalized = component == ComponentType::I16;
         let kind = (filter, size_of::<[T; N]>());
@@ -257,7 +269,14 @@ impl Buffer {
     }
 
     /// Moves views, accessors and the buffer to `root`, and returns the bytes.
+    ///
+    /// # Errors
+    /// Where a number is not finite, and where the streams cannot be encoded.
     pub(super) fn finish(mut self, root: &mut Root, compression: Compression) -> Result<Vec<u8>> {
+        if let Some(accessor) = self.not_finite {
+            let message = format!("a number of accessor {accessor} would not be finite");
+            return Err(Diagnostic::new(Code::Unrepresentable, message).into());
+        }
         if let Some(extension) = compression.extension() {
             self.finish_streams(root, extension)?;
         }

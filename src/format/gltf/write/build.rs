@@ -117,6 +117,12 @@ impl Builder<'_> {
             }
         }
         for (((node, name), rest), children) in scene.nodes.iter().zip(names).zip(rest).zip(children) {
+            if !rest.is_finite() {
+                let message = "a number of its rest pose is not finite";
+                return Err(Diagnostic::new(Code::Unrepresentable, message)
+                    .in_joint(&node.name)
+                    .into());
+            }
             let mut written = Node {
                 children: Some(children).filter(|children| !children.is_empty()),
                 extras: node_extras(node, &name),
@@ -216,7 +222,11 @@ impl Builder<'_> {
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
-        let inverse = |matrix: &Mat4| Mat4::from(Affine3A::from_mat4(*matrix).inverse());
+        // Where a scale of 0 makes all places one, any matrix will do.
+        let inverse = |matrix: &Mat4| match Mat4::from(Affine3A::from_mat4(*matrix).inverse()) {
+            inverse if inverse.is_finite() => inverse,
+            _ => Mat4::from_translation(-matrix.w_axis.truncate()),
+        };
         let mut inverse_bind: Vec<_> = node_to_world.iter().map(inverse).collect();
         for bone in bones {
             inverse_bind[bone.node.index()] = bone.offset_matrix;

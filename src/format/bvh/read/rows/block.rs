@@ -1,6 +1,7 @@
 //! A block of frames in columns, and the fast reader of lines of numbers.
 
 use crate::format::text::is_line_end;
+use crate::limits::is_plausible;
 use crate::math::wide;
 
 /// Some frames of every column.
@@ -81,7 +82,7 @@ impl Block {
                     #[allow(clippy::needless_borrows_for_generic_args, reason = "a seventh of the time")]
                     let (value, length) = fast_float2::parse_partial::<f64, _>(&rest).ok()?;
                     // NaN is not below anything.
-                    is_plain &= value.abs() <= f64::from(f32::MAX);
+                    is_plain &= is_plausible(value);
                     was_long = length >= LONG;
                     (value, length)
                 }

@@ -1,0 +1,72 @@
+//! What the end of a limb is asked to do.
+
+use glam::{Quat, Vec3};
+
+/// Where the end of a limb is to come, in the world.
+///
+/// ```
+/// use mocap::glam::{Quat, Vec3};
+/// use mocap::ik::Goal;
+///
+/// let half_way = Goal { position_weight: 0.5, ..Goal::at(Vec3::Y) };
+/// let flat = Goal::at(Vec3::Y).with_rotation(Quat::IDENTITY);
+/// # let _ = (half_way, flat);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// The position; `None` leaves the limb as it is.
+    pub position: Option<Vec3>,
+    /// How much of the way to the position to go, from 0 to 1.
+    pub position_weight: f32,
+    /// The rotation; `None` lets the end turn with the limb.
+    pub rotation: Option<Quat>,
+    /// How much of the way to the rotation to go, from 0 to 1.
+    pub rotation_weight: f32,
+}
+
+impl Default for Goal {
+    fn default() -> Self {
+        Self {
+            position: None,
+            position_weight: 1.0,
+            rotation: None,
+            rotation_weight: 1.0,
+        }
+    }
+}
+
+impl Goal {
+    /// A position, of full weight.
+    pub fn at(position: Vec3) -> Self {
+        Self {
+            position: Some(position),
+            ..Self::default()
+        }
+    }
+
+    /// The same with a rotation of full weight.
+    #[must_use]
+    pub fn with_rotation(mut self, rotation: Quat) -> Self {
+        self.rotation = Some(rotation);
+        self
+    }
+
+    /// The position to go to from `current`; `None` without a finite one.
+    pub(super) fn position_from(&self, current: Vec3) -> Option<Vec3> {
+        let weight = self.position_weight.clamp(0.0, 1.0);
+        let position = current.lerp(self.position?, weight);
+        position.is_finite().then_some(position)
+    }
+
+    /// The rotation to apply in the world to an end that has the rotation `current`; `None` without a finite one.
+    pub(super) fn rotation_from(&self, current: Quat) -> Option<Quat> {
+        let goal = self.rotation?;
+        if !(goal.length_squared() > 0.0 && goal.is_finite() && current.is_finite()) {
+            return None;
+        }
+        let change = (goal.normalize() * current.normalize().inverse()).normalize();
+        let weight = self.rotation_weight.clamp(0.0, 1.0);
+        let rotation = Quat::IDENTITY.slerp(change, weight);
+        rotation.is_finite().then_some(rotation)
+    }
+}
