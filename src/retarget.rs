@@ -18,6 +18,7 @@
 
 mod body;
 mod ground;
+mod measure;
 mod plan;
 mod root;
 mod rotations;
@@ -25,6 +26,8 @@ mod rotations;
 use glam::Quat;
 
 use self::body::Body;
+use self::measure::Moving;
+pub use self::measure::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
 pub use self::plan::Unmapped;
 use self::plan::{Plan, Twisted};
 use self::root::Root;
@@ -208,6 +211,31 @@ impl Retargeter {
             duration: animation.duration,
             channels: channels.collect(),
         }
+    }
+
+    /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of them
+    /// posed frame by frame, the directions of arms and legs, and what the feet do.
+    pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
+        let from = Moving {
+            body: &self.source,
+            scene: source,
+            animation,
+            ankle: self.root.source_ankle,
+        };
+        let to = Moving {
+            body: &self.target,
+            scene: target,
+            animation: moved,
+            ankle: self.root.target_ankle,
+        };
+        let metres = self.target.metres_per_unit / self.source.metres_per_unit;
+        measure::measure(
+            &from,
+            &to,
+            &ticks(animation),
+            self.scale() * metres,
+            &self.plan.unmapped,
+        )
     }
 }
 

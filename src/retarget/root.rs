@@ -22,8 +22,8 @@ pub(super) struct Root {
     world_to_frame: Quat,
     frame_to_world: Quat,
     /// The height of the ankles of a body that stands.
-    source_ankle: f32,
-    target_ankle: f32,
+    pub(super) source_ankle: f32,
+    pub(super) target_ankle: f32,
     /// From the target's hips to the middle of its hip joints, in the axes of the hips.
     hips_to_middle: Vec3,
     world_to_parent: Mat4,

@@ -1,7 +1,7 @@
 //! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::retarget::{RetargetOptions, Retargeter, Scale};
+use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
 use mocap::scene::{Node, NodeId, NodeKind};
 use mocap::skeleton::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
 use mocap::{Binding, Code, Conversion, Pose, Scene};
@@ -429,4 +429,63 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     };
     let error = Retargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
     assert_eq!(error.code(), Code::UnknownOption);
+}
+
+#[test]
+fn the_report_measures_what_is_there() {
+    let source = motion("real/cmu_12_01_walk.bvh");
+    let target = character("human_cmu");
+    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let mut moved = retargeter.animation(&source, &source.animations[0]);
+    let report = retargeter.measure(&source, &source.animations[0], &target, &moved);
+    assert_eq!(report.verdict, Verdict::Good);
+    assert_eq!(report.frames, source.animations[0].frame_count());
+    assert_eq!(report.limbs.len(), 8);
+    assert!(report.max_degrees < 0.1, "{}", report.max_degrees);
+    let feet = report.feet.unwrap();
+    assert!(feet.contact_frames > report.frames / 2, "{feet:?}");
+    assert!(feet.target.skate < 0.1 && feet.source.skate < 0.1, "{feet:?}");
+
+    // The left elbow is bent by 20 degrees more in every frame: the forearm is off, and nothing else.
+    let [node, hand] = [Bone::LeftLowerArm, Bone::LeftHand].map(|bone| joints(&target)(bone).unwrap());
+    let forearm = target.nodes[hand.index()].transform.w_axis.truncate().normalize();
+    let across = forearm.any_orthonormal_vector();
+    let channel = moved
+        .channels
+        .iter_mut()
+        .find(|channel| channel.node == Some(node))
+        .unwrap();
+    for rotation in &mut channel.rotation_keys.values {
+        *rotation *= Quat::from_axis_angle(across, 20.0_f32.to_radians());
+    }
+    // And the whole figure sinks by 5 cm.
+    for place in &mut moved.channels[0].position_keys.values {
+        place.y -= 0.05;
+    }
+    let worse = retargeter.measure(&source, &source.animations[0], &target, &moved);
+    for (limb, before) in std::iter::zip(&worse.limbs, &report.limbs) {
+        let added = limb.mean_degrees - before.mean_degrees;
+        let expected = if limb.bone == Bone::LeftLowerArm { 20.0 } else { 0.0 };
+        assert!((added - expected).abs() < 0.1, "{limb:?}");
+    }
+    assert_eq!(worse.verdict, Verdict::Fair);
+    let sunken = worse.feet.unwrap().target.deepest - feet.target.deepest;
+    assert!((sunken - 0.05).abs() < 1e-4, "{sunken}");
+
+    let lacks = |bone: Bone| {
+        report
+            .unmapped
+            .iter()
+            .find(|lack| lack.bone == bone)
+            .map(|lack| lack.reason.as_str())
+    };
+    assert_eq!(lacks(Bone::LeftLowerArm), None);
+    assert!(
+        report
+            .unmapped
+            .iter()
+            .all(|lack| lack.reason.contains("has no such joint")),
+        "{:?}",
+        report.unmapped
+    );
 }
