@@ -29,13 +29,13 @@ mod rows;
 #[cfg(feature = "arrow")]
 pub mod table;
 mod timeline;
-mod velocities;
 
 use serde::Serialize;
 
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::gltf::Provenance;
 use crate::limits::Limits;
+use crate::math::velocity;
 use crate::scene::{Scene, UpAxis};
 
 pub use self::joints::Joint;
@@ -187,7 +187,7 @@ pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let frame_rate = timeline.frame_rate;
     let velocities = options
         .velocities
-        .then(|| velocities::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
+        .then(|| velocity::velocities(&positions, 3 * joints.nodes.len(), frame_rate));
     let arrays = Arrays {
         frames: timeline.frames,
         positions,

@@ -3,7 +3,7 @@
 //! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Conversion`] brings it to metres with +Y
 //! up. [`Pose`] and [`Updater`] compute its node matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it,
 //! [`verify`] compares the written file with its source, [`dump`] prints it, and [`process`] has the steps that change
-//! it. [`ik`] turns limbs to a goal. [`Code`] lists every diagnostic.
+//! it. [`ik`] turns limbs to a goal, [`edit`] changes motions. [`Code`] lists every diagnostic.
 //!
 //! ```
 //! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
@@ -34,6 +34,7 @@ pub mod arrays;
 mod compress;
 pub mod convert;
 pub mod dump;
+pub mod edit;
 mod error;
 pub mod export;
 mod format;

@@ -101,6 +101,21 @@ pub(crate) fn limit_exceeded(expected: String, found: String) -> Diagnostic {
     Diagnostic::new(Code::LimitExceeded, "the file states more than the limits allow").expected_found(expected, found)
 }
 
+/// `value`, if it is finite and not negative. `name` says what it is.
+#[allow(
+    clippy::result_large_err,
+    reason = "every caller makes an error of it, which is boxed"
+)]
+pub(crate) fn not_negative(code: Code, name: &str, value: f64) -> Result<f64, Diagnostic> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(value);
+    }
+    Err(Diagnostic::new(
+        code,
+        format!("{name} must be finite and not negative, got {value}"),
+    ))
+}
+
 /// `value`, if it is finite and above 0. `name` says what it is.
 #[allow(
     clippy::result_large_err,

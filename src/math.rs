@@ -4,4 +4,5 @@ pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;
 pub(crate) mod up_axis;
+pub(crate) mod velocity;
 pub(crate) mod wide;

@@ -4,9 +4,10 @@ use glam::Vec3;
 
 use crate::arrays::frame::Frame;
 use crate::arrays::joints::{Selection, pattern};
-use crate::arrays::velocities::velocities;
 use crate::arrays::{ArrayOptions, Contacts, unknown_option};
+use crate::edit::{Thresholds, level, low_and_slow};
 use crate::error::Result;
+use crate::math::velocity::velocities;
 
 /// The positions of the feet in the world of the output.
 pub(super) struct Feet {
@@ -61,26 +62,26 @@ impl Feet {
         let metres = frame.metres_per_unit.unwrap_or(1.0);
         let speeds = velocities(&self.positions, 3 * self.joints.len(), frame_rate);
         let heights: Vec<f32> = points(&self.positions).map(|point| frame.height(point)).collect();
-        let frames = heights.len() / self.joints.len().max(1);
-        let ground = ground(&heights, self.joints.len());
+        let feet = self.joints.len();
+        let frames = heights.len() / feet.max(1);
+        let ground = level(&heights, feet);
+        let thresholds = Thresholds {
+            height: thresholds.height,
+            speed: thresholds.speed,
+            release: 1.0,
+        };
+        let heights = heights.iter().map(|height| f64::from(height - ground) * metres);
+        let speeds = points(&speeds).map(|speed| f64::from(speed.length()) * metres);
+        let samples: Vec<(f64, f64)> = heights.zip(speeds).collect();
         let mut contacts = vec![false; frames * self.joint_count];
-        for (index, (height, speed)) in heights.iter().zip(points(&speeds)).enumerate() {
-            let is_low = f64::from(height - ground) * metres <= thresholds.height;
-            let is_slow = f64::from(speed.length()) * metres <= thresholds.speed;
-            let (frame, foot) = (index / self.joints.len(), self.joints[index % self.joints.len()]);
-            contacts[frame * self.joint_count + foot] = is_low && is_slow;
+        for (foot, &joint) in self.joints.iter().enumerate() {
+            let of_foot = samples.iter().skip(foot).step_by(feet).copied();
+            for (frame, rests) in low_and_slow(of_foot, thresholds).into_iter().enumerate() {
+                contacts[frame * self.joint_count + joint] = rests;
+            }
         }
         Some(contacts)
     }
-}
-
-/// The fifth percentile of the height of the lowest foot. The minimum would be that of a rest pose in the first frame,
-/// in which CMU's files have the hips at the origin and the feet far below.
-fn ground(heights: &[f32], feet: usize) -> f32 {
-    let lowest = |frame: &[f32]| frame.iter().copied().fold(f32::INFINITY, f32::min);
-    let mut lowest: Vec<f32> = heights.chunks(feet.max(1)).map(lowest).collect();
-    lowest.sort_by(f32::total_cmp);
-    lowest.get(lowest.len().saturating_sub(1) / 20).copied().unwrap_or(0.0)
 }
 
 fn points(values: &[f32]) -> impl Iterator<Item = Vec3> {

@@ -15,6 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["scene", "pose"]),
     ("ik", &["scene", "pose"]),
+    ("edit", &["error", "limits", "scene", "math", "pose", "skeleton", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
         "process",
@@ -31,7 +32,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "arrays",
         &[
-            "error", "limits", "scene", "math", "pose", "skeleton", "convert", "format",
+            "error", "limits", "scene", "math", "pose", "skeleton", "edit", "convert", "format",
         ],
     ),
     ("render", &["error", "scene", "math", "pose", "skeleton"]),

@@ -15,6 +15,7 @@ mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
 mod dialects;
+mod edit;
 mod examples;
 #[cfg(feature = "fbx")]
 mod fbx;

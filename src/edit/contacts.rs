@@ -1,0 +1,216 @@
+//! Which feet and hands are at rest, frame by frame.
+
+mod low_and_slow;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+pub(crate) use self::low_and_slow::{Thresholds, level, low_and_slow};
+use super::body::Body;
+use super::frames::{Frames, tracks};
+use crate::error::{Code, Result};
+use crate::limits::not_negative;
+use crate::math::velocity::velocities;
+use crate::scene::{NodeId, Scene};
+use crate::skeleton::{Humanoid, HumanoidBone, Side};
+
+/// When a foot or a hand is at rest.
+///
+/// A point is at rest when it is low and slow, and until it is `release` times too high or too fast. Heights are those
+/// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ContactOptions {
+    /// The largest height above the level of rest, in metres. Default: 0.05.
+    pub height: f64,
+    /// The largest speed in any direction, in metres per second. Default: 0.25.
+    pub speed: f64,
+    /// How many times as high or as fast a point at rest must be to leave. Default: 1.25.
+    pub release: f64,
+    /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
+    pub shortest: f64,
+    /// The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
+    pub gap: f64,
+    /// Whether hands are examined too. Default: `false`.
+    pub hands: bool,
+}
+
+impl Default for ContactOptions {
+    fn default() -> Self {
+        Self {
+            height: 0.05,
+            speed: 0.25,
+            release: 1.25,
+            shortest: 0.08,
+            gap: 0.05,
+            hands: false,
+        }
+    }
+}
+
+impl ContactOptions {
+    /// Refuses thresholds that are negative or not finite.
+    pub(super) fn check(&self) -> Result<()> {
+        for (name, value) in [
+            ("height", self.height),
+            ("speed", self.speed),
+            ("release", self.release),
+            ("shortest", self.shortest),
+            ("gap", self.gap),
+        ] {
+            not_negative(Code::UnknownOption, name, value)?;
+        }
+        Ok(())
+    }
+}
+
+/// A point of a foot or a hand, and when it is at rest.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactPoint {
+    /// The bone: a foot for the ankle and the heel, toes for the ball, or a hand.
+    pub bone: HumanoidBone,
+    /// The node that was examined. For toes without a joint it is the first node below the ankle.
+    pub node: NodeId,
+    /// Its name.
+    pub name: String,
+    /// How high it is above the floor at rest, in metres.
+    pub height: f32,
+    /// For each frame whether it is at rest.
+    pub at_rest: Vec<bool>,
+}
+
+impl ContactPoint {
+    /// The contacts, each as its first and its last frame.
+    pub fn intervals(&self) -> Vec<[usize; 2]> {
+        let mut intervals: Vec<[usize; 2]> = Vec::new();
+        for (frame, _) in self.at_rest.iter().enumerate().filter(|(_, at_rest)| **at_rest) {
+            match intervals.last_mut() {
+                Some(last) if last[1] + 1 == frame => last[1] = frame,
+                _ => intervals.push([frame, frame]),
+            }
+        }
+        intervals
+    }
+}
+
+/// The contacts of an animation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DetectedContacts {
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// The number of frames.
+    pub frames: usize,
+    /// The height of the floor along the up axis, in metres.
+    pub floor: f32,
+    /// The points, the left before the right.
+    pub points: Vec<ContactPoint>,
+}
+
+impl DetectedContacts {
+    /// The point of a bone.
+    pub fn point(&self, bone: HumanoidBone) -> Option<&ContactPoint> {
+        self.points.iter().find(|point| point.bone == bone)
+    }
+}
+
+/// Finds when the feet are at rest, and the hands if `options` asks for them. `humanoid` has the bones where the caller
+/// knows them.
+///
+/// ```
+/// use mocap::edit::{ContactOptions, contacts};
+/// use mocap::skeleton::HumanoidBone;
+///
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let found = contacts(&scene, 0, None, &ContactOptions::default())?;
+/// let steps = found.point(HumanoidBone::LeftToes).unwrap().intervals();
+/// assert!(steps.len() >= 2, "{steps:?}");
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this animation;
+/// [`Code::UnknownOption`](crate::Code::UnknownOption) for a threshold that is negative or not finite.
+pub fn contacts(
+    scene: &Scene,
+    animation: usize,
+    humanoid: Option<&Humanoid>,
+    options: &ContactOptions,
+) -> Result<DetectedContacts> {
+    options.check()?;
+    let body = Body::new(scene, humanoid)?;
+    let frames = Frames::new(scene, animation, &[])?;
+    Ok(detect(scene, &frames, &body, options))
+}
+
+/// The contacts of frames that are at hand.
+pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &ContactOptions) -> DetectedContacts {
+    let mut bones = vec![HumanoidBone::LeftFoot, HumanoidBone::LeftToes];
+    bones.extend(options.hands.then_some(HumanoidBone::LeftHand));
+    let mut found = DetectedContacts {
+        frame_rate: frames.rate,
+        frames: frames.len(),
+        floor: f32::INFINITY,
+        points: Vec::new(),
+    };
+    let mut levels = Vec::new();
+    for bone in bones {
+        let node = |side: Side| match bone {
+            HumanoidBone::LeftToes => body.toes(scene, side),
+            _ => body.humanoid.joint(bone.on(side)),
+        };
+        let sides: Vec<(Side, NodeId)> = Side::ALL
+            .into_iter()
+            .filter_map(|side| Some((side, node(side)?)))
+            .collect();
+        let nodes: Vec<NodeId> = sides.iter().map(|(_, node)| *node).collect();
+        let tracks = tracks(frames, scene, &nodes);
+        let height = |point: &Vec3| point.dot(body.up) * body.metres;
+        let heights: Vec<f32> = (0..frames.len())
+            .flat_map(|frame| tracks.iter().map(move |track| height(&track[frame])))
+            .collect();
+        // Both feet rest on one floor, at one height for each point; a hand rests on the floor of the feet.
+        let mut rest = level(&heights, nodes.len());
+        match bone {
+            HumanoidBone::LeftHand => rest = found.floor,
+            _ if !nodes.is_empty() => found.floor = found.floor.min(rest),
+            _ => {}
+        }
+        for ((side, node), track) in sides.iter().zip(&tracks) {
+            let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
+            let speeds = velocities(&flat, 3, frames.rate);
+            let speeds = speeds
+                .chunks_exact(3)
+                .map(|speed| Vec3::from_slice(speed).length() * body.metres);
+            let samples = track
+                .iter()
+                .zip(speeds)
+                .map(|(point, speed)| (f64::from(height(point) - rest), f64::from(speed)));
+            let thresholds = Thresholds {
+                height: options.height,
+                speed: options.speed,
+                release: options.release.max(1.0),
+            };
+            let mut at_rest = low_and_slow(samples, thresholds);
+            low_and_slow::without_short_ones(
+                &mut at_rest,
+                frames.frames_in(options.gap),
+                frames.frames_in(options.shortest),
+            );
+            levels.push(rest);
+            found.points.push(ContactPoint {
+                bone: bone.on(*side),
+                node: *node,
+                name: scene.nodes[node.index()].name.clone(),
+                height: 0.0,
+                at_rest,
+            });
+        }
+    }
+    if !found.floor.is_finite() {
+        found.floor = 0.0;
+    }
+    for (point, rest) in found.points.iter_mut().zip(levels) {
+        point.height = rest - found.floor;
+    }
+    found
+}

@@ -1,0 +1,146 @@
+//! Curves over frames: a shift that is known in contacts, and a bound made smooth.
+
+use glam::Vec3;
+
+/// Completes a shift that is known in some frames. From the last known frame of a contact it eases out to zero within
+/// `blend` frames, and in to the next likewise; where contacts are nearer, from one to the other. Values and speeds are
+/// continuous: cubic Hermite curves.
+pub(super) fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
+    let mut shifts: Vec<Vec3> = known.iter().map(|shift| shift.unwrap_or_default()).collect();
+    let slope = |frame: usize, other: Option<usize>| {
+        let value = known.get(frame).copied().flatten()?;
+        let other_value = known.get(other?).copied().flatten()?;
+        Some(value - other_value)
+    };
+    let mut frame = 0;
+    while frame < known.len() {
+        if known[frame].is_some() {
+            frame += 1;
+            continue;
+        }
+        let end = (frame..known.len())
+            .find(|frame| known[*frame].is_some())
+            .unwrap_or(known.len());
+        // The frames `before` and `end` are known, unless the motion ends there.
+        let before = frame.checked_sub(1);
+        let out = before.and_then(|last| Some((known[last]?, slope(last, last.checked_sub(1)).unwrap_or_default())));
+        let into = known
+            .get(end)
+            .copied()
+            .flatten()
+            .map(|value| (value, -slope(end, Some(end + 1)).unwrap_or_default()));
+        let gap = end - frame + 1;
+        for (index, shift) in shifts[frame..end].iter_mut().enumerate() {
+            let (after, ahead) = (index + 1, end - frame - index);
+            *shift = match (out, into) {
+                (Some(out), Some(into)) if gap < 2 * blend => hermite(out, into, after, gap),
+                (Some(out), _) if after < blend => hermite(out, (Vec3::ZERO, Vec3::ZERO), after, blend),
+                (_, Some(into)) if ahead < blend => hermite((Vec3::ZERO, Vec3::ZERO), into, blend - ahead, blend),
+                _ => Vec3::ZERO,
+            };
+        }
+        frame = end;
+    }
+    shifts
+}
+
+/// The value after `step` of `steps` frames, between two values with their changes per frame.
+fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> Vec3 {
+    let (t, length) = (step as f32 / steps as f32, steps as f32);
+    let (t2, t3) = (t * t, t * t * t);
+    from.0 * (2.0 * t3 - 3.0 * t2 + 1.0)
+        + from.1 * (length * (t3 - 2.0 * t2 + t))
+        + to.0 * (3.0 * t2 - 2.0 * t3)
+        + to.1 * (length * (t3 - t2))
+}
+
+/// A smooth curve that is nowhere below `values`, which are not negative: their largest value within `radius` frames,
+/// averaged over as many with the weights of a Hann window.
+pub(super) fn envelope(values: &[f32], radius: usize) -> Vec<f32> {
+    if values.iter().all(|value| *value == 0.0) {
+        return values.to_vec();
+    }
+    let around = |index: usize| index.saturating_sub(radius)..=(index + radius).min(values.len().saturating_sub(1));
+    let highest: Vec<f32> = (0..values.len())
+        .map(|index| values[around(index)].iter().copied().fold(0.0, f32::max))
+        .collect();
+    let weight = |offset: usize| 1.0 + (std::f32::consts::PI * offset as f32 / (radius as f32 + 1.0)).cos();
+    (0..values.len())
+        .map(|index| {
+            let terms = around(index).map(|other| (weight(other.abs_diff(index)), highest[other]));
+            let (sum, weights) = terms.fold((0.0, 0.0), |(sum, weights), (weight, value)| {
+                (sum + weight * value, weights + weight)
+            });
+            // Rounding must not bring it below.
+            (sum / weights).max(values[index])
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn x(values: &[Option<f32>]) -> Vec<Option<Vec3>> {
+        values.iter().map(|value| value.map(|x| Vec3::X * x)).collect()
+    }
+
+    #[test]
+    fn what_is_known_stays_and_the_rest_eases_to_zero() {
+        let mut known = vec![None; 30];
+        known[10..15].fill(Some(2.0));
+        let shifts = complete(&x(&known), 5);
+        assert!(
+            shifts[..6]
+                .iter()
+                .chain(&shifts[19..])
+                .all(|shift| *shift == Vec3::ZERO),
+            "{shifts:?}"
+        );
+        assert!(shifts[10..15].iter().all(|shift| *shift == Vec3::X * 2.0));
+        for pair in shifts[5..11].windows(2) {
+            assert!(pair[0].x < pair[1].x && pair[1].x - pair[0].x < 0.7, "{shifts:?}");
+        }
+    }
+
+    #[test]
+    fn near_contacts_join_without_a_detour() {
+        let mut known = vec![Some(1.0); 20];
+        known[8..12].fill(None);
+        let shifts = complete(&x(&known), 5);
+        assert!(
+            shifts.iter().all(|shift| shift.abs_diff_eq(Vec3::X, 1e-6)),
+            "{shifts:?}"
+        );
+    }
+
+    #[test]
+    fn the_speed_does_not_jump() {
+        // It grows by 1 a frame, as far as it is known.
+        let known: Vec<_> = (0..60)
+            .map(|frame: u16| (frame < 20).then(|| f32::from(frame)))
+            .collect();
+        let shifts = complete(&x(&known), 20);
+        for triple in shifts.windows(3) {
+            let change = (triple[2] - 2.0 * triple[1] + triple[0]).length();
+            // A cubic from slope 1 and value 19 to 0 within 20 frames bends by at most (6 * 19 + 4 * 20) / 20^2.
+            assert!(change < 0.5, "{change}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn an_envelope_is_nowhere_below_and_smooth(values in prop::collection::vec(prop_oneof![Just(0.0f32), 0f32..1.0], 1..80), radius in 1usize..15) {
+            let found = envelope(&values, radius);
+            for (found, value) in found.iter().zip(&values) {
+                prop_assert!(found >= value);
+                prop_assert!(*found <= values.iter().copied().fold(0.0, f32::max) + 1e-6);
+            }
+            for pair in found.windows(2) {
+                prop_assert!((pair[0] - pair[1]).abs() <= 2.1 / (radius as f32 + 1.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! The frames of an animation as transforms, to be changed and written back.
+
+use glam::Vec3;
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::limits::Limits;
+use crate::math::quaternion::in_hemisphere_of;
+use crate::pose::{Binding, Pose, Trs};
+use crate::scene::{Channel, Keys, NodeId, Scene};
+
+/// Every driven node's transform to its parent, at every whole tick and at the end.
+pub(super) struct Frames {
+    /// The tick of each frame.
+    pub(super) ticks: Vec<f64>,
+    /// Frames per second.
+    pub(super) rate: f64,
+    /// The place of each node of the scene among those that are held; `None` for nodes that never move.
+    columns: Vec<Option<usize>>,
+    /// Frames x held nodes.
+    transforms: Vec<Trs>,
+    held: usize,
+}
+
+impl Frames {
+    /// The frames of `animation`, an index into the animations of `scene`. `also` are nodes to hold even if no channel
+    /// drives them, because they are going to move.
+    pub(super) fn new(scene: &Scene, animation: usize, also: &[NodeId]) -> Result<Self> {
+        let Some(animation) = scene.animations.get(animation) else {
+            let message = format!(
+                "there is no animation {animation}: the scene has {}",
+                scene.animations.len()
+            );
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        };
+        let binding = Binding::new(scene, animation);
+        let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];
+        let mut nodes: Vec<NodeId> = binding
+            .driven()
+            .map(|(node, _)| node)
+            .chain(also.iter().copied())
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        for (column, node) in nodes.iter().enumerate() {
+            columns[node.index()] = Some(column);
+        }
+        let whole = animation.duration.max(0.0).floor();
+        let stated: usize = animation
+            .channels
+            .iter()
+            .map(|channel| channel.position_keys.len() + channel.rotation_keys.len() + channel.scaling_keys.len())
+            .sum();
+        let most = Limits::default().expanded_values(stated as u64) as f64;
+        if (whole + 2.0) * nodes.len() as f64 > most {
+            let message = format!("{whole} frames of {} joints are more than {most} values", nodes.len());
+            return Err(Diagnostic::new(Code::LimitExceeded, message).into());
+        }
+        let mut ticks: Vec<f64> = (0..=whole as usize).map(|tick| tick as f64).collect();
+        if animation.duration - whole > 1e-6 {
+            ticks.push(animation.duration);
+        }
+        let rest: Vec<Trs> = nodes
+            .iter()
+            .map(|node| Trs::from_matrix(scene.nodes[node.index()].transform))
+            .collect();
+        let mut transforms = Vec::with_capacity(ticks.len() * nodes.len());
+        for &tick in &ticks {
+            let row = transforms.len();
+            transforms.extend_from_slice(&rest);
+            binding.sample(animation, tick, |node, trs| {
+                if let Some(column) = columns[node.index()] {
+                    transforms[row + column] = trs;
+                }
+            });
+        }
+        Ok(Self {
+            ticks,
+            rate: animation.ticks_per_second,
+            columns,
+            transforms,
+            held: nodes.len(),
+        })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.ticks.len()
+    }
+
+    /// The whole number of frames nearest to a time, at least 1.
+    pub(super) fn frames_in(&self, seconds: f64) -> usize {
+        ((seconds * self.rate).round().max(1.0) as usize).min(self.len().max(1))
+    }
+
+    /// Moves `pose`, which is one of the same scene, to a frame.
+    pub(super) fn pose(&self, frame: usize, pose: &mut Pose) {
+        for (node, column) in self.columns.iter().enumerate() {
+            if let Some(column) = column {
+                pose.node_to_parent[node] = self.transforms[frame * self.held + column].matrix();
+            }
+        }
+        pose.update_world();
+    }
+
+    /// The transform of a node that is held.
+    pub(super) fn get(&self, frame: usize, node: NodeId) -> Option<Trs> {
+        let column = self.columns[node.index()]?;
+        Some(self.transforms[frame * self.held + column])
+    }
+
+    /// Sets the transform of a node that is held; others keep theirs.
+    pub(super) fn set(&mut self, frame: usize, node: NodeId, trs: Trs) {
+        if let Some(column) = self.columns[node.index()] {
+            self.transforms[frame * self.held + column] = trs;
+        }
+    }
+
+    /// Takes over the rotation that `node` has in `pose`. Its translation and scale stay.
+    pub(super) fn set_rotation_of(&mut self, frame: usize, node: NodeId, pose: &Pose) {
+        if let Some(old) = self.get(frame, node) {
+            let rotation = Trs::from_matrix(pose.node_to_parent[node.index()]).rotation;
+            let rotation = in_hemisphere_of(old.rotation, rotation.normalize());
+            self.set(frame, node, Trs { rotation, ..old });
+        }
+    }
+
+    /// Makes these frames the keys of the rotations of `rotated`, and of the positions of `moved`.
+    pub(super) fn write(&self, scene: &mut Scene, animation: usize, rotated: &[NodeId], moved: &[NodeId]) {
+        let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
+        for (nodes, is_rotation) in [(rotated, true), (moved, false)] {
+            for &node in nodes {
+                let known = driven
+                    .iter()
+                    .find(|(other, _)| *other == node)
+                    .map(|(_, channel)| *channel);
+                let channels = &mut scene.animations[animation].channels;
+                let channel = known.or_else(|| channels.iter().position(|channel| channel.node == Some(node)));
+                let channel = channel.unwrap_or_else(|| {
+                    channels.push(Channel {
+                        node_name: scene.nodes[node.index()].name.clone(),
+                        node: Some(node),
+                        ..Channel::default()
+                    });
+                    channels.len() - 1
+                });
+                let values = (0..self.len()).filter_map(|frame| self.get(frame, node));
+                if is_rotation {
+                    channels[channel].rotation_keys = self.keys(values.map(|trs| trs.rotation).collect());
+                } else {
+                    channels[channel].position_keys = self.keys(values.map(|trs| trs.translation).collect());
+                }
+            }
+        }
+    }
+
+    fn keys<T: Copy + PartialEq>(&self, values: Vec<T>) -> Keys<T> {
+        match values.first() {
+            Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
+            _ => Keys::at_ticks(values, self.ticks.clone()),
+        }
+    }
+}
+
+/// The positions of `nodes` in every frame: a list for each.
+pub(super) fn tracks(frames: &Frames, scene: &Scene, nodes: &[NodeId]) -> Vec<Vec<Vec3>> {
+    let mut pose = Pose::rest(scene);
+    let mut tracks = vec![Vec::with_capacity(frames.len()); nodes.len()];
+    for frame in 0..frames.len() {
+        frames.pose(frame, &mut pose);
+        for (track, node) in tracks.iter_mut().zip(nodes) {
+            track.push(pose.position(*node));
+        }
+    }
+    tracks
+}

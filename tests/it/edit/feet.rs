@@ -1,0 +1,145 @@
+//! Contacts and foot lock.
+
+use mocap::edit::{ContactOptions, FootLockOptions, contacts, foot_lock};
+use mocap::process::{convert_units, validate};
+use mocap::scene::UpAxis;
+use mocap::skeleton::HumanoidBone;
+
+use super::*;
+
+/// Clips of seven programs in which somebody stands, walks or dances.
+const CLIPS: [&str; 7] = [
+    "cmu_12_01_walk.bvh",
+    "motionbuilder_vicon_walk.bvh",
+    "cmu_salsa_poser_names.bvh",
+    "mocopi_jump_six_channels.bvh",
+    "z_up_dab.bvh",
+    "kinect_openni.bvh",
+    "additive_root_walk.bvh",
+];
+
+#[test]
+fn feet_of_real_clips_hold_still_and_stay_above_the_floor() {
+    for file in CLIPS {
+        let mut scene = import(file);
+        let before = scene.clone();
+        let found = contacts(&before, 0, None, &ContactOptions::default()).unwrap();
+        let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
+        assert_bones_keep_their_lengths(&before, &scene);
+        assert_eq!(validate(&scene), [], "{file}");
+
+        // Measured here from the positions alone: the ball, in frames in which it rests.
+        let at = positions(&scene);
+        let (mut slid, mut slid_before) = (0.0, 0.0);
+        let was_at = positions(&before);
+        for point in [HumanoidBone::LeftToes, HumanoidBone::RightToes].map(|bone| found.point(bone).unwrap()) {
+            let over_ground = |at: &[Vec<Vec3>], frame: usize| {
+                let step = at[frame + 1][point.node.index()] - at[frame][point.node.index()];
+                step.reject_from(Vec3::Y).length()
+            };
+            for frame in (0..found.frames - 1).filter(|&frame| point.at_rest[frame] && point.at_rest[frame + 1]) {
+                slid += over_ground(&at, frame);
+                slid_before += over_ground(&was_at, frame);
+            }
+        }
+        assert!(slid < 0.05 * slid_before, "{file}: {slid} of {slid_before}");
+        assert!(report.slide_after < 0.05 * report.slide_before, "{file}: {report:?}");
+
+        let feet = [HumanoidBone::LeftFoot, HumanoidBone::RightFoot].map(|bone| found.point(bone).unwrap().node);
+        let is_of_foot = |mut node: NodeId| loop {
+            match scene.nodes[node.index()].parent {
+                _ if feet.contains(&node) => return true,
+                Some(parent) => node = parent,
+                None => return false,
+            }
+        };
+        let nodes: Vec<_> = (0..scene.nodes.len())
+            .filter(|node| is_of_foot(NodeId::new(*node)))
+            .collect();
+        let lowest = at
+            .iter()
+            .flat_map(|frame| nodes.iter().map(|node| frame[*node].y))
+            .fold(f32::MAX, f32::min);
+        assert!(lowest > found.floor - 1e-3, "{file}: {lowest} is below {}", found.floor);
+    }
+}
+
+#[test]
+fn what_holds_still_already_does_not_change() {
+    let mut scene = import("cmu_12_01_walk.bvh");
+    let first = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
+    let once = positions(&scene);
+    let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
+    // The contacts of the locked motion may begin a frame earlier, and end one later.
+    assert!(report.slide_before < 0.1 * first.slide_before, "{report:?}");
+    let moved = once
+        .iter()
+        .zip(positions(&scene))
+        .flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.distance(b)).collect::<Vec<_>>());
+    let moved = moved.fold(0.0, f32::max);
+    assert!(moved < 0.03, "{moved}");
+}
+
+#[test]
+fn the_unit_of_the_scene_changes_nothing() {
+    let metres = import("z_up_dab.bvh");
+    let mut inches = metres.clone();
+    convert_units(&mut inches, 1.0 / 0.0254, UpAxis::Y);
+    inches.metadata.metres_per_unit = Some(0.0254);
+    let options = ContactOptions {
+        hands: true,
+        ..ContactOptions::default()
+    };
+    let (a, b) = (
+        contacts(&metres, 0, None, &options).unwrap(),
+        contacts(&inches, 0, None, &options).unwrap(),
+    );
+    assert_eq!((a.frames, a.points.len(), b.points.len()), (b.frames, 6, 6));
+    for (a, b) in a.points.iter().zip(&b.points) {
+        // One frame may be on a threshold.
+        let differ = a.at_rest.iter().zip(&b.at_rest).filter(|(a, b)| a != b).count();
+        assert!(differ <= 1, "{}: {differ}", a.name);
+        assert!((a.height - b.height).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_and_changes_nothing() {
+    let mut arm = mocap::import(format!("{}/fixtures/real/lecture_Test.bvh", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let before = arm.clone();
+    let error = foot_lock(&mut arm, 0, &FootLockOptions::default()).unwrap_err();
+    assert_eq!(error.code().as_str(), "not-humanoid");
+    assert_eq!(arm, before);
+
+    let mut walk = import("cmu_short.bvh");
+    let before = walk.clone();
+    let refused = |walk: &mut Scene, animation, options: FootLockOptions| {
+        foot_lock(walk, animation, &options)
+            .unwrap_err()
+            .diagnostic()
+            .message
+            .clone()
+    };
+    let known = contacts(&import("cmu_12_01_walk.bvh"), 0, None, &ContactOptions::default()).unwrap();
+    let other_frames = FootLockOptions {
+        known: Some(known),
+        ..FootLockOptions::default()
+    };
+    assert_eq!(
+        refused(&mut walk, 0, other_frames),
+        "the known contacts are those of another number of frames"
+    );
+    assert_eq!(
+        refused(&mut walk, 7, FootLockOptions::default()),
+        "there is no animation 7: the scene has 1"
+    );
+    let endless = FootLockOptions {
+        blend: f64::NAN,
+        ..FootLockOptions::default()
+    };
+    assert_eq!(
+        refused(&mut walk, 0, endless),
+        "blend must be finite and not negative, got NaN"
+    );
+    assert_eq!(walk, before);
+}
