@@ -47,8 +47,7 @@ pub(crate) struct Source<'a> {
     pub bytes: &'a [u8],
     /// The path of the file; [`Source::open`] and [`Source::list`] look in its folder.
     pub name: &'a Path,
-    /// Releases the memory of bytes that have been read, so that a large file need not stay in memory. Reading them
-    /// again works, but is slow.
+    /// Is told of bytes that have been read, so that they are hashed while they are in the processor's caches.
     pub release: &'a (dyn Fn(Range<usize>) + Sync),
     /// Reads a file that this one refers to. Fails where the bytes come from memory, unless the caller has named that
     /// file, for example with [`Importer::skeleton`](crate::Importer::skeleton).

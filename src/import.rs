@@ -6,11 +6,12 @@ mod numbers;
 mod reading;
 mod sha256;
 
+use std::io::Read;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 pub use self::clips::Clips;
-use self::contents::{list_siblings, look_into, refused_from_memory};
+use self::contents::{list_siblings, refused_from_memory};
 use crate::error::Result;
 #[cfg(doc)]
 use crate::error::{Code, Error};
@@ -291,18 +292,18 @@ impl Importer {
         self
     }
 
-    /// Reads a file into a scene.
+    /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB.
     ///
     /// # Errors
     /// [`Code::Io`] where the file, or a second file that it needs, cannot be opened; [`Code::UnknownFormat`] where the
     /// format is unknown; other codes where the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
-        let contents = look_into(path, &self.read.limits)?;
+        let contents = contents::open(path, &self.read.limits, self.format.is_some())?;
         self.read_source(&Source {
             bytes: &contents,
             name: path,
-            release: &|range| contents.release(range),
+            release: &|_| {},
             open: &|other| self.open(other),
             list: &|extension| match &self.skeleton {
                 Some(named) => vec![named.clone()],
@@ -330,8 +331,32 @@ impl Importer {
         })
     }
 
-    /// The bytes of a file, if there are not more than the limits allow.
+    /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
+    /// [`Limits::max_bytes`] if that is less; a stream whose beginning belongs to no known format is not read on, unless
+    /// [`Importer::format`] or the extension of `name` names one.
+    ///
+    /// ```
+    /// let text = &b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n"[..];
+    /// let importer = mocap::Importer::new();
+    /// let bytes = importer.read_stream(text, "standard input")?;
+    /// let scene = importer.read(&bytes, "standard input")?;
+    /// assert_eq!(scene.nodes[0].name, "a");
+    ///
+    /// let error = importer.read_stream(std::io::repeat(0), "zeros").unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-format");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::Io`], [`Code::LimitExceeded`] and [`Code::UnknownFormat`].
+    pub fn read_stream(&self, stream: impl Read, name: impl AsRef<Path>) -> Result<Vec<u8>> {
+        let name = name.as_ref();
+        let is_known = self.format.is_some() || contents::format_of_extension(name).is_some();
+        contents::read_stream(stream, name, &self.read.limits, is_known)
+    }
+
+    /// The bytes of a regular file, if there are not more than the limits allow.
     pub(crate) fn open(&self, path: &Path) -> Result<Vec<u8>> {
-        contents::open(path, &self.read.limits)
+        contents::open_named(path, &self.read.limits)
     }
 }

@@ -1,87 +1,103 @@
-//! Opens input files: their sizes are checked, and large ones are mapped into memory.
+//! Opens input files, and holds their bytes against the limits while it reads them.
+//!
+//! Files are read, not mapped into memory: another program that shortens a mapped file ends the process that reads it,
+//! and one that changes it would change bytes that a reader has checked.
 
 use std::fs::{self, File};
-use std::io;
-use std::ops::{Deref, Range};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use memmap2::Mmap;
-
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::{FORMATS, FormatInfo};
 use crate::limits::Limits;
 
-/// Bytes from which on a file is mapped and worth a second thread.
+/// Bytes from which on a file is worth a second thread.
 pub(super) const LARGE: usize = 4 << 20;
 
-/// A file's bytes.
-pub(super) enum Contents {
-    Read(Vec<u8>),
-    Mapped(Mmap),
-}
+/// The most bytes of a stream: it does not say how long it is, so memory is taken as they come.
+const LONGEST_STREAM: u64 = 1 << 30;
 
-impl Contents {
-    /// The contents of a file of `size` bytes.
-    fn of(path: &Path, size: u64) -> io::Result<Self> {
-        if size < LARGE as u64 {
-            return fs::read(path).map(Self::Read);
-        }
-        let file = File::open(path)?;
-        if !file.metadata()?.is_file() {
-            return fs::read(path).map(Self::Read);
-        }
-        // SAFETY: the mapping is private and read-only, so nothing in this process writes to it, and it keeps the pages
-        // alive until it is dropped. Another program may change the file meanwhile. The readers make no assumption
-        // about bytes that they read twice, so changed text gives an error or other numbers, as it may with reads. A
-        // file that is truncated meanwhile ends the process with SIGBUS; that is the cost of not holding a second copy
-        // of large files, and `Importer::read` avoids it.
-        #[allow(unsafe_code, reason = "a mapping cannot be had without")]
-        let map = unsafe { Mmap::map(&file)? };
-        Ok(Self::Mapped(map))
+/// The beginning of a stream by which its format is known.
+const BEGINNING: u64 = 64 << 10;
+
+/// The bytes of the file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a
+/// stream is read whatever it begins with.
+pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Vec<u8>> {
+    let file = File::open(path).map_err(|error| Error::io(path, error))?;
+    let metadata = file.metadata().map_err(|error| Error::io(path, error))?;
+    if metadata.is_file() {
+        return read_file(file, metadata.len(), path, limits);
     }
+    let is_known = is_known || format_of_extension(path).is_some();
+    read_stream(file, path, limits, is_known)
+}
 
-    /// Releases the pages within a range of bytes. They are read from the file again on the next access.
-    pub(super) fn release(&self, range: Range<usize>) {
-        #[cfg(unix)]
-        if let Self::Mapped(map) = self {
-            // SAFETY: `DontNeed` drops what was written to pages, and nothing writes to these.
-            #[allow(unsafe_code, reason = "the only way to give pages back")]
-            let released =
-                unsafe { map.unchecked_advise_range(memmap2::UncheckedAdvice::DontNeed, range.start, range.len()) };
-            // It is only advice; the system may ignore it.
-            drop(released);
-        }
-        #[cfg(not(unix))]
-        let _ = range;
+/// The bytes of a file that another file names, or that stands beside it: nobody waits for a pipe to be written.
+pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
+    let metadata = fs::metadata(path).map_err(|error| Error::io(path, error))?;
+    if !(metadata.is_file() || metadata.is_dir()) {
+        let message = "a file that another file refers to must be a regular file, not a pipe or a device";
+        return Err(Error::io(path, io::Error::new(io::ErrorKind::InvalidInput, message)));
     }
+    let file = File::open(path).map_err(|error| Error::io(path, error))?;
+    read_file(file, metadata.len(), path, limits)
 }
 
-impl Deref for Contents {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        match self {
-            Self::Read(bytes) => bytes,
-            Self::Mapped(map) => map,
-        }
-    }
-}
-
-/// The bytes of a file, if there are not more than the limits allow.
-pub(super) fn open(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
-    checked_size(path, limits)?;
-    fs::read(path).map_err(|error| Error::io(path, error))
-}
-
-/// The bytes of a file, where they need not all be in memory.
-pub(super) fn look_into(path: &Path, limits: &Limits) -> Result<Contents> {
-    let size = checked_size(path, limits)?;
-    Contents::of(path, size).map_err(|error| Error::io(path, error))
-}
-
-fn checked_size(path: &Path, limits: &Limits) -> Result<u64> {
-    let size = fs::metadata(path).map_err(|error| Error::io(path, error))?.len();
+/// The bytes of a regular file of `size` bytes, or as many as there are when it is read.
+fn read_file(file: File, size: u64, path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     check_size(size, path, limits)?;
-    Ok(size)
+    let mut bytes = Vec::new();
+    let reserved = bytes.try_reserve_exact(usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1));
+    reserved.map_err(|error| Error::io(path, io::Error::new(io::ErrorKind::OutOfMemory, error)))?;
+    // One byte more than allowed tells that the file has grown beyond the limit.
+    let read = file.take(limits.max_bytes.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|error| Error::io(path, error))?;
+    check_size(bytes.len() as u64, path, limits)?;
+    Ok(bytes)
+}
+
+/// The bytes of a stream. Where the format is not known, its beginning must tell it, so that an endless stream of what is
+/// no motion ends soon.
+pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, is_known: bool) -> Result<Vec<u8>> {
+    let most = limits.max_bytes.min(LONGEST_STREAM);
+    let mut bytes = Vec::new();
+    let mut read_up_to = |length: u64, bytes: &mut Vec<u8>| {
+        let more = length.saturating_sub(bytes.len() as u64);
+        let read = stream.by_ref().take(more).read_to_end(bytes);
+        read.map(drop).map_err(|error| Error::io(name, error))
+    };
+    read_up_to(BEGINNING.min(most.saturating_add(1)), &mut bytes)?;
+    if !is_known && bytes.len() as u64 == BEGINNING && !FORMATS.iter().any(|format| (format.sniff)(&bytes)) {
+        let message = "the beginning of the stream belongs to no known format";
+        let diagnostic =
+            Diagnostic::new(Code::UnknownFormat, message).help("name the format: --from, or Importer::format");
+        return Err(Error::from(diagnostic).with_path(name));
+    }
+    // The list doubles as it grows, but not beyond what is allowed.
+    while bytes.len() as u64 <= most {
+        let before = bytes.len();
+        let more = (before as u64).max(BEGINNING).min(most + 1 - before as u64);
+        let reserved = bytes.try_reserve_exact(usize::try_from(more).unwrap_or(usize::MAX));
+        reserved.map_err(|error| Error::io(name, io::Error::new(io::ErrorKind::OutOfMemory, error)))?;
+        read_up_to(before as u64 + more, &mut bytes)?;
+        if bytes.len() as u64 - (before as u64) < more {
+            return Ok(bytes);
+        }
+    }
+    let diagnostic = Diagnostic::new(Code::LimitExceeded, "the stream is longer than the limits allow")
+        .expected_found(format!("at most {most} bytes"), "more")
+        .help("write it to a file first");
+    Err(Error::from(diagnostic).with_path(name))
+}
+
+/// The format that a file's extension names.
+pub(super) fn format_of_extension(path: &Path) -> Option<&'static FormatInfo> {
+    let extension = path.extension()?.to_str()?;
+    let has_extension = |format: &&FormatInfo| {
+        let mut known = format.extensions.iter();
+        known.any(|known| known.eq_ignore_ascii_case(extension))
+    };
+    FORMATS.iter().find(has_extension)
 }
 
 pub(super) fn check_size(size: u64, path: &Path, limits: &Limits) -> Result<()> {
@@ -105,7 +121,7 @@ pub(super) fn list_siblings(path: &Path, extension: &str) -> Vec<PathBuf> {
         file.extension()
             .is_some_and(|found| found.eq_ignore_ascii_case(extension))
     };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries
         .map(|entry| path.with_file_name(entry.file_name()))
         .filter(has_extension)

@@ -8,7 +8,7 @@ use std::thread;
 
 use super::Importer;
 use super::clips::select;
-use super::contents::{LARGE, check_size};
+use super::contents::{LARGE, check_size, format_of_extension};
 use super::numbers;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -25,20 +25,19 @@ impl Importer {
             limits::frame_rate(Code::UnknownOption, rate)
                 .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
         }
-        let (bytes, release) = (source.bytes, source.release);
+        let bytes = source.bytes;
         let mut sum = self.hash.then(|| Sha256Sum::new(bytes));
         let read = |source: &Source<'_>| {
             self.find_format(bytes, source.name)
                 .and_then(|format| (format.read)(source, &self.read))
         };
         let scene = if bytes.len() < LARGE || self.read.threads == NonZeroUsize::new(1) {
-            // What was read is in the processor's caches, and in memory: it is hashed before it is released.
+            // What was read is in the processor's caches: it is hashed while it is there.
             let shared = Mutex::new(sum.as_mut());
             let release = |range: Range<usize>| {
                 if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
                     sum.add_up_to(range.end);
                 }
-                release(range);
             };
             read(&Source {
                 release: &release,
@@ -46,12 +45,12 @@ impl Importer {
             })
         } else {
             thread::scope(|scope| {
-                scope.spawn(|| sum.as_mut().map(|sum| sum.add_all(release)));
+                scope.spawn(|| sum.as_mut().map(Sha256Sum::add_all));
                 read(source)
             })
         };
         let sha256 = sum.map_or_else(String::new, |mut sum| {
-            sum.add_all(release);
+            sum.add_all();
             sum.finish()
         });
         scene
@@ -96,17 +95,8 @@ impl Importer {
         if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(bytes)) {
             return Ok(format);
         }
-        let extension = name
-            .extension()
-            .and_then(|extension| extension.to_str())
-            .unwrap_or_default();
-        let has_extension = |format: &&FormatInfo| {
-            format
-                .extensions
-                .iter()
-                .any(|known| known.eq_ignore_ascii_case(extension))
-        };
-        FORMATS.iter().find(has_extension).ok_or_else(|| {
+        format_of_extension(name).ok_or_else(|| {
+            let extension = name.extension().unwrap_or_default().to_string_lossy();
             let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
             let message = "neither the contents nor the extension belong to a known format";
             Diagnostic::new(Code::UnknownFormat, message)

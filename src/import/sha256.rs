@@ -1,11 +1,6 @@
 //! The SHA-256 of a file, computed piece by piece while it is read.
 
-use std::ops::Range;
-
 use sha2::{Digest, Sha256};
-
-/// Bytes that are hashed before they are released.
-const PIECE: usize = 1 << 20;
 
 /// The hash of the first bytes of a file.
 pub(super) struct Sha256Sum<'a> {
@@ -32,13 +27,9 @@ impl<'a> Sha256Sum<'a> {
         }
     }
 
-    /// Adds all bytes that were not added yet, and releases them.
-    pub(super) fn add_all(&mut self, release: &dyn Fn(Range<usize>)) {
-        while self.added < self.bytes.len() {
-            let start = self.added;
-            self.add_up_to(self.bytes.len().min(start + PIECE));
-            release(start..self.added);
-        }
+    /// Adds all bytes that were not added yet.
+    pub(super) fn add_all(&mut self) {
+        self.add_up_to(self.bytes.len());
     }
 
     /// As `sha256sum` prints it. All bytes were added.

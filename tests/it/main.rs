@@ -39,6 +39,8 @@ mod render;
 mod retarget;
 mod sample;
 mod schema;
+#[cfg(feature = "cli")]
+mod streams;
 mod survey;
 mod threads;
 mod validate;

@@ -71,8 +71,8 @@ pub(crate) enum Command {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ConvertArgs {
-    /// The motion file, and the file to write [default: the input's name with the extension .glb]; with -o any number
-    /// of motion files, folders and wildcards
+    /// The motion file, and the file to write [default: the input's name with the extension .glb]; - is standard input
+    /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// How to draw the skeleton
@@ -155,7 +155,7 @@ impl From<MeshArg> for mocap::SkeletonMesh {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct InfoArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -166,7 +166,7 @@ pub(crate) struct InfoArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct SkeletonArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// Print JSON
     #[arg(long)]
@@ -181,7 +181,7 @@ pub(crate) struct SkeletonArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PoseArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// The tick; poses between two frames are interpolated
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
@@ -223,7 +223,7 @@ pub(crate) struct CheckArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct DumpArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// The sections to print [default: all sections of the layout]
     pub(crate) sections: Vec<SectionArg>,

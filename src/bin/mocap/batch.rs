@@ -12,6 +12,7 @@ pub(crate) mod shard;
 
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -21,11 +22,14 @@ use self::inputs::Input;
 /// Works on all inputs with `threads` threads, and passes each result to `sink` with the index of the input, in the
 /// order in which they are ready.
 ///
+/// Where `work` panics, the result is that of `panicked`: one file must not stop the others.
+///
 /// Inputs are started in their order. An error of `sink` ends the work after the files that were already started.
 pub(crate) fn for_each<T: Send, E>(
     inputs: &[Input],
     threads: usize,
     work: impl Fn(&Input) -> T + Sync,
+    panicked: impl Fn(&Input) -> T + Sync,
     mut sink: impl FnMut(usize, T) -> Result<(), E>,
 ) -> Result<(), E> {
     let next = AtomicUsize::new(0);
@@ -34,12 +38,14 @@ pub(crate) fn for_each<T: Send, E>(
     let (sender, receiver) = mpsc::sync_channel(4 * threads);
     thread::scope(|scope| {
         for _ in 0..threads.min(inputs.len()) {
-            let (sender, next, stopped, work) = (sender.clone(), &next, &stopped, &work);
+            let (sender, next, stopped, work, panicked) = (sender.clone(), &next, &stopped, &work, &panicked);
             scope.spawn(move || {
                 while !stopped.load(Ordering::Relaxed) {
                     let index = next.fetch_add(1, Ordering::Relaxed);
                     let Some(input) = inputs.get(index) else { break };
-                    if sender.send((index, work(input))).is_err() {
+                    let worked = catch_unwind(AssertUnwindSafe(|| work(input)));
+                    let result = worked.unwrap_or_else(|_| panicked(input));
+                    if sender.send((index, result)).is_err() {
                         break;
                     }
                 }
@@ -57,6 +63,9 @@ pub(crate) fn for_each<T: Send, E>(
         Ok(())
     })
 }
+
+/// What is said of a file on which a command panicked.
+pub(crate) const PANICKED: &str = "internal error: the reader or the writer panicked; please report this file";
 
 /// Sorts results into the order of their inputs.
 pub(crate) struct InOrder<T> {
@@ -89,4 +98,41 @@ pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
     asked
         .or_else(|| thread::available_parallelism().ok())
         .map_or(1, NonZeroUsize::get)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::InputArgs;
+
+    #[test]
+    fn a_panic_on_one_file_does_not_stop_the_others() {
+        let paths = ["a.bvh", "b.bvh", "c.bvh", "d.bvh"].map(std::path::PathBuf::from);
+        let inputs = inputs::find(&paths, &InputArgs { allow_empty: false })
+            .map_err(drop)
+            .unwrap();
+        for threads in [1, 2] {
+            let work = |input: &Input| match input.relative.as_str() {
+                "b.bvh" => panic!("a defect"),
+                name => format!("{name} is read"),
+            };
+            let mut results = vec![String::new(); 4];
+            let sink = |index: usize, result: String| -> Result<(), ()> {
+                results[index] = result;
+                Ok(())
+            };
+            for_each(
+                &inputs,
+                threads,
+                work,
+                |input| format!("{} failed", input.relative),
+                sink,
+            )
+            .unwrap();
+            assert_eq!(
+                results,
+                ["a.bvh is read", "b.bvh failed", "c.bvh is read", "d.bvh is read"]
+            );
+        }
+    }
 }

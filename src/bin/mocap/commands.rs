@@ -28,7 +28,7 @@ use mocap::{RootOffset, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 /// The assumptions of the reader, and further guesses.
 fn assumptions(scene: &Scene) -> Vec<Assumption> {
@@ -51,7 +51,7 @@ fn assumptions(scene: &Scene) -> Vec<Assumption> {
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
-    let scene = read.importer().skeleton_mesh(SkeletonMesh::None).import(file)?;
+    let scene = streams::import(&read.importer().skeleton_mesh(SkeletonMesh::None), file)?;
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&scene);
     Ok(scene)
@@ -77,19 +77,15 @@ fn print_json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
-/// Refuses an output that would replace an input or a file that may be a source.
-fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path) -> mocap::Result<()> {
-    mocap::export::ReplacePolicy::new(inputs).check(output)
-}
-
-/// Writes a picture in the format of the file's extension.
+/// Writes a picture in the format of the file's extension; to standard output as PNG.
 fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), crate::Failure> {
     let bytes = match extension(path).as_str() {
         "svg" => drawing.to_svg().into_bytes(),
         "png" => drawing.to_png()?,
+        _ if streams::is_standard(path) => drawing.to_png()?,
         _ => return Err(unknown_extension(path, ".png or .svg")),
     };
-    mocap::export::write_file(path, &bytes)?;
+    streams::write(path, &bytes)?;
     report::say(&format!(
         "{}: {} x {} pixels",
         path.display(),

@@ -9,6 +9,7 @@ mod args;
 mod batch;
 mod commands;
 mod report;
+mod streams;
 
 use std::io;
 use std::path::PathBuf;

@@ -14,9 +14,9 @@ use crate::Failure;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct FkArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) input: PathBuf,
-    /// The file to write: .npz, .csv or .parquet
+    /// The file to write: .npz, .csv or .parquet; - is standard output, as CSV
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula

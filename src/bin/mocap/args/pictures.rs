@@ -9,7 +9,7 @@ pub(crate) struct ViewArgs {
     /// The motion files, shown together, or one folder, whose clips are listed
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// The page to write: .html [default: a temporary file, opened in the browser]
+    /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -23,7 +23,7 @@ pub(crate) struct SheetArgs {
     /// The motion files
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// The picture to write: .png or .svg
+    /// The picture to write: .png or .svg; - is standard output, as PNG
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// Poses per file
@@ -45,9 +45,9 @@ pub(crate) struct SheetArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct GifArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
-    /// The film to write: .gif, or .apng or .png for an animated PNG
+    /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output, as GIF
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// Width in pixels
@@ -73,7 +73,7 @@ pub(crate) struct GifArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct PlotArgs {
-    /// The motion file
+    /// The motion file; - is standard input
     pub(crate) file: PathBuf,
     /// The joint; may be given several times
     #[arg(long, value_name = "NAME", required = true)]

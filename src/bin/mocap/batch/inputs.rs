@@ -37,6 +37,16 @@ impl Input {
         }
     }
 
+    /// A file that the caller names. A pipe among many files would be read twice, or waited for: it is a failed row.
+    fn named(path: &Path) -> Self {
+        let input = Self::new(path.to_owned(), path.parent().unwrap_or(Path::new("")));
+        let is_stream = path.metadata().is_ok_and(|metadata| !metadata.is_file());
+        Self {
+            problem: is_stream.then(|| "a pipe or a device is not read as one of many files".to_owned()),
+            ..input
+        }
+    }
+
     /// The path of the file.
     ///
     /// # Errors
@@ -74,7 +84,7 @@ pub(crate) fn find_except(
         } else if !path.exists() && has_wildcard(path) {
             add_matches(path, &is_excluded, &mut inputs)?;
         } else {
-            inputs.push(Input::new(path.clone(), path.parent().unwrap_or(Path::new(""))));
+            inputs.push(Input::named(path));
         }
         if inputs.len() == found && !args.allow_empty {
             let message = format!("{}: no motion files found; --allow-empty accepts that", path.display());

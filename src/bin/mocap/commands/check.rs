@@ -4,16 +4,16 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::scene::Assumption;
-use mocap::{Diagnostic, SkeletonMesh};
+use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
 
 use super::assumptions;
-use crate::Failure;
 use crate::args::CheckArgs;
 use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Outcome, Progress};
 use crate::batch::{self, InOrder, thread_count};
 use crate::report::{self, Severity};
+use crate::{Failure, streams};
 
 /// The report of one file: one line of JSON.
 #[derive(Serialize)]
@@ -62,7 +62,11 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         Ok(())
     };
     let threads = thread_count(args.spread.threads);
-    batch::for_each(&inputs, threads, |input| check(args, input), print)?;
+    let panicked = |input: &Input| {
+        let error = Diagnostic::new(Code::Io, batch::PANICKED).into();
+        checked(args, input, Vec::new(), Some(error), Vec::new())
+    };
+    batch::for_each(&inputs, threads, |input| check(args, input), panicked, print)?;
     let counts = progress.finish();
     match counts.failed {
         0 => Ok(()),
@@ -88,7 +92,6 @@ fn print(checked: &Checked, json: bool) -> io::Result<()> {
 }
 
 fn check(args: &CheckArgs, input: &Input) -> Checked {
-    let file = input.path.as_path();
     // `--strict` is applied here and not by the importer, so that all warnings are reported.
     let importer = args
         .read
@@ -97,13 +100,24 @@ fn check(args: &CheckArgs, input: &Input) -> Checked {
         .threads(1)
         .hash(false)
         .skeleton_mesh(SkeletonMesh::None);
-    let (warnings, error, assumptions) = match input.path().and_then(|file| importer.import(file)) {
+    match input.path().and_then(|file| streams::import(&importer, file)) {
         Ok(scene) => {
             let assumptions = assumptions(&scene);
-            (scene.warnings, None, assumptions)
+            checked(args, input, scene.warnings, None, assumptions)
         }
-        Err(error) => (error.warnings().to_vec(), Some(error), Default::default()),
-    };
+        Err(error) => checked(args, input, error.warnings().to_vec(), Some(error), Vec::new()),
+    }
+}
+
+/// The report of what was found in a file.
+fn checked(
+    args: &CheckArgs,
+    input: &Input,
+    warnings: Vec<Diagnostic>,
+    error: Option<mocap::Error>,
+    assumptions: Vec<Assumption>,
+) -> Checked {
+    let file = input.path.as_path();
     let of_warnings = if args.read.read.strict {
         Severity::Error
     } else {

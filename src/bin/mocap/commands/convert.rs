@@ -13,17 +13,21 @@ use super::{change, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg, Given};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 /// Converts one file.
 pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     check(args)?;
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty"], why)?;
-    if args.paths.len() == 2 {
+    if args.paths.len() == 2 && !streams::is_standard(&args.paths[1]) {
         given.refuse(&["to"], "the name of the output names the format")?;
     }
     let (input, output) = match args.paths.as_slice() {
+        [input] if streams::is_standard(input) => {
+            let message = "standard input has no name to name the output after: mocap convert - OUT, or - for OUT";
+            return Err(Failure::Usage(message.to_owned()));
+        }
         [input] => (input, input.with_extension(args.batch.to.extension())),
         [input, output] => (input, output.clone()),
         _ => {
@@ -36,11 +40,23 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         let message = format!("{} is a folder; name an output folder: -o FOLDER", input.display());
         return Err(Failure::Usage(message));
     }
-    let Some(format) = FormatArg::of(&output) else {
-        let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
-        return Err(Failure::Usage(message));
+    let format = match FormatArg::of(&output) {
+        Some(format) => format,
+        None if streams::is_standard(&output) => args.batch.to,
+        None => {
+            let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
+            return Err(Failure::Usage(message));
+        }
     };
     refuse_unused(args, given, format)?;
+    if streams::is_standard(&output) {
+        return to_standard_output(args, input, format);
+    }
+    if streams::is_standard(input) && args.verify {
+        return Err(Failure::Usage(
+            "--verify reads the source again: name a file, not -".to_owned(),
+        ));
+    }
     let policy = ReplacePolicy::new([input]).force(args.force);
     let converted = convert(args, input, &output, &policy, &|| false)?;
     report::warnings(Some(input), &converted.warnings);
@@ -50,6 +66,53 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     match &converted.verification {
         Some(verification) => verify::require(verification, args.compress.tolerance()),
         None => Ok(()),
+    }
+}
+
+/// Converts one file to standard output.
+fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Result<(), Failure> {
+    if args.verify {
+        return Err(Failure::Usage(
+            "--verify reads the output again: name a file, not -".to_owned(),
+        ));
+    }
+    let is_bvh = matches!(format, FormatArg::Bvh);
+    let mut scene = import(args, input)?;
+    let decisions = change::apply(&mut scene, args, is_bvh).map_err(|error| error.with_path(input))?;
+    let (bytes, mut warnings) = match format {
+        FormatArg::Bvh => {
+            let warning = bvh::scale_warning(&scene, &args.bvh.options())?;
+            (bvh::write(&scene, &args.bvh.options())?, Vec::from_iter(warning))
+        }
+        FormatArg::Glb | FormatArg::Gltf => {
+            let document = gltf::Document::new(&scene, &gltf_options(args))?;
+            let bytes = match format {
+                FormatArg::Gltf => document.to_embedded()?,
+                _ => document.to_glb()?,
+            };
+            (bytes, document.report().warnings.clone())
+        }
+    };
+    scene.warnings.append(&mut warnings);
+    report::warnings(Some(input), &scene.warnings);
+    if !args.batch.spread.quiet {
+        for decision in decisions {
+            report::say(&decision);
+        }
+    }
+    streams::write(Path::new("-"), &bytes)
+}
+
+fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
+    gltf::GltfOptions {
+        keep_constant: args.keep_constant,
+        buffer: if args.embed {
+            BufferPlace::Embedded
+        } else {
+            BufferPlace::Beside
+        },
+        compression: args.compress.compression(),
+        max_error: args.compress.max_error,
     }
 }
 
@@ -178,17 +241,7 @@ pub(crate) fn convert(
             .extend(bvh::scale_warning(&scene, &args.bvh.options())?);
         hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
     } else {
-        let options = gltf::GltfOptions {
-            keep_constant: args.keep_constant,
-            buffer: if args.embed {
-                BufferPlace::Embedded
-            } else {
-                BufferPlace::Beside
-            },
-            compression: args.compress.compression(),
-            max_error: args.compress.max_error,
-        };
-        written = gltf::export(&scene, output, &options)?;
+        written = gltf::export(&scene, output, &gltf_options(args))?;
         // For `tell` alone, which says nothing where `--quiet` is.
         if written.achieved.is_some() && args.batch.out_dir.is_none() && !args.batch.spread.quiet {
             let plain = gltf::GltfOptions {
@@ -298,8 +351,8 @@ fn import(args: &ConvertArgs, input: &Path) -> mocap::Result<Scene> {
         let importer = args.read.importer().skeleton_mesh(args.mesh.into());
         importer.threads(threads)
     };
-    let at_given_rate = |rate| importer().frame_rate(rate).import(input);
-    match (importer().import(input), args.change.fps) {
+    let at_given_rate = |rate| streams::import(&importer().frame_rate(rate), input);
+    match (streams::import(&importer(), input), args.change.fps) {
         (Err(error), Some(rate)) if error.code() == Code::FrameTime => at_given_rate(rate),
         (Ok(scene), Some(rate)) if assumes_rate(&scene) => at_given_rate(rate),
         (result, _) => result,

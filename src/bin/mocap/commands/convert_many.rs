@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs;
 use std::io;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -77,7 +76,8 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
         }
         manifest.add(record)
     };
-    batch::for_each(&inputs, thread_count(spread.threads), |input| run.convert(input), end).map_err(in_folder)?;
+    let (convert, panicked) = (|input: &Input| run.convert(input), |input: &Input| run.panicked(input));
+    batch::for_each(&inputs, thread_count(spread.threads), convert, panicked, end).map_err(in_folder)?;
     let counts = progress.finish();
     manifest.finish(is_input).map_err(in_folder)?;
     if !spread.quiet {
@@ -91,10 +91,7 @@ impl Run<'_> {
     fn convert(&self, input: &Input) -> Ended {
         let start = Instant::now();
         let mut record = Record::new(input, self.options);
-        // A panic on one file must not stop the others.
-        let ended = catch_unwind(AssertUnwindSafe(|| self.fill(input, &mut record)));
-        let outcome = ended.unwrap_or_else(|_| Err("internal error: the conversion panicked".to_owned()));
-        let outcome = outcome.unwrap_or_else(|error| {
+        let outcome = self.fill(input, &mut record).unwrap_or_else(|error| {
             record.error = Some(error);
             Outcome::Failed
         });
@@ -102,6 +99,18 @@ impl Run<'_> {
         Ended {
             outcome,
             record: (outcome != Outcome::Skipped).then_some(record),
+        }
+    }
+
+    /// The row of a file on which [`convert`](Self::convert) panicked.
+    fn panicked(&self, input: &Input) -> Ended {
+        let record = Record::new(input, self.options);
+        Ended {
+            outcome: Outcome::Failed,
+            record: Some(Record {
+                error: Some(batch::PANICKED.to_owned()),
+                ..record
+            }),
         }
     }
 

@@ -7,7 +7,7 @@ use mocap::dump::{self, Layout, SceneView, Section};
 use mocap::process;
 
 use crate::args::DumpArgs;
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
     let importer = args
@@ -15,7 +15,7 @@ pub(crate) fn run(args: &DumpArgs) -> Result<(), Failure> {
         .importer()
         .skeleton_mesh(SkeletonMesh::Skinned)
         .collapse_keys(!args.raw);
-    let mut scene = importer.import(&args.file)?;
+    let mut scene = streams::import(&importer, &args.file)?;
     report::warnings(Some(&args.file), &scene.warnings);
     if !args.raw {
         process::find_degenerates(&mut scene);

@@ -1,17 +1,16 @@
 //! `mocap fk`: writes a motion as arrays.
 
 use mocap::arrays::{Arrays, arrays, csv, npz};
-use mocap::export::write_file;
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
-use super::{check_output, extension};
+use super::extension;
 use crate::args::{FkArgs, Given};
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     let write = writer(args)?;
     args.arrays.check(&args.source, given)?;
-    check_output(&[&args.input], &args.output)?;
+    streams::check_output(&[&args.input], &args.output)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
@@ -22,7 +21,7 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     }
     let clip = args.input.file_name().unwrap_or_default().to_string_lossy();
     let bytes = write(&motion, &clip)?;
-    write_file(&args.output, &bytes)?;
+    streams::write(&args.output, &bytes)?;
     report::say(&format!(
         "{} -> {}: {} frames of {} joints, {} bytes",
         args.input.display(),
@@ -36,7 +35,7 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;
 
-/// The writer for the extension of the output; its arguments are the motion and the name of the clip.
+/// The writer for the extension of the output, CSV for standard output; its arguments are the motion and the name of the clip.
 fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     let output = args.output.as_path();
     let extension = extension(output);
@@ -48,6 +47,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
         "npz" => Ok(|motion, _| Ok(npz::write(motion))),
         "csv" if args.spreadsheet => Ok(|motion, _| Ok(csv::write_for_spreadsheet(motion).into_bytes())),
         "csv" => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
+        _ if streams::is_standard(output) => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
         #[cfg(feature = "parquet")]
         "parquet" => Ok(mocap::arrays::parquet::write),
         #[cfg(not(feature = "parquet"))]
@@ -68,8 +68,10 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
 /// For a file without a valid frame rate, the rate to write is also the file's.
 fn import(args: &FkArgs) -> Result<Scene, mocap::Error> {
     let importer = || -> Importer { args.read.importer().skeleton_mesh(SkeletonMesh::None) };
-    match (importer().import(&args.input), args.arrays.fps) {
-        (Err(error), Some(rate)) if error.code() == Code::FrameTime => importer().frame_rate(rate).import(&args.input),
+    match (streams::import(&importer(), &args.input), args.arrays.fps) {
+        (Err(error), Some(rate)) if error.code() == Code::FrameTime => {
+            streams::import(&importer().frame_rate(rate), &args.input)
+        }
         (result, _) => result,
     }
 }

@@ -2,12 +2,12 @@
 
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{check_output, extension, import_motion, short_name, unknown_extension};
+use super::{extension, import_motion, short_name, unknown_extension};
 use crate::args::GifArgs;
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
-    check_output(&[&args.file], &args.output)?;
+    streams::check_output(&[&args.file], &args.output)?;
     let mut scene = import_motion(&args.read, &args.file)?;
     args.up.state(&mut scene);
     let name = short_name(&args.file);
@@ -28,9 +28,10 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     let bytes = match extension(&args.output).as_str() {
         "gif" => movie.to_gif()?,
         "apng" | "png" => movie.to_apng()?,
+        _ if streams::is_standard(&args.output) => movie.to_gif()?,
         _ => return Err(unknown_extension(&args.output, ".gif, .apng or .png")),
     };
-    mocap::export::write_file(&args.output, &bytes)?;
+    streams::write(&args.output, &bytes)?;
     report::say(&format!("{}: {movie}, {} bytes", args.output.display(), bytes.len()));
     Ok(())
 }

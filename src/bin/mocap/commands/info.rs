@@ -10,7 +10,7 @@ use terminal_size::{Height, Width};
 
 use super::{assumptions, print_json};
 use crate::args::InfoArgs;
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 #[derive(Serialize)]
 struct InfoView<'a> {
@@ -78,11 +78,8 @@ impl<'a> InfoView<'a> {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let mut scene = args
-        .read
-        .importer()
-        .skeleton_mesh(SkeletonMesh::Segmented)
-        .import(&args.file)?;
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Segmented);
+    let mut scene = streams::import(&importer, &args.file)?;
     if !args.json {
         make_names_visible(&mut scene);
     }

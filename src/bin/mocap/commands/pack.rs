@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -122,7 +121,11 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         Ok(())
     };
     let threads = thread_count(args.spread.threads);
-    batch::for_each(&left, threads, |input| packer.pack(input), take_in).map_err(in_folder)?;
+    let (pack, panicked) = (
+        |input: &Input| packer.pack(input),
+        |input: &Input| packer.panicked(input),
+    );
+    batch::for_each(&left, threads, pack, panicked, take_in).map_err(in_folder)?;
     parts.write().map_err(in_folder)?;
     let names: BTreeSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
     parts
@@ -149,14 +152,21 @@ impl Packer<'_> {
     fn pack(&self, input: &Input) -> Packed {
         let start = Instant::now();
         let mut record = Record::new(input, self.options_text);
-        // A panic on one file must not stop the others.
-        let rows = catch_unwind(AssertUnwindSafe(|| self.rows(input, &mut record)));
-        let rows = rows.unwrap_or_else(|_| {
-            record.error = Some("internal error: the conversion panicked".to_owned());
-            None
-        });
+        let rows = self.rows(input, &mut record);
         record.seconds = start.elapsed().as_secs_f64();
         Packed { record, rows }
+    }
+
+    /// The row of a file on which [`pack`](Self::pack) panicked.
+    fn panicked(&self, input: &Input) -> Packed {
+        let record = Record::new(input, self.options_text);
+        Packed {
+            record: Record {
+                error: Some(batch::PANICKED.to_owned()),
+                ..record
+            },
+            rows: None,
+        }
     }
 
     /// The rows of a file. In tables with one row per file, a file that cannot be read has a row with the error.

@@ -3,12 +3,12 @@
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::NodeId;
 
-use super::{check_output, import_motion, short_name, write_drawing};
-use crate::Failure;
+use super::{import_motion, short_name, write_drawing};
 use crate::args::PlotArgs;
+use crate::{Failure, streams};
 
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
-    check_output(&[&args.file], &args.output)?;
+    streams::check_output(&[&args.file], &args.output)?;
     let scene = import_motion(&args.read, &args.file)?;
     let mut joints = Vec::new();
     for name in &args.joint {

@@ -6,15 +6,15 @@ use mocap::Scene;
 use mocap::render::{Clip, SheetOptions, sheet};
 use mocap::skeleton::TPose;
 
-use super::{check_output, import_motion, mapped_skeleton, short_name, write_drawing};
-use crate::Failure;
+use super::{import_motion, mapped_skeleton, short_name, write_drawing};
 use crate::args::{Given, MapArgs, SheetArgs};
+use crate::{Failure, streams};
 
 pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
     if !args.t_pose {
         given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
     }
-    check_output(&args.files, &args.output)?;
+    streams::check_output(&args.files, &args.output)?;
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
         let mut scene = import_motion(&args.read, file)?;

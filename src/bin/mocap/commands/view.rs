@@ -5,25 +5,29 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
-use mocap::{Conversion, Scene, SkeletonMesh, gltf};
+use mocap::{Code, Conversion, Diagnostic, Scene, SkeletonMesh, gltf};
 
-use super::{check_output, extension, short_name, unknown_extension};
+use super::{extension, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
-use crate::{Failure, batch, report};
+use crate::{Failure, batch, report, streams};
 
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let output = match &args.output {
-        Some(output) if !["html", "htm"].contains(&extension(output).as_str()) => {
+        Some(output) if !streams::is_standard(output) && !["html", "htm"].contains(&extension(output).as_str()) => {
             return Err(unknown_extension(output, ".html"));
         }
         Some(output) => {
-            check_output(&args.files, output)?;
+            streams::check_output(&args.files, output)?;
             output.clone()
         }
         None => temporary_folder()?.join(format!("{}.html", short_name(&args.files[0]))),
     };
     let viewed = match args.files.as_slice() {
+        [folder] if folder.is_dir() && streams::is_standard(&output) => {
+            let message = "a folder has a page for each clip: name an output file, not -";
+            Err(Failure::Usage(message.to_owned()))
+        }
         [folder] if folder.is_dir() => view_folder(args, folder, &output),
         files => view_files(args, files, &output),
     };
@@ -51,7 +55,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
     let html = page(&pages);
-    mocap::export::write_file(output, html.as_bytes())?;
+    streams::write(output, html.as_bytes())?;
     report::say(&format!("{}: {} bytes", output.display(), html.len()));
     Ok(())
 }
@@ -77,15 +81,22 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     // In the order of the inputs, independent of which is ready first.
     let mut entries = BTreeMap::new();
     let mut failed = 0;
-    batch::for_each(&inputs, batch::thread_count(None), write_player, |index, written| {
-        let entry = written.unwrap_or_else(|error| {
-            failed += 1;
-            report::error(&error);
-            ListingEntry::failed(&inputs[index].relative, &error.diagnostic().to_string())
-        });
-        entries.insert(index, entry);
-        Ok::<(), Failure>(())
-    })?;
+    let panicked = |_: &Input| Err(mocap::Error::from(Diagnostic::new(Code::Io, batch::PANICKED)));
+    batch::for_each(
+        &inputs,
+        batch::thread_count(None),
+        write_player,
+        panicked,
+        |index, written| {
+            let entry = written.unwrap_or_else(|error| {
+                failed += 1;
+                report::error(&error);
+                ListingEntry::failed(&inputs[index].relative, &error.diagnostic().to_string())
+            });
+            entries.insert(index, entry);
+            Ok::<(), Failure>(())
+        },
+    )?;
     let entries: Vec<ListingEntry> = entries.into_values().collect();
     mocap::export::write_file(output, listing(&title_of(folder), &entries).as_bytes())?;
     report::say(&format!("{}: {} files", output.display(), entries.len()));
@@ -127,7 +138,7 @@ impl Read {
 }
 
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
-    let scene = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned).import(file)?;
+    let scene = streams::import(&args.read.importer().skeleton_mesh(SkeletonMesh::Skinned), file)?;
     let mut in_metres = scene.clone();
     Conversion::new().apply(&mut in_metres)?;
     // The page lists what was assumed.

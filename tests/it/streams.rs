@@ -1,0 +1,234 @@
+//! Inputs and outputs that are no regular files, and files that change while they are read.
+
+#![cfg(unix)]
+
+use std::fs::{self, File, OpenOptions};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use mocap::{Code, Format, Importer, Limits, SkeletonMesh};
+
+fn make_fifo(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
+#[test]
+fn a_pipe_that_a_file_names_is_refused_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let beside = |name: &str| folder.path().join(name);
+    make_fifo(&beside("walk.asf"));
+    fs::copy("fixtures/made/tiny.amc", beside("walk_01.amc")).unwrap();
+    let error = mocap::import(beside("walk_01.amc")).unwrap_err();
+    assert_eq!(error.code(), Code::Io, "{error}");
+    assert!(error.to_string().contains("must be a regular file"), "{error}");
+
+    make_fifo(&beside("a.bin"));
+    let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
+    let written = beside("b.gltf");
+    mocap::gltf::export(&scene, &written, &mocap::gltf::GltfOptions::default()).unwrap();
+    let text = fs::read_to_string(&written).unwrap().replace("b.bin", "a.bin");
+    fs::write(beside("a.gltf"), text).unwrap();
+    let error = mocap::import(beside("a.gltf")).unwrap_err();
+    assert_eq!(error.code(), Code::Io, "{error}");
+    assert!(error.to_string().contains("a.bin"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_endless_stream_ends_before_it_fills_memory() {
+    let error = mocap::import("/dev/zero").unwrap_err();
+    assert_eq!(error.code(), Code::UnknownFormat, "{error}");
+    let limits = Limits {
+        max_bytes: 1 << 20,
+        ..Limits::default()
+    };
+    let error = Importer::new()
+        .format(Format::Bvh)
+        .limits(limits)
+        .import("/dev/zero")
+        .unwrap_err();
+    assert_eq!(error.code(), Code::LimitExceeded, "{error}");
+    assert_eq!(mocap::import("/dev/null").unwrap_err().code(), Code::UnknownFormat);
+}
+
+#[test]
+fn a_pipe_is_read_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    make_fifo(&pipe);
+    for name in ["lecture_Test.bvh", "py_c3d_motion.c3d"] {
+        let file = format!("fixtures/real/{name}");
+        let expected = mocap::import(&file).unwrap();
+        let piped = thread::scope(|scope| {
+            scope.spawn(|| fs::write(&pipe, fs::read(&file).unwrap()).unwrap());
+            mocap::import(&pipe).unwrap()
+        });
+        assert_eq!(
+            (piped.nodes, piped.animations),
+            (expected.nodes, expected.animations),
+            "{name}"
+        );
+    }
+}
+
+/// A file that another program shortens and writes anew: an error or a scene each time, and the process goes on.
+#[test]
+fn a_file_that_shrinks_while_it_is_read_is_an_error_or_a_scene() {
+    let mut text = String::from("HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 1 Xrotation\n}\nMOTION\n");
+    // Large enough for what was once mapped, quick to read: nothing but line ends follows.
+    text += "Frames: 2\nFrame Time: 0.1\n1\n";
+    text += &"\n".repeat(6 << 20);
+    text += "2\n";
+    let file = tempfile::NamedTempFile::with_suffix(".bvh").unwrap();
+    fs::write(file.path(), &text).unwrap();
+    let is_done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_done.load(Ordering::Relaxed) {
+                let open = OpenOptions::new().write(true).open(file.path()).unwrap();
+                open.set_len(60).unwrap();
+                open.set_len(text.len() as u64).unwrap();
+                fs::write(file.path(), &text).unwrap();
+            }
+        });
+        let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+        let mut outcomes = Vec::new();
+        for threads in [1, 2, 1, 2, 1, 2] {
+            outcomes.push(
+                importer
+                    .clone()
+                    .threads(threads)
+                    .import(file.path())
+                    .map_err(|error| error.code()),
+            );
+        }
+        is_done.store(true, Ordering::Relaxed);
+        assert!(
+            outcomes.iter().flatten().all(|scene| scene.nodes.len() <= 1),
+            "{outcomes:?}"
+        );
+    });
+}
+
+/// Runs the program with a file as its standard input.
+fn mocap_with_input(arguments: &[&str], input: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .args(arguments)
+        .stdin(Stdio::from(File::open(format!("fixtures/{input}")).unwrap()))
+        .output()
+        .unwrap()
+}
+
+fn told(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_dash_is_standard_input_in_every_command() {
+    let walk = "real/lecture_Test.bvh";
+    for arguments in [
+        &["info", "-"][..],
+        &["skeleton", "-"],
+        &["dump", "-", "tree"],
+        &["pose", "-", "--tick", "1"],
+        &["check", "-"],
+    ] {
+        let named: Vec<_> = arguments
+            .iter()
+            .map(|argument| {
+                if *argument == "-" {
+                    "fixtures/real/lecture_Test.bvh"
+                } else {
+                    argument
+                }
+            })
+            .collect();
+        let expected = mocap_with_input(&named, walk);
+        let found = mocap_with_input(arguments, walk);
+        assert!(found.status.success(), "{arguments:?}: {}", told(&found));
+        let text =
+            |output: &Output| String::from_utf8_lossy(&output.stdout).replace("fixtures/real/lecture_Test.bvh", "-");
+        // The name of the input is all that differs.
+        assert_eq!(text(&found).trim_start(), text(&expected).trim_start(), "{arguments:?}");
+    }
+    // Contents that do not tell the format: the first row of an .amc file may be anything.
+    let motion = mocap_with_input(
+        &["info", "-", "--from", "asf-amc", "--skeleton", "fixtures/made/tiny.asf"],
+        "made/tiny.amc",
+    );
+    assert!(motion.status.success(), "{}", told(&motion));
+}
+
+#[test]
+fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
+    let walk = "real/lecture_Test.bvh";
+    let cases: [(&[&str], &[u8]); 9] = [
+        (&["convert", "-", "-"], b"glTF"),
+        (&["convert", "-", "-", "--to", "bvh"], b"HIERARCHY"),
+        (&["convert", "-", "-", "--to", "gltf"], b"{\"accessors\""),
+        (&["fk", "-", "-o", "-"], b"# {"),
+        (&["sheet", "-", "-o", "-"], b"\x89PNG"),
+        (&["plot", "-", "--joint", "Elbow", "-o", "-"], b"\x89PNG"),
+        (&["gif", "-", "-o", "-", "--width", "64", "--height", "64"], b"GIF89a"),
+        (&["view", "-", "-o", "-"], b"<!doctype html>"),
+        (
+            &[
+                "convert",
+                "fixtures/real/lecture_Test.bvh",
+                "-",
+                "--fps",
+                "5",
+                "--to",
+                "bvh",
+            ],
+            b"HIERARCHY",
+        ),
+    ];
+    for (arguments, beginning) in cases {
+        let output = mocap_with_input(arguments, walk);
+        assert!(output.status.success(), "{arguments:?}: {}", told(&output));
+        let start = &output.stdout[..beginning.len().min(output.stdout.len())];
+        assert!(
+            start.eq_ignore_ascii_case(beginning),
+            "{arguments:?}: {:?}",
+            String::from_utf8_lossy(start)
+        );
+    }
+    assert!(!Path::new("-").exists());
+    let file = mocap_with_input(&["convert", "fixtures/real/lecture_Test.bvh", "-"], walk).stdout;
+    let folder = tempfile::tempdir().unwrap();
+    let written = folder.path().join("a.glb");
+    let named = ["convert", "fixtures/real/lecture_Test.bvh", written.to_str().unwrap()];
+    assert!(mocap_with_input(&named, walk).status.success());
+    assert_eq!(file, fs::read(written).unwrap());
+    for refused in [
+        &["convert", "-"][..],
+        &["convert", "-", "-", "--verify"],
+        &["view", "fixtures/made", "-o", "-"],
+    ] {
+        let output = mocap_with_input(refused, walk);
+        assert_eq!(output.status.code(), Some(2), "{refused:?}: {}", told(&output));
+        assert!(output.stdout.is_empty());
+    }
+}
+
+#[test]
+fn a_pipe_among_many_files_is_a_failed_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.bvh");
+    make_fifo(&pipe);
+    let out = folder.path().join("out");
+    let names = [pipe.to_str().unwrap(), "fixtures/real/lecture_Test.bvh"];
+    for arguments in [vec!["check"], vec!["convert", "-o", out.to_str().unwrap()]] {
+        let output = mocap_with_input(&[arguments, names.to_vec()].concat(), "real/lecture_Test.bvh");
+        assert_eq!(output.status.code(), Some(3), "{}", told(&output));
+    }
+    let mut manifest = fs::read_to_string(out.join("mocap-manifest.jsonl")).unwrap();
+    manifest.retain(|c| c != '\n');
+    assert!(
+        manifest.contains("a pipe or a device is not read as one of many files"),
+        "{manifest}"
+    );
+}
