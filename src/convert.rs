@@ -26,7 +26,7 @@ use crate::skeleton::{self, HumanoidMap};
 
 pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
-pub(crate) use self::space::{Needs, Space, survey};
+pub(crate) use self::space::{Needs, Space, skeleton_of};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.
@@ -406,8 +406,10 @@ impl Conversion {
     /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
     ///
     /// The guesses of unit, up axis and first frame are added to
-    /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions), and so are part of the output. The exact rate of
-    /// a rounded frame time is only returned.
+    /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions), and so are part of the output, as are those about
+    /// the figure, which change nothing and of which only names of the wrong side are returned: whether it is a humanoid, and of a humanoid where it looks
+    /// at rest, in the axes of the file, its rest pose and its sides. The exact rate of a rounded frame time is only
+    /// returned.
     ///
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
@@ -418,7 +420,8 @@ impl Conversion {
     /// `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
-        let survey = survey(scene, &self.bones)?;
+        let skeleton = skeleton_of(scene, &self.bones)?;
+        let survey = &skeleton.survey;
         let drops = match self.first_frame {
             FirstFrame::Keep => false,
             FirstFrame::Drop => true,
@@ -439,9 +442,17 @@ impl Conversion {
         let needs = self.needs();
         let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
         let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
-        guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, &survey)));
+        guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
+        let figure = skeleton.assumptions_of_figure();
+        if skeleton.humanoid.sides == skeleton::Sides::Opposite {
+            guesses.extend(figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
+        }
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
         scene.metadata.assumptions.extend(recorded.cloned());
+        if !self.keep_units {
+            let rest = figure.into_iter().filter(|guess| !guesses.contains(guess));
+            scene.metadata.assumptions.extend(rest);
+        }
 
         if let RestPoseSource::Frame(frame) = self.rest {
             process::rest_pose(scene, frame as f64);
@@ -452,7 +463,7 @@ impl Conversion {
         if let Some(rate) = self.frame_rate {
             process::resample(scene, rate, &self.limits)?;
         }
-        self.convert_space(scene, &survey);
+        self.convert_space(scene, survey);
         Ok(guesses)
     }
 

@@ -3,6 +3,7 @@
 //!
 //! Every answer is a guess with a reason. [`survey`] changes nothing; the caller decides what to do.
 
+mod axis;
 mod bone;
 mod cuts;
 mod figure;
@@ -10,6 +11,8 @@ mod humanoid;
 mod measure;
 mod poses;
 mod t_pose;
+mod unit;
+mod up;
 
 use serde::Serialize;
 
@@ -17,97 +20,13 @@ use crate::scene::{Assumption, Scene, Topic, UpAxis};
 
 pub use crate::scene::Confidence;
 
+pub use self::axis::{Axis, RestPose};
 pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};
-pub use self::measure::{Axis, RestPose};
 pub use self::t_pose::{TPose, TPoseSource};
-
-/// A unit of length of motion files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Unit {
-    /// Metres.
-    Metre,
-    /// The unit of the CMU motion capture database and of its conversions: 5.6444 cm, an inch divided by the `length
-    /// 0.45` of its ASF files.
-    Cmu,
-    /// Decimetres, which MakeHuman writes.
-    Decimetre,
-    /// Inches.
-    Inch,
-    /// Centimetres.
-    Centimetre,
-    /// Millimetres.
-    Millimetre,
-    /// No known unit: so many micrometres, in which the bones are those of a usual person.
-    Measured(u32),
-}
-
-impl Unit {
-    /// The known ones, from the longest to the shortest.
-    pub const ALL: [Self; 6] = [
-        Self::Metre,
-        Self::Decimetre,
-        Self::Cmu,
-        Self::Inch,
-        Self::Centimetre,
-        Self::Millimetre,
-    ];
-
-    /// Metres per unit.
-    pub const fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Decimetre => 0.1,
-            Self::Cmu => 0.0254 / 0.45,
-            Self::Inch => 0.0254,
-            Self::Centimetre => 0.01,
-            Self::Millimetre => 0.001,
-            Self::Measured(micrometres) => micrometres as f64 * 1e-6,
-        }
-    }
-
-    /// The unit of this name.
-    ///
-    /// ```
-    /// use mocap::skeleton::Unit;
-    ///
-    /// assert_eq!(Unit::named("cm"), Some(Unit::Centimetre));
-    /// assert_eq!(Unit::named("parsec"), None);
-    /// ```
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|unit| unit.as_str() == name)
-    }
-
-    /// The name that users type.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Metre => "m",
-            Self::Decimetre => "dm",
-            Self::Cmu => "cmu",
-            Self::Inch => "inch",
-            Self::Centimetre => "cm",
-            Self::Millimetre => "mm",
-            Self::Measured(_) => "measured",
-        }
-    }
-
-    /// What a user types for it: its name, or its metres.
-    pub fn choice(self) -> String {
-        match self {
-            Self::Measured(_) => self.metres().to_string(),
-            unit => unit.as_str().to_owned(),
-        }
-    }
-
-    /// A unit of so many metres that has no name, rounded to a micrometre.
-    fn measured(metres: f64) -> Self {
-        Self::Measured((metres * 1e6).round().clamp(1.0, f64::from(u32::MAX)) as u32)
-    }
-}
+pub use self::unit::Unit;
 
 /// A guess and its reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -173,6 +92,11 @@ pub struct Skeleton {
     pub facing: Guess<Axis>,
     /// The kind of the rest pose.
     pub rest_pose: Guess<RestPose>,
+    /// How high the lower foot of a humanoid is in the median of a few frames, in units of the file. Absent without
+    /// motion.
+    pub floor: Option<Guess<f64>>,
+    /// The largest difference between the lengths of a left and a right bone, as a share, and which bones differ so.
+    pub asymmetry: Option<Guess<f64>>,
     /// Which joint is which bone.
     pub humanoid: Humanoid,
 }
@@ -189,29 +113,19 @@ impl Skeleton {
         let extents = std::cell::OnceCell::new();
         let figure = || extents.get_or_init(|| figure::Figure::new(scene));
         let stated_axis = scene.metadata.up.map(|up| Guess {
-            value: match up {
-                UpAxis::Y => Axis::Y,
-                UpAxis::Z => Axis::Z,
-            },
+            value: Axis::from(up),
             ..stated(up).map(Axis::Y)
         });
         let axis = stated_axis.or_else(|| body.up());
         let up = match (&axis, scene.metadata.up) {
             (_, Some(up)) => stated(up),
-            (Some(axis), None) => {
-                let is_z = matches!(axis.value, Axis::Z | Axis::NegZ);
-                axis.clone().map(if is_z { UpAxis::Z } else { UpAxis::Y })
-            }
+            (Some(axis), None) => axis.clone().map(axis.value.up().unwrap_or_default()),
             (None, None) => figure().up(),
         };
-        let axis = axis.unwrap_or_else(|| {
-            up.clone().map(match up.value {
-                UpAxis::Y => Axis::Y,
-                UpAxis::Z => Axis::Z,
-            })
-        });
+        let axis = axis.unwrap_or_else(|| up.clone().map(Axis::from(up.value)));
         let facing = body.facing();
         let rest_pose = body.rest_pose(axis.value);
+        let (floor, asymmetry) = (body.floor(axis.value), body.asymmetry());
         let unit = body.unit().unwrap_or_else(|| figure().unit());
         let survey = Survey {
             metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
@@ -230,6 +144,8 @@ impl Skeleton {
             up: axis,
             facing,
             rest_pose,
+            floor,
+            asymmetry,
             humanoid,
         }
     }
@@ -240,6 +156,13 @@ impl Skeleton {
     /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {
         let mut all = self.survey.assumptions();
+        all.extend(self.assumptions_of_figure());
+        all
+    }
+
+    /// Those about the figure: whether it is a humanoid, and of a humanoid its facing, its rest pose and its sides.
+    pub fn assumptions_of_figure(&self) -> Vec<Assumption> {
+        let mut all = Vec::new();
         let mut add = |topic, choice: &str, confidence: Confidence, reason: &str| {
             all.push(Assumption {
                 topic,
@@ -304,10 +227,7 @@ impl Survey {
             reason: reason.to_owned(),
             confidence: Some(confidence),
         };
-        let up = match self.up.value {
-            UpAxis::Y => "y",
-            UpAxis::Z => "z",
-        };
+        let up = self.up.value.as_str();
         let mut all = Vec::new();
         if !self.unit_is_stated {
             let guess = &self.unit;

@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 
 use crate::arrays::ArrayOptions;
-use crate::convert::{Needs, Space, survey};
+use crate::convert::{Needs, Space, skeleton_of};
 use crate::error::Result;
 use crate::math::up_axis;
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
@@ -40,7 +40,7 @@ impl Frame {
             up: file.up.is_none() && (output.up.is_some() || needs_ground),
         };
         if needs.unit || needs.up || !options.bones.is_empty() {
-            let survey = survey(scene, &options.bones)?;
+            let survey = skeleton_of(scene, &options.bones)?.survey;
             let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
             let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
             assumptions.extend(needed.filter_map(|(_, topic)| named.guess(topic, &survey)));
@@ -65,6 +65,8 @@ impl Frame {
         match self.up.unwrap_or_default() {
             UpAxis::Y => point.y,
             UpAxis::Z => point.z,
+            UpAxis::NegY => -point.y,
+            UpAxis::NegZ => -point.z,
         }
     }
 }

@@ -51,7 +51,7 @@ use sha2::{Digest, Sha256};
 
 use crate::arrays::{self, ArrayOptions, Arrays, Header, Joint};
 use crate::error::Result;
-use crate::scene::{Animation, Scene, UpAxis};
+use crate::scene::{Animation, Scene};
 use crate::skeleton::{self, Survey};
 
 /// The version of Arrow that the tables use.
@@ -196,12 +196,9 @@ pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let metres = surveys
         .iter()
         .map(|survey| survey.as_ref().map(|survey| survey.metres_per_unit));
-    let up = surveys.iter().map(|survey| {
-        survey.as_ref().map(|survey| match survey.up.value {
-            UpAxis::Y => "y",
-            UpAxis::Z => "z",
-        })
-    });
+    let up = surveys
+        .iter()
+        .map(|survey| survey.as_ref().map(|survey| survey.up.value.as_str()));
     let mut warnings = ListBuilder::new(StringBuilder::new());
     for scene in &scenes {
         for warning in scene.iter().flat_map(|scene| &scene.warnings) {

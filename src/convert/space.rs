@@ -21,13 +21,13 @@ pub(crate) struct Needs {
     pub(crate) up: bool,
 }
 
-/// The survey of a scene, some of whose bones are known.
+/// The skeleton of a scene, some of whose bones are known.
 ///
 /// # Errors
 /// [`Code::UnknownOption`] where a name of the map is not that of a joint.
-pub(crate) fn survey(scene: &Scene, bones: &HumanoidMap) -> Result<Survey> {
+pub(crate) fn skeleton_of(scene: &Scene, bones: &HumanoidMap) -> Result<Skeleton> {
     if bones.is_empty() {
-        return Ok(skeleton::survey(scene));
+        return Ok(Skeleton::new(scene));
     }
     let found = skeleton::humanoid(scene).with_map(scene, bones.clone());
     let found = found.map_err(|(bone, name)| {
@@ -35,7 +35,7 @@ pub(crate) fn survey(scene: &Scene, bones: &HumanoidMap) -> Result<Survey> {
         let message = format!("the map of the humanoid: no joint is called {name:?}, which it names as {bone}");
         Diagnostic::new(Code::UnknownOption, message)
     })?;
-    Ok(Skeleton::of(scene, found).survey)
+    Ok(Skeleton::of(scene, found))
 }
 
 impl Space {

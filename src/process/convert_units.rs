@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Quat, Vec3};
 
-use crate::math::up_axis::{self, Z_UP_TO_Y_UP};
+use crate::math::up_axis::{self, turn_to_y_up};
 use crate::pose::Binding;
 use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 
@@ -101,11 +101,10 @@ impl Axes {
 
     /// Computed in double precision and rounded once.
     fn rotation(self, rotation: Quat) -> Quat {
-        let turn = match (self.from, self.to) {
-            (UpAxis::Z, UpAxis::Y) => Z_UP_TO_Y_UP,
-            (UpAxis::Y, UpAxis::Z) => Z_UP_TO_Y_UP.inverse(),
-            (UpAxis::Y, UpAxis::Y) | (UpAxis::Z, UpAxis::Z) => return rotation,
-        };
+        if self.from == self.to {
+            return rotation;
+        }
+        let turn = turn_to_y_up(self.to).inverse() * turn_to_y_up(self.from);
         (turn * rotation.as_dquat()).as_quat()
     }
 }

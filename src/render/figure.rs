@@ -3,9 +3,9 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
-use crate::math::up_axis::Z_UP_TO_Y_UP;
+use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{Animation, NodeId, NodeKind, Scene};
 use crate::skeleton::survey;
 
 /// A scene, and its name in a picture.
@@ -146,10 +146,7 @@ impl<'a> Figure<'a> {
                 .iter()
                 .position(|node| node.kind == NodeKind::Joint)
                 .unwrap_or(0),
-            to_stage: match survey(scene).up.value {
-                UpAxis::Y => Quat::IDENTITY,
-                UpAxis::Z => Z_UP_TO_Y_UP.as_quat(),
-            },
+            to_stage: turn_to_y_up(survey(scene).up.value).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
         };

@@ -141,6 +141,27 @@ pub enum UpAxis {
     Y,
     /// +Z, as in Blender, Vicon and 3ds Max.
     Z,
+    /// -Y, as in pictures, whose rows are counted from above.
+    #[serde(rename = "-y")]
+    NegY,
+    /// -Z.
+    #[serde(rename = "-z")]
+    NegZ,
+}
+
+impl UpAxis {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::Y, Self::Z, Self::NegY, Self::NegZ];
+
+    /// Its name in JSON: `y`, `z`, `-y` or `-z`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::NegY => "-y",
+            Self::NegZ => "-z",
+        }
+    }
 }
 
 impl UpAxis {

@@ -117,10 +117,11 @@ impl Figure {
         let resting = self
             .feet_to_head_at_rest
             .filter(|way| way.is_finite() && *way != Vec3::ZERO)
+            .filter(|way| way.normalize_or_zero().x.abs() < 0.9)
             .map(longer_axis);
         let (height, spread) = match moving {
-            UpAxis::Y => (way.y, self.floor_spread.y),
-            UpAxis::Z => (way.z, self.floor_spread.z),
+            UpAxis::Y | UpAxis::NegY => (way.y, self.floor_spread.y),
+            UpAxis::Z | UpAxis::NegZ => (way.z, self.floor_spread.z),
         };
         let stands = height > 0.0 && f64::from(spread) <= FLOOR_SPREAD * self.size;
         let share = height / way.length();
@@ -146,8 +147,11 @@ impl Figure {
     }
 }
 
+/// Along X there is no answer, and what is left of the way is noise.
 fn longer_axis(way: Vec3) -> UpAxis {
-    if way.z.abs() > way.y.abs() {
+    /// Of the way's length.
+    const NOISE: f32 = 0.3;
+    if way.z.abs() > way.y.abs() && way.z.abs() > NOISE * way.length() {
         UpAxis::Z
     } else {
         UpAxis::Y

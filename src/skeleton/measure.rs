@@ -1,112 +1,20 @@
 //! What the bones of a humanoid say about its file: unit, up axis, facing, rest pose.
 
 use glam::Vec3;
-use serde::Serialize;
 
-use super::bone::HumanoidBone as Bone;
+use super::axis::{Axis, RestPose};
+use super::bone::{HumanoidBone as Bone, Side};
 use super::humanoid::{Humanoid, Sides, rest_positions};
 use super::poses::poses;
-use super::{Confidence, Guess, Unit};
+use super::unit::{Unit, family_unit, unit_of};
+use super::{Confidence, Guess};
+use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
-
-/// A direction along an axis of the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[allow(missing_docs, reason = "each says itself")]
-pub enum Axis {
-    #[serde(rename = "x")]
-    X,
-    #[serde(rename = "y")]
-    Y,
-    #[serde(rename = "z")]
-    Z,
-    #[serde(rename = "-x")]
-    NegX,
-    #[serde(rename = "-y")]
-    NegY,
-    #[serde(rename = "-z")]
-    NegZ,
-    /// The file does not show it.
-    #[serde(rename = "unknown")]
-    Unknown,
-}
-
-impl Axis {
-    /// The axis nearest to a direction, and the cosine between the two.
-    fn nearest(way: Vec3) -> (Self, f32) {
-        let way = way.normalize_or_zero();
-        let all = [
-            (Self::X, way.x),
-            (Self::Y, way.y),
-            (Self::Z, way.z),
-            (Self::NegX, -way.x),
-            (Self::NegY, -way.y),
-            (Self::NegZ, -way.z),
-        ];
-        all.into_iter()
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .unwrap_or((Self::Unknown, 0.0))
-    }
-
-    /// The direction of unit length; `None` where it is unknown.
-    pub const fn direction(self) -> Option<Vec3> {
-        match self {
-            Self::X => Some(Vec3::X),
-            Self::Y => Some(Vec3::Y),
-            Self::Z => Some(Vec3::Z),
-            Self::NegX => Some(Vec3::NEG_X),
-            Self::NegY => Some(Vec3::NEG_Y),
-            Self::NegZ => Some(Vec3::NEG_Z),
-            Self::Unknown => None,
-        }
-    }
-
-    /// Its name, as `-y`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
-            Self::NegX => "-x",
-            Self::NegY => "-y",
-            Self::NegZ => "-z",
-            Self::Unknown => "unknown",
-        }
-    }
-}
-
-/// The kind of a rest pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RestPose {
-    /// Standing, arms sideways.
-    TPose,
-    /// Standing, arms sideways and down.
-    APose,
-    /// Standing, arms down.
-    IPose,
-    /// The bones lie along axes and make no figure.
-    Collapsed,
-    /// Anything else.
-    Other,
-}
-
-impl RestPose {
-    /// Its name in JSON.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::TPose => "t-pose",
-            Self::APose => "a-pose",
-            Self::IPose => "i-pose",
-            Self::Collapsed => "collapsed",
-            Self::Other => "other",
-        }
-    }
-}
 
 /// A humanoid with the places of its joints at rest.
 pub(super) struct Figure<'a> {
-    scene: &'a Scene,
-    humanoid: &'a Humanoid,
+    pub(super) scene: &'a Scene,
+    pub(super) humanoid: &'a Humanoid,
     rest: Vec<Vec3>,
 }
 
@@ -128,7 +36,7 @@ impl<'a> Figure<'a> {
         }
     }
 
-    fn joint(&self, bone: Bone) -> Option<usize> {
+    pub(super) fn joint(&self, bone: Bone) -> Option<usize> {
         self.humanoid.joint(bone).map(NodeId::index)
     }
 
@@ -176,7 +84,7 @@ impl<'a> Figure<'a> {
     }
 
     /// Up from the feet to the head at rest, where the rest pose stands.
-    fn rest_up(&self) -> Option<Vec3> {
+    pub(super) fn rest_up(&self) -> Option<Vec3> {
         let middle = |a, b| Some(0.5 * (self.at(a)? + self.at(b)?));
         let hips = middle(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
         let above = self.at(Bone::Neck).or(self.at(Bone::Head))?;
@@ -193,89 +101,63 @@ impl<'a> Figure<'a> {
         stands.then_some(trunk)
     }
 
-    /// The axis that points up.
-    pub(super) fn up(&self) -> Option<Guess<Axis>> {
-        let guess = |value, confidence, reason: String| {
-            Some(Guess {
-                value,
-                confidence,
-                reason,
-            })
-        };
-        let rest = self.rest_up().map(Axis::nearest).filter(|(_, cosine)| *cosine > 0.8);
-        let Some(motion) = self.motion_up() else {
-            return match rest {
-                Some((axis, _)) => guess(axis, Confidence::Likely, "the rest pose stands along it".to_owned()),
-                None => None,
-            };
-        };
-        let way = motion.mean;
-        let words = format!(
-            "from the feet to the head it is {:.2} {:.2} {:.2} of the way",
-            way.x, way.y, way.z
-        );
-        let (axis, cosine) = Axis::nearest(way);
-        let is_vertical = !matches!(axis, Axis::X | Axis::NegX);
-        let is_clear = way.length() > 0.85 && cosine > 0.9 && is_vertical && motion.extended > 0.75;
-        match rest {
-            Some((rest, _)) if rest == axis && cosine > 0.7 => guess(
-                axis,
-                Confidence::Sure,
-                format!("{words}, and the rest pose stands along it"),
-            ),
-            Some((rest, _)) if is_clear && motion.frames > 1 => {
-                // Standing feet come back to one height along the up axis; a lying body lies near 0 along the other.
-                let (of_motion, of_rest) = (motion.floor(axis), motion.floor(rest));
-                if of_rest.abs() < 0.06 && of_motion.abs() > 0.1 {
-                    let reason = format!("the rest pose stands along it, and the body lies on the floor ({words})");
-                    guess(rest, Confidence::Likely, reason)
-                } else {
-                    let reason = format!("{words}, although the rest pose stands along {}", rest.as_str());
-                    guess(axis, Confidence::Likely, reason)
-                }
-            }
-            Some((rest, _)) => guess(
-                rest,
-                Confidence::Likely,
-                format!("the rest pose stands along it; in motion {words}"),
-            ),
-            None if is_clear => guess(axis, Confidence::Sure, words),
-            None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
-            None => {
-                let axis = if way.z.abs() > way.y.abs() { Axis::Z } else { Axis::Y };
-                guess(axis, Confidence::Unsure, words)
-            }
-        }
+    /// Both feet: ankles, or knees of a body without ankles.
+    pub(super) fn feet(&self) -> Option<[usize; 2]> {
+        let left = self.joint(Bone::LeftFoot).or(self.joint(Bone::LeftLowerLeg))?;
+        let right = self.joint(Bone::RightFoot).or(self.joint(Bone::RightLowerLeg))?;
+        Some([left, right])
     }
 
-    fn motion_up(&self) -> Option<Motion> {
+    /// How high the lower foot is in the median of a few frames, in units of the file: the height of a standing ankle
+    /// where the floor is at 0.
+    pub(super) fn floor(&self, up: Axis) -> Option<Guess<f64>> {
+        let up = up.direction()?;
         self.scene.animations.first()?;
-        let (left, right) = (self.joint(Bone::LeftFoot), self.joint(Bone::RightFoot));
-        let feet = left
-            .or(self.joint(Bone::LeftLowerLeg))
-            .zip(right.or(self.joint(Bone::RightLowerLeg)))?;
-        let head = self.joint(Bone::Head).or(self.joint(Bone::Neck))?;
-        let length = self.bone_length()? as f32;
-        let poses = poses(self.scene);
-        let mut motion = Motion {
-            mean: Vec3::ZERO,
-            extended: 0.0,
-            lowest: Vec::new(),
-            highest: Vec::new(),
-            length,
-            frames: self.scene.animations[0].frame_count(),
+        let [left, right] = self.feet()?;
+        let height = |pose: &Pose, foot: usize| pose.position(NodeId::new(foot)).dot(up);
+        let mut heights: Vec<f32> = poses(self.scene)
+            .iter()
+            .map(|pose| height(pose, left).min(height(pose, right)))
+            .collect();
+        heights.sort_by(f32::total_cmp);
+        let value = f64::from(*heights.get(heights.len() / 2)?);
+        let share = value / self.bone_length()?;
+        let (confidence, words) = match share {
+            -0.03..=0.12 => (Confidence::Likely, "the feet are on a floor at height 0"),
+            _ => (Confidence::Unsure, "no floor at height 0 is under the feet"),
         };
-        let share = 1.0 / poses.len() as f32;
-        for pose in &poses {
-            let at = |node: usize| pose.position(NodeId::new(node));
-            let way = at(head) - 0.5 * (at(feet.0) + at(feet.1));
-            motion.mean += share * way.normalize_or_zero();
-            motion.extended += share * way.length() / length;
-            let places = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
-            motion.lowest.extend(places().reduce(Vec3::min));
-            motion.highest.extend(places().reduce(Vec3::max));
-        }
-        motion.mean.is_finite().then_some(motion)
+        value.is_finite().then(|| Guess {
+            value,
+            confidence,
+            reason: format!("in the median frame the lower ankle is {share:.2} of the body high: {words}"),
+        })
+    }
+
+    /// The largest difference between the lengths of a left and a right bone of arms and legs, as a share.
+    pub(super) fn asymmetry(&self) -> Option<Guess<f64>> {
+        const PAIRS: [(Bone, Bone); 4] = [
+            (Bone::LeftUpperArm, Bone::LeftLowerArm),
+            (Bone::LeftLowerArm, Bone::LeftHand),
+            (Bone::LeftUpperLeg, Bone::LeftLowerLeg),
+            (Bone::LeftLowerLeg, Bone::LeftFoot),
+        ];
+        let difference = |(from, to): (Bone, Bone)| {
+            let left = self.way(from, to)?;
+            let right = self.way(from.on(Side::Right), to.on(Side::Right))?;
+            let most = left.max(right);
+            (most > 0.0 && most.is_finite()).then(|| ((left - right).abs() / most, from))
+        };
+        let all = PAIRS.into_iter().filter_map(difference);
+        let (value, bone) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let bone = bone.as_str().trim_start_matches("left");
+        Some(Guess {
+            value,
+            confidence: Confidence::Sure,
+            reason: format!(
+                "of arms and legs, left and right differ most in {bone}, by {:.1} %",
+                100.0 * value
+            ),
+        })
     }
 
     /// Where the figure of the rest pose looks.
@@ -377,114 +259,5 @@ impl<'a> Figure<'a> {
             _ => RestPose::Other,
         };
         guess(value, Confidence::Sure, words)
-    }
-}
-
-/// Measurements of a few poses.
-struct Motion {
-    /// The mean of the directions from the feet to the head.
-    mean: Vec3,
-    /// The distance from the feet to the head, as a share of the length of bone.
-    extended: f32,
-    lowest: Vec<Vec3>,
-    highest: Vec<Vec3>,
-    length: f32,
-    frames: usize,
-}
-
-impl Motion {
-    /// The height of the lowest joint along an axis, in the median, as a share of the figure.
-    fn floor(&self, axis: Axis) -> f32 {
-        let mut heights: Vec<f32> = std::iter::zip(&self.lowest, &self.highest)
-            .map(|(low, high)| match axis {
-                Axis::X => low.x,
-                Axis::Y => low.y,
-                Axis::Z | Axis::Unknown => low.z,
-                Axis::NegX => -high.x,
-                Axis::NegY => -high.y,
-                Axis::NegZ => -high.z,
-            })
-            .collect();
-        heights.sort_by(f32::total_cmp);
-        heights
-            .get(heights.len() / 2)
-            .map_or(0.0, |height| height / self.length)
-    }
-}
-
-/// Metres of bone from ankle to head that a person has: a grown one, and anybody.
-const ADULT: [f64; 2] = [1.18, 1.75];
-const ANYBODY: [f64; 2] = [0.72, 2.2];
-
-/// Metres of thigh and shin of a usual person, for a file in no known unit: 0.49 of 1.7 m.
-const USUAL_LEG: f64 = 0.833;
-
-/// The unit of a program or a database, by the names that it gives to joints.
-fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {
-    let has = |names: &[&str]| {
-        names
-            .iter()
-            .all(|name| scene.nodes.iter().any(|node| node.name == *name))
-    };
-    if has(&["HMD", "Left-Hip"]) {
-        Some((Unit::Centimetre, "SlimeVR"))
-    } else if has(&["spine05", "upperleg01.L"]) || has(&["UpLeg_L", "LoLeg_L", "__UpLeg_L"]) {
-        Some((Unit::Decimetre, "MakeHuman"))
-    } else if has(&["LHipJoint", "LowerBack"]) || has(&["lhipjoint", "lowerback"]) || has(&["LHipJoint", "lowerback"]) {
-        Some((Unit::Cmu, "CMU's database"))
-    } else if has(&["figureHair", "lShldr"]) || has(&["mPelvis", "mTorso"]) {
-        Some((Unit::Inch, "Second Life"))
-    } else {
-        None
-    }
-}
-
-fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)>) -> Guess<Unit> {
-    let within = |unit: &Unit, [least, most]: [f64; 2]| (least..=most).contains(&(length * unit.metres()));
-    let measured = |unit: Unit| {
-        let metres = length * unit.metres();
-        format!("from ankle to head there are {length:.4} units of bone, which is {metres:.2} m")
-    };
-    if let Some((unit, name)) = family.filter(|(unit, _)| within(unit, ANYBODY)) {
-        return Guess {
-            value: unit,
-            confidence: Confidence::Sure,
-            reason: format!("{}, and the joints have the names of {name}", measured(unit)),
-        };
-    }
-    let known = [
-        Unit::Centimetre,
-        Unit::Metre,
-        Unit::Millimetre,
-        Unit::Inch,
-        Unit::Cmu,
-        Unit::Decimetre,
-    ];
-    if let Some(unit) = known.into_iter().find(|unit| within(unit, ADULT)) {
-        // Few files are in decimetres or in CMU's unit but those that have its names.
-        let is_common = !matches!(unit, Unit::Decimetre | Unit::Cmu | Unit::Inch);
-        return Guess {
-            value: unit,
-            confidence: if is_common {
-                Confidence::Sure
-            } else {
-                Confidence::Likely
-            },
-            reason: measured(unit),
-        };
-    }
-    // Children and giants, in the units that everybody uses.
-    if let Some(unit) = known[..3].iter().copied().find(|unit| within(unit, ANYBODY)) {
-        return Guess {
-            value: unit,
-            confidence: Confidence::Likely,
-            reason: format!("{}, a child or a giant", measured(unit)),
-        };
-    }
-    let unit = Unit::measured(USUAL_LEG / leg);
-    Guess {
-        value: unit,
-        confidence: Confidence::Unsure,
-        reason: format!("{} if it is a usual person; in no known unit it is one", measured(unit)),
     }
 }

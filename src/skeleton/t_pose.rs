@@ -6,8 +6,9 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Serialize;
 
 use super::Skeleton;
+use super::axis::{Axis, RestPose};
 use super::bone::{HumanoidBone as Bone, Side};
-use super::measure::{Axis, Figure, RestPose};
+use super::measure::Figure;
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 
@@ -82,11 +83,14 @@ impl TPose {
 
     /// The largest angle of a bone from its place in T-pose, in degrees.
     pub fn largest_rotation(&self) -> f32 {
-        let angles = self
-            .rotations
-            .values()
-            .map(|rotation| 2.0 * rotation.w.abs().min(1.0).acos());
-        angles.fold(0.0, f32::max).to_degrees()
+        self.rotations.values().copied().map(Self::degrees).fold(0.0, f32::max)
+    }
+
+    /// The angle of a rotation, in degrees.
+    pub fn degrees(rotation: Quat) -> f32 {
+        // Of small angles the cosine is too coarse.
+        let sine = Vec3::new(rotation.x, rotation.y, rotation.z).length();
+        2.0 * sine.atan2(rotation.w.abs()).to_degrees()
     }
 }
 

@@ -88,11 +88,16 @@ impl Change {
                 .map(|(a, b)| change.place(position(&here, *a)).distance(position(&there, *b)));
             distances.sum()
         };
-        let upright = distance(&change);
-        change.up.0 = UpAxis::Z;
-        if upright <= distance(&change) {
-            change.up.0 = UpAxis::Y;
+        // The first of equal ones is kept, so that +Y is the usual answer.
+        let mut nearest = (f64::INFINITY, UpAxis::Y);
+        for up in UpAxis::ALL {
+            change.up.0 = up;
+            let found = distance(&change);
+            if found < nearest.0 {
+                nearest = (found, up);
+            }
         }
+        change.up.0 = nearest.1;
         change
     }
 
@@ -103,18 +108,28 @@ impl Change {
 
     /// Where a direction of the source points in the file.
     pub(super) fn turn(&self, direction: DVec3) -> DVec3 {
-        match self.up {
-            (UpAxis::Z, UpAxis::Y) => DVec3::new(direction.x, direction.z, -direction.y),
-            (UpAxis::Y, UpAxis::Z) => DVec3::new(direction.x, -direction.z, direction.y),
-            (UpAxis::Y, UpAxis::Y) | (UpAxis::Z, UpAxis::Z) => direction,
+        let DVec3 { x, y, z } = direction;
+        let (from, to) = self.up;
+        let y_up = match from {
+            UpAxis::Y => direction,
+            UpAxis::Z => DVec3::new(x, z, -y),
+            UpAxis::NegY => DVec3::new(x, -y, -z),
+            UpAxis::NegZ => DVec3::new(x, -z, y),
+        };
+        let DVec3 { x, y, z } = y_up;
+        match to {
+            UpAxis::Y => y_up,
+            UpAxis::Z => DVec3::new(x, -z, y),
+            UpAxis::NegY => DVec3::new(x, -y, -z),
+            UpAxis::NegZ => DVec3::new(x, z, -y),
         }
     }
 
     /// The part of a way in the file that is over the ground.
     pub(super) fn over_ground(&self, way: DVec3) -> DVec3 {
         match self.up.1 {
-            UpAxis::Y => DVec3::new(way.x, 0.0, way.z),
-            UpAxis::Z => DVec3::new(way.x, way.y, 0.0),
+            UpAxis::Y | UpAxis::NegY => DVec3::new(way.x, 0.0, way.z),
+            UpAxis::Z | UpAxis::NegZ => DVec3::new(way.x, way.y, 0.0),
         }
     }
 }

@@ -5,8 +5,8 @@ use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
-use mocap::skeleton::{HumanoidBone, HumanoidMap, Unit, survey};
-use mocap::{Code, Conversion, Importer, SkeletonMesh};
+use mocap::skeleton::{self, HumanoidBone, HumanoidMap, Unit, survey};
+use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh, gltf};
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("fixtures/real/{file}")).unwrap()
@@ -26,7 +26,23 @@ fn the_default_brings_metres_and_says_what_it_guessed() {
     let expected = [(Topic::FirstFrame, "rest-pose"), (Topic::Unit, "cmu"), (Topic::Up, "y")];
     let found: Vec<_> = assumptions.iter().map(|one| (one.topic, &*one.choice)).collect();
     assert_eq!(found, expected);
-    assert_eq!(scene.metadata.assumptions, assumptions);
+    let recorded = &scene.metadata.assumptions;
+    assert_eq!(recorded[..3], assumptions);
+    let figure: Vec<_> = recorded[3..].iter().map(|one| (one.topic, &*one.choice)).collect();
+    assert_eq!(
+        figure,
+        [
+            (Topic::Humanoid, "yes"),
+            (Topic::Facing, "z"),
+            (Topic::RestPose, "t-pose"),
+            (Topic::Sides, "agree")
+        ]
+    );
+    assert!(
+        recorded
+            .iter()
+            .all(|one| one.confidence.is_some() && !one.reason.is_empty())
+    );
     assert_eq!(
         scene.metadata.steps,
         [AppliedStep::ConvertUnits {
@@ -398,4 +414,39 @@ fn the_program_and_the_library_write_the_same_bytes() {
         let glb = mocap::gltf::write_glb(&scene, &GltfOptions::default()).unwrap();
         assert!(glb == std::fs::read(&output).unwrap(), "{file} {options:?}");
     }
+}
+
+/// A writer that counts the rows of pictures from above: the figure stands on its feet after the conversion.
+#[test]
+fn what_stands_with_y_down_is_turned() {
+    let mut scene = mocap::import("fixtures/skeletons/animics_all_along_z.bvh").unwrap();
+    let source = scene.clone();
+    let assumptions = Conversion::new().apply(&mut scene).unwrap();
+    let up = assumptions.iter().find(|one| one.topic == Topic::Up).unwrap();
+    assert_eq!(up.choice, "-y");
+    assert_eq!(scene.metadata.up, Some(UpAxis::Y));
+    let bones = skeleton::humanoid(&source);
+    let [head, foot] = [HumanoidBone::Head, HumanoidBone::LeftFoot].map(|bone| bones.joint(bone).unwrap());
+    for tick in [0.0, 10.0, 50.0] {
+        let height = |scene: &Scene| {
+            let pose = Pose::at_tick(scene, 0, tick).unwrap();
+            pose.position(head).y - pose.position(foot).y
+        };
+        assert!(height(&source) < 0.0 && height(&scene) > 1.0, "{} m", height(&scene));
+    }
+    let glb = gltf::write_glb(&scene, &GltfOptions::default()).unwrap();
+    let report = mocap::verify::verify(&source, &glb).unwrap();
+    assert!(report.is_within(1e-4), "{report:?}");
+}
+
+/// The names of its sides are those of whoever looks at the camera's picture.
+#[test]
+fn names_of_the_wrong_side_are_said() {
+    let mut scene = import("kinect_openni.bvh");
+    let assumptions = Conversion::new().apply(&mut scene).unwrap();
+    let sides: Vec<_> = assumptions.iter().filter(|one| one.topic == Topic::Sides).collect();
+    assert_eq!(sides.len(), 1);
+    assert_eq!(sides[0].choice, "opposite");
+    let recorded = scene.metadata.assumptions.iter();
+    assert_eq!(recorded.filter(|one| one.topic == Topic::Sides).count(), 1);
 }

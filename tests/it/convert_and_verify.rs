@@ -61,6 +61,12 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
     );
     assert_eq!(extras["frame_time"], 0.0083333);
     assert_eq!(extras["root_offset"]["policy"], "replace");
+    let assumptions = extras["assumptions"].as_array().unwrap();
+    for topic in ["unit", "up", "facing", "rest-pose", "sides", "humanoid"] {
+        let one = assumptions.iter().find(|one| one["topic"] == topic).unwrap();
+        assert!(one["confidence"] == "sure" || one["confidence"] == "likely", "{one}");
+        assert!(one["choice"].is_string() && one["reason"].is_string(), "{one}");
+    }
     assert_eq!(extras["steps"][0]["step"], "convert_units");
     assert_eq!(extras["steps"][0]["metres_per_unit"], 0.0254 / 0.45);
 
@@ -220,7 +226,12 @@ fn a_largest_error_makes_a_file_smaller_and_says_how_far_it_is() {
     ] {
         assert!(words(&output).contains(said), "{said} is not in {}", words(&output));
     }
-    let size = |path: &Path| std::fs::metadata(path).unwrap().len();
+    // Of the keys and the mesh: the JSON before them has its length in its first word.
+    let size = |path: &Path| {
+        let glb = std::fs::read(path).unwrap();
+        let json = u32::from_le_bytes(glb[12..16].try_into().unwrap());
+        glb.len() - 20 - json as usize
+    };
     assert!(
         size(&path) < size(&plain) * 2 / 3,
         "{} of {}",

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::process::Command;
 
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
@@ -416,4 +417,84 @@ fn the_t_pose_is_one() {
         }
     }
     assert!(computed >= 10, "{computed}");
+}
+
+/// What `mocap skeleton --json` prints: the fields that scripts rely on, and further ones behind them.
+#[test]
+fn the_json_has_the_t_pose_beside_the_figure() {
+    let output = Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .args(["skeleton", "--json", "fixtures/real/rokoko_dance.bvh"])
+        .output()
+        .unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for field in ["unit", "up", "facing", "root_offset", "rest_pose", "sides"] {
+        assert!(
+            found[field]["confidence"].is_string() && found[field]["reason"].is_string(),
+            "{field}"
+        );
+    }
+    assert_eq!(found["unit"]["name"], "cm");
+    assert_eq!(found["humanoid"]["bones"]["hips"]["joint"], "Hips");
+    let pose = &found["t_pose"];
+    assert_eq!(pose["source"], "computed");
+    let bones = pose["bones"].as_object().unwrap();
+    assert_eq!(bones.len(), found["humanoid"]["bones"].as_object().unwrap().len());
+    let mut largest = 0.0;
+    for (bone, turn) in bones {
+        let part = |place: usize| turn["rotation"][place].as_f64().unwrap();
+        let [x, y, z, w] = [0, 1, 2, 3].map(part);
+        assert!(((x * x + y * y + z * z + w * w) - 1.0).abs() < 1e-5, "{bone}");
+        let degrees = turn["degrees"].as_f64().unwrap();
+        assert!(
+            (2.0 * w.abs().min(1.0).acos().to_degrees() - degrees).abs() < 0.1,
+            "{bone}: {degrees}"
+        );
+        largest = f64::max(largest, degrees);
+    }
+    assert_eq!(pose["largest_rotation"].as_f64(), Some(largest));
+}
+
+/// The rotations of a T-pose, one after the other from the hips outwards, bring the rest pose there.
+#[test]
+fn the_rotations_bring_the_rest_pose_into_t_pose() {
+    let scene = import("real/rokoko_dance.bvh");
+    let skeleton = Skeleton::new(&scene);
+    let found = TPose::new(&scene, &skeleton).unwrap();
+    let mut places: Vec<Vec3> = {
+        let rest = Pose::rest(&scene);
+        (0..scene.nodes.len())
+            .map(|node| rest.position(NodeId::new(node)))
+            .collect()
+    };
+    for (bone, rotation) in &found.rotations {
+        let joint = skeleton.humanoid.joint(*bone).unwrap();
+        let about = places[joint.index()];
+        for index in joint.index()..scene.nodes.len() {
+            let parent = |node: &NodeId| scene.nodes[node.index()].parent;
+            let mut above = std::iter::successors(Some(NodeId::new(index)), parent);
+            if above.any(|node| node == joint) {
+                places[index] = about + *rotation * (places[index] - about);
+            }
+        }
+    }
+    for (index, place) in places.iter().enumerate() {
+        let expected = found.pose.position(NodeId::new(index));
+        assert!(
+            place.distance(expected) < 0.01,
+            "{}: {place} and {expected}",
+            scene.nodes[index].name
+        );
+    }
+}
+
+/// What the bones say about the floor and about both sides.
+#[test]
+fn feet_are_on_the_floor_and_sides_alike() {
+    let found = Skeleton::new(&import("real/cmu_01_01.bvh"));
+    // In CMU's units; an ankle is 5 to 12 cm high.
+    let floor = found.floor.unwrap();
+    assert!((0.8..2.2).contains(&floor.value), "{}", floor.value);
+    assert!(found.asymmetry.unwrap().value < 0.05);
+    let still = Skeleton::new(&import("real/latin1_name_no_motion.bvh"));
+    assert!(still.floor.is_none() && still.asymmetry.is_some());
 }

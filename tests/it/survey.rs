@@ -280,3 +280,23 @@ fn a_stated_unit_is_not_guessed() {
             .all(|assumption| assumption.topic != Topic::Unit)
     );
 }
+
+/// What lies along X at rest says nothing of Y and Z, and what little it has of them is noise.
+#[test]
+fn a_body_along_x_leaves_the_up_axis_open() {
+    for noise in [Vec3::ZERO, 1e-4 * Vec3::Z, -1e-4 * Vec3::Z, 0.05 * Vec3::Z] {
+        let mut scene = lying(Vec3::ZERO);
+        scene.nodes[1].transform = Mat4::from_translation(0.8 * Vec3::X + noise);
+        scene.nodes[2].transform = Mat4::from_translation(-0.9 * Vec3::X);
+        for root in [Quat::IDENTITY, Quat::from_rotation_x(0.3)] {
+            scene.animations[0].channels[0].rotation_keys = Keys::constant(root);
+            let up = survey(&scene).up;
+            assert_eq!(
+                (up.value, up.confidence),
+                (UpAxis::Y, Confidence::Unsure),
+                "{}",
+                up.reason
+            );
+        }
+    }
+}

@@ -103,6 +103,8 @@ pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -
         up: match guesses.up.value {
             UpAxis::Y => "+y",
             UpAxis::Z => "+z",
+            UpAxis::NegY => "-y",
+            UpAxis::NegZ => "-z",
         },
         data: format!("clip-{index}"),
         glb: format!("glb-{index}"),

@@ -26,7 +26,7 @@ pub(crate) struct SourceArgs {
 #[command(next_help_heading = "Reading")]
 pub(crate) struct SourceUpArgs {
     /// Up axis of the input
-    #[arg(long, value_name = "AXIS", default_value = "auto")]
+    #[arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true)]
     up: UpArg,
 }
 
@@ -69,6 +69,8 @@ impl SourceUpArgs {
             UpArg::Auto => None,
             UpArg::Y => Some(UpAxis::Y),
             UpArg::Z => Some(UpAxis::Z),
+            UpArg::NegY => Some(UpAxis::NegY),
+            UpArg::NegZ => Some(UpAxis::NegZ),
         }
     }
 
@@ -147,6 +149,10 @@ enum UpArg {
     Auto,
     Y,
     Z,
+    #[value(name = "-y")]
+    NegY,
+    #[value(name = "-z")]
+    NegZ,
 }
 
 /// `--out-up`.

@@ -5,8 +5,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
+use mocap::glam::Quat;
 use mocap::scene::RootOffset;
-use mocap::skeleton::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton};
+use mocap::skeleton::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource};
 use serde::Serialize;
 
 use super::{import_motion, mapped_skeleton, print_json};
@@ -23,6 +24,46 @@ struct Report {
     rest_pose: Guess<RestPose>,
     sides: Guess<Sides>,
     humanoid: HumanoidReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    floor: Option<Guess<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    asymmetry: Option<Guess<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t_pose: Option<TPoseReport>,
+}
+
+#[derive(Serialize)]
+struct TPoseReport {
+    source: TPoseSource,
+    /// The largest of `degrees`.
+    largest_rotation: f32,
+    bones: BTreeMap<HumanoidBone, RotationReport>,
+}
+
+/// What brings a bone into T-pose, after the bones above it.
+#[derive(Serialize)]
+struct RotationReport {
+    /// In the world: x, y, z, w.
+    rotation: [f32; 4],
+    degrees: f32,
+}
+
+impl TPoseReport {
+    fn new(pose: &TPose) -> Self {
+        let rotation = |(bone, rotation): (&HumanoidBone, &Quat)| {
+            let report = RotationReport {
+                // Adding zero turns -0 into 0.
+                rotation: rotation.to_array().map(|value| value + 0.0),
+                degrees: TPose::degrees(*rotation),
+            };
+            (*bone, report)
+        };
+        Self {
+            source: pose.source,
+            largest_rotation: pose.largest_rotation(),
+            bones: pose.rotations.iter().map(rotation).collect(),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -105,6 +146,9 @@ impl Report {
                     .collect(),
                 missing: humanoid.missing(),
             },
+            floor: found.floor.clone(),
+            asymmetry: found.asymmetry.clone(),
+            t_pose: TPose::new(scene, found).as_ref().map(TPoseReport::new),
         }
     }
 }
@@ -155,6 +199,26 @@ fn print(found: &Report) -> io::Result<()> {
         &found.sides.confidence,
         &found.sides.reason,
     )?;
+    if let Some(floor) = &found.floor {
+        let height = format!("{:.4}", floor.value);
+        line("height of the feet", &height, &floor.confidence, &floor.reason)?;
+    }
+    if let Some(asymmetry) = &found.asymmetry {
+        let percent = format!("{:.1} %", 100.0 * asymmetry.value);
+        line("left against right", &percent, &asymmetry.confidence, &asymmetry.reason)?;
+    }
+    if let Some(pose) = &found.t_pose {
+        let source = match pose.source {
+            TPoseSource::RestPose => "rest pose",
+            TPoseSource::FirstFrame => "first frame",
+            TPoseSource::Computed => "computed",
+        };
+        let reason = format!(
+            "no bone turns by more than {:.0} degrees from the rest pose",
+            pose.largest_rotation
+        );
+        line("T-pose", source, &Confidence::Likely, &reason)?;
+    }
     for (bone, joint) in &found.humanoid.bones {
         line(
             bone.as_str(),

@@ -1,0 +1,135 @@
+//! Directions along axes, and kinds of rest poses.
+
+use glam::Vec3;
+use serde::Serialize;
+
+use crate::scene::UpAxis;
+
+/// A direction along an axis of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[allow(missing_docs, reason = "each says itself")]
+pub enum Axis {
+    #[serde(rename = "x")]
+    X,
+    #[serde(rename = "y")]
+    Y,
+    #[serde(rename = "z")]
+    Z,
+    #[serde(rename = "-x")]
+    NegX,
+    #[serde(rename = "-y")]
+    NegY,
+    #[serde(rename = "-z")]
+    NegZ,
+    /// The file does not show it.
+    #[serde(rename = "unknown")]
+    Unknown,
+}
+
+impl Axis {
+    /// The axis nearest to a direction, and the cosine between the two.
+    pub(super) fn nearest(way: Vec3) -> (Self, f32) {
+        let way = way.normalize_or_zero();
+        let all = [
+            (Self::X, way.x),
+            (Self::Y, way.y),
+            (Self::Z, way.z),
+            (Self::NegX, -way.x),
+            (Self::NegY, -way.y),
+            (Self::NegZ, -way.z),
+        ];
+        all.into_iter()
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or((Self::Unknown, 0.0))
+    }
+
+    /// The direction of unit length; `None` where it is unknown.
+    pub const fn direction(self) -> Option<Vec3> {
+        match self {
+            Self::X => Some(Vec3::X),
+            Self::Y => Some(Vec3::Y),
+            Self::Z => Some(Vec3::Z),
+            Self::NegX => Some(Vec3::NEG_X),
+            Self::NegY => Some(Vec3::NEG_Y),
+            Self::NegZ => Some(Vec3::NEG_Z),
+            Self::Unknown => None,
+        }
+    }
+
+    /// The same as an up axis; `None` for those that cannot be one.
+    pub const fn up(self) -> Option<UpAxis> {
+        match self {
+            Self::Y => Some(UpAxis::Y),
+            Self::Z => Some(UpAxis::Z),
+            Self::NegY => Some(UpAxis::NegY),
+            Self::NegZ => Some(UpAxis::NegZ),
+            Self::X | Self::NegX | Self::Unknown => None,
+        }
+    }
+
+    /// The opposite direction.
+    pub(super) const fn opposite(self) -> Self {
+        match self {
+            Self::X => Self::NegX,
+            Self::Y => Self::NegY,
+            Self::Z => Self::NegZ,
+            Self::NegX => Self::X,
+            Self::NegY => Self::Y,
+            Self::NegZ => Self::Z,
+            Self::Unknown => Self::Unknown,
+        }
+    }
+
+    /// Its name, as `-y`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::NegX => "-x",
+            Self::NegY => "-y",
+            Self::NegZ => "-z",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+impl From<UpAxis> for Axis {
+    fn from(up: UpAxis) -> Self {
+        match up {
+            UpAxis::Y => Self::Y,
+            UpAxis::Z => Self::Z,
+            UpAxis::NegY => Self::NegY,
+            UpAxis::NegZ => Self::NegZ,
+        }
+    }
+}
+
+/// The kind of a rest pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RestPose {
+    /// Standing, arms sideways.
+    TPose,
+    /// Standing, arms sideways and down.
+    APose,
+    /// Standing, arms down.
+    IPose,
+    /// The bones lie along axes and make no figure.
+    Collapsed,
+    /// Anything else.
+    Other,
+}
+
+impl RestPose {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::TPose => "t-pose",
+            Self::APose => "a-pose",
+            Self::IPose => "i-pose",
+            Self::Collapsed => "collapsed",
+            Self::Other => "other",
+        }
+    }
+}

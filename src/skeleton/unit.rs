@@ -1,0 +1,168 @@
+//! Units of length, and which one makes bones those of a person.
+
+use serde::Serialize;
+
+use super::{Confidence, Guess};
+use crate::scene::Scene;
+
+/// A unit of length of motion files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Unit {
+    /// Metres.
+    Metre,
+    /// The unit of the CMU motion capture database and of its conversions: 5.6444 cm, an inch divided by the `length
+    /// 0.45` of its ASF files.
+    Cmu,
+    /// Decimetres, which MakeHuman writes.
+    Decimetre,
+    /// Inches.
+    Inch,
+    /// Centimetres.
+    Centimetre,
+    /// Millimetres.
+    Millimetre,
+    /// No known unit: so many micrometres, in which the bones are those of a usual person.
+    Measured(u32),
+}
+
+impl Unit {
+    /// The known ones, from the longest to the shortest.
+    pub const ALL: [Self; 6] = [
+        Self::Metre,
+        Self::Decimetre,
+        Self::Cmu,
+        Self::Inch,
+        Self::Centimetre,
+        Self::Millimetre,
+    ];
+
+    /// Metres per unit.
+    pub const fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Decimetre => 0.1,
+            Self::Cmu => 0.0254 / 0.45,
+            Self::Inch => 0.0254,
+            Self::Centimetre => 0.01,
+            Self::Millimetre => 0.001,
+            Self::Measured(micrometres) => micrometres as f64 * 1e-6,
+        }
+    }
+
+    /// The unit of this name.
+    ///
+    /// ```
+    /// use mocap::skeleton::Unit;
+    ///
+    /// assert_eq!(Unit::named("cm"), Some(Unit::Centimetre));
+    /// assert_eq!(Unit::named("parsec"), None);
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|unit| unit.as_str() == name)
+    }
+
+    /// The name that users type.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Metre => "m",
+            Self::Decimetre => "dm",
+            Self::Cmu => "cmu",
+            Self::Inch => "inch",
+            Self::Centimetre => "cm",
+            Self::Millimetre => "mm",
+            Self::Measured(_) => "measured",
+        }
+    }
+
+    /// What a user types for it: its name, or its metres.
+    pub fn choice(self) -> String {
+        match self {
+            Self::Measured(_) => self.metres().to_string(),
+            unit => unit.as_str().to_owned(),
+        }
+    }
+
+    /// A unit of so many metres that has no name, rounded to a micrometre.
+    fn measured(metres: f64) -> Self {
+        Self::Measured((metres * 1e6).round().clamp(1.0, f64::from(u32::MAX)) as u32)
+    }
+}
+
+/// Metres of bone from ankle to head that a person has: a grown one, and anybody.
+const ADULT: [f64; 2] = [1.18, 1.75];
+const ANYBODY: [f64; 2] = [0.72, 2.2];
+
+/// Metres of thigh and shin of a usual person, for a file in no known unit: 0.49 of 1.7 m.
+const USUAL_LEG: f64 = 0.833;
+
+/// The unit of a program or a database, by the names that it gives to joints.
+pub(super) fn family_unit(scene: &Scene) -> Option<(Unit, &'static str)> {
+    let has = |names: &[&str]| {
+        names
+            .iter()
+            .all(|name| scene.nodes.iter().any(|node| node.name == *name))
+    };
+    if has(&["HMD", "Left-Hip"]) {
+        Some((Unit::Centimetre, "SlimeVR"))
+    } else if has(&["spine05", "upperleg01.L"]) || has(&["UpLeg_L", "LoLeg_L", "__UpLeg_L"]) {
+        Some((Unit::Decimetre, "MakeHuman"))
+    } else if has(&["LHipJoint", "LowerBack"]) || has(&["lhipjoint", "lowerback"]) || has(&["LHipJoint", "lowerback"]) {
+        Some((Unit::Cmu, "CMU's database"))
+    } else if has(&["figureHair", "lShldr"]) || has(&["mPelvis", "mTorso"]) {
+        Some((Unit::Inch, "Second Life"))
+    } else {
+        None
+    }
+}
+
+pub(super) fn unit_of(length: f64, leg: f64, family: Option<(Unit, &'static str)>) -> Guess<Unit> {
+    let within = |unit: &Unit, [least, most]: [f64; 2]| (least..=most).contains(&(length * unit.metres()));
+    let measured = |unit: Unit| {
+        let metres = length * unit.metres();
+        format!("from ankle to head there are {length:.4} units of bone, which is {metres:.2} m")
+    };
+    if let Some((unit, name)) = family.filter(|(unit, _)| within(unit, ANYBODY)) {
+        return Guess {
+            value: unit,
+            confidence: Confidence::Sure,
+            reason: format!("{}, and the joints have the names of {name}", measured(unit)),
+        };
+    }
+    let known = [
+        Unit::Centimetre,
+        Unit::Metre,
+        Unit::Millimetre,
+        Unit::Inch,
+        Unit::Cmu,
+        Unit::Decimetre,
+    ];
+    if let Some(unit) = known.into_iter().find(|unit| within(unit, ADULT)) {
+        // Few files are in decimetres or in CMU's unit but those that have its names.
+        let is_common = !matches!(unit, Unit::Decimetre | Unit::Cmu | Unit::Inch);
+        return Guess {
+            value: unit,
+            confidence: if is_common {
+                Confidence::Sure
+            } else {
+                Confidence::Likely
+            },
+            reason: measured(unit),
+        };
+    }
+    // Children and giants, in the units that everybody uses.
+    if let Some(unit) = known[..3].iter().copied().find(|unit| within(unit, ANYBODY)) {
+        return Guess {
+            value: unit,
+            confidence: Confidence::Likely,
+            reason: format!("{}, a child or a giant", measured(unit)),
+        };
+    }
+    let unit = Unit::measured(USUAL_LEG / leg);
+    Guess {
+        value: unit,
+        confidence: Confidence::Unsure,
+        reason: format!("{} if it is a usual person; in no known unit it is one", measured(unit)),
+    }
+}

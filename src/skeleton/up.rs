@@ -1,0 +1,136 @@
+//! The axis that points up, from the rest pose and from a few poses of the motion.
+
+use glam::Vec3;
+
+use super::axis::Axis;
+use super::bone::HumanoidBone as Bone;
+use super::measure::Figure;
+use super::poses::poses;
+use super::{Confidence, Guess};
+use crate::scene::NodeId;
+
+impl Figure<'_> {
+    /// The axis that points up.
+    pub(super) fn up(&self) -> Option<Guess<Axis>> {
+        let guess = |value, confidence, reason: String| {
+            Some(Guess {
+                value,
+                confidence,
+                reason,
+            })
+        };
+        let rest = self.rest_up().map(Axis::nearest).filter(|(_, cosine)| *cosine > 0.8);
+        let Some(motion) = self.motion_up() else {
+            return match rest {
+                Some((axis, _)) => guess(axis, Confidence::Likely, "the rest pose stands along it".to_owned()),
+                None => None,
+            };
+        };
+        let way = motion.mean;
+        let words = format!(
+            "from the feet to the head it is {:.2} {:.2} {:.2} of the way",
+            way.x, way.y, way.z
+        );
+        let (axis, cosine) = Axis::nearest(way);
+        let is_vertical = !matches!(axis, Axis::X | Axis::NegX);
+        let is_clear = way.length() > 0.85 && cosine > 0.9 && is_vertical && motion.extended > 0.75;
+        match rest {
+            Some((rest, _)) if rest == axis && cosine > 0.7 => guess(
+                axis,
+                Confidence::Sure,
+                format!("{words}, and the rest pose stands along it"),
+            ),
+            Some((rest, _)) if is_clear && motion.frames > 1 => {
+                // Standing feet come back to one height along the up axis; a lying body lies near 0 along the other.
+                let (of_motion, of_rest) = (motion.floor(axis), motion.floor(rest));
+                if of_rest.abs() < 0.06 && of_motion.abs() > 0.1 {
+                    let reason = format!("the rest pose stands along it, and the body lies on the floor ({words})");
+                    guess(rest, Confidence::Likely, reason)
+                } else {
+                    let reason = format!("{words}, although the rest pose stands along {}", rest.as_str());
+                    guess(axis, Confidence::Likely, reason)
+                }
+            }
+            Some((rest, _)) => guess(
+                rest,
+                Confidence::Likely,
+                format!("the rest pose stands along it; in motion {words}"),
+            ),
+            // The hands of a handstand are on the floor.
+            None if matches!(axis, Axis::NegY | Axis::NegZ)
+                && motion.floor(axis.opposite()).abs() < 0.06
+                && motion.floor(axis).abs() > 0.1 =>
+            {
+                let reason = format!("the body stands on its head on the floor ({words})");
+                guess(axis.opposite(), Confidence::Likely, reason)
+            }
+            None if is_clear => guess(axis, Confidence::Sure, words),
+            None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
+            None => {
+                // What is left of a way along X is noise.
+                let is_z = way.z.abs() > way.y.abs() && way.z.abs() > 0.3 * way.length();
+                let axis = if is_z { Axis::Z } else { Axis::Y };
+                guess(axis, Confidence::Unsure, words)
+            }
+        }
+    }
+
+    fn motion_up(&self) -> Option<Motion> {
+        self.scene.animations.first()?;
+        let feet = self.feet()?;
+        let head = self.joint(Bone::Head).or(self.joint(Bone::Neck))?;
+        let length = self.bone_length()? as f32;
+        let poses = poses(self.scene);
+        let mut motion = Motion {
+            mean: Vec3::ZERO,
+            extended: 0.0,
+            lowest: Vec::new(),
+            highest: Vec::new(),
+            length,
+            frames: self.scene.animations[0].frame_count(),
+        };
+        let share = 1.0 / poses.len() as f32;
+        for pose in &poses {
+            let at = |node: usize| pose.position(NodeId::new(node));
+            let way = at(head) - 0.5 * (at(feet[0]) + at(feet[1]));
+            motion.mean += share * way.normalize_or_zero();
+            motion.extended += share * way.length() / length;
+            let places = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
+            motion.lowest.extend(places().reduce(Vec3::min));
+            motion.highest.extend(places().reduce(Vec3::max));
+        }
+        motion.mean.is_finite().then_some(motion)
+    }
+}
+
+/// Measurements of a few poses.
+struct Motion {
+    /// The mean of the directions from the feet to the head.
+    mean: Vec3,
+    /// The distance from the feet to the head, as a share of the length of bone.
+    extended: f32,
+    lowest: Vec<Vec3>,
+    highest: Vec<Vec3>,
+    length: f32,
+    frames: usize,
+}
+
+impl Motion {
+    /// The height of the lowest joint along an axis, in the median, as a share of the figure.
+    fn floor(&self, axis: Axis) -> f32 {
+        let mut heights: Vec<f32> = std::iter::zip(&self.lowest, &self.highest)
+            .map(|(low, high)| match axis {
+                Axis::X => low.x,
+                Axis::Y => low.y,
+                Axis::Z | Axis::Unknown => low.z,
+                Axis::NegX => -high.x,
+                Axis::NegY => -high.y,
+                Axis::NegZ => -high.z,
+            })
+            .collect();
+        heights.sort_by(f32::total_cmp);
+        heights
+            .get(heights.len() / 2)
+            .map_or(0.0, |height| height / self.length)
+    }
+}
