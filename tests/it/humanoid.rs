@@ -469,11 +469,11 @@ fn the_rotations_bring_the_rest_pose_into_t_pose() {
     for (bone, rotation) in &found.rotations {
         let joint = skeleton.humanoid.joint(*bone).unwrap();
         let about = places[joint.index()];
-        for index in joint.index()..scene.nodes.len() {
+        for (index, place) in places.iter_mut().enumerate() {
             let parent = |node: &NodeId| scene.nodes[node.index()].parent;
             let mut above = std::iter::successors(Some(NodeId::new(index)), parent);
             if above.any(|node| node == joint) {
-                places[index] = about + *rotation * (places[index] - about);
+                *place = about + *rotation * (*place - about);
             }
         }
     }
