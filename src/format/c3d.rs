@@ -43,6 +43,9 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 /// The block size: places in the file are block numbers.
 const BLOCK: usize = 512;
 
+/// The byte of the header at which the block of the data stands.
+const DATA_BLOCK: usize = 16;
+
 /// The second byte of every C3D file.
 const KEY: u8 = 0x50;
 
@@ -61,10 +64,45 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 
 fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
     let (processor, section) = processor(bytes)?;
-    let parameters = parameters::read(bytes, section, processor)?;
-    let header = Header::read(bytes, processor, &parameters, options)?;
+    let parameters = read_parameters(bytes, section, processor, warnings)?;
+    let header = Header::read(bytes, processor, &parameters, options, warnings)?;
     let points = points::read(bytes, processor, &header, parameters.labels().len(), warnings)?;
     Ok(scene::build(&parameters, &header, points, warnings))
+}
+
+/// The parameters of a section whose length the file states. Where they do not end within it, and end before the data, the
+/// stated length is too small.
+fn read_parameters(
+    bytes: &[u8],
+    section: Range<usize>,
+    processor: Processor,
+    warnings: &mut Warnings,
+) -> Result<Parameters, Failure> {
+    let stated = parameters::read(bytes, section.clone(), processor);
+    if stated.as_ref().is_ok_and(|stated| stated.is_ended) {
+        return stated;
+    }
+    let mut header = Bytes::new(bytes, processor);
+    header.set_offset(DATA_BLOCK);
+    let data_block = header.word().map_or(0, usize::from);
+    let data = data_block.saturating_sub(1).saturating_mul(BLOCK).min(bytes.len());
+    if data <= section.end {
+        return stated;
+    }
+    match parameters::read(bytes, section.start..data, processor) {
+        Ok(all) if all.is_ended => {
+            if stated.as_ref().map_or(true, |stated| *stated != all) {
+                warnings.push(Code::HeaderCount, || {
+                    let message =
+                        "the section of parameters is longer than it states; all parameters before the data were read";
+                    Diagnostic::new(Code::HeaderCount, message)
+                        .expected_found(format!("{} bytes", data - section.start), format!("{}", section.len()))
+                });
+            }
+            Ok(all)
+        }
+        _ => stated,
+    }
 }
 
 /// The processor type of the file's numbers, and the bytes of its parameters.
@@ -129,6 +167,7 @@ impl Header {
         processor: Processor,
         parameters: &Parameters,
         options: &ReadOptions,
+        warnings: &mut Warnings,
     ) -> Result<Self, Failure> {
         let mut header = Bytes::new(bytes, processor);
         header.skip(2);
@@ -180,14 +219,53 @@ impl Header {
                     .help("export the file again"),
             ));
         }
-        Ok(Self {
+        let rate = number("RATE").unwrap_or(rate);
+        let mut header = Self {
             points,
             samples: usize::from(samples),
             frames,
             data: (data_block as usize - 1).saturating_mul(BLOCK),
             scale: (scale >= 0.0).then_some(scale),
-            frame_rate: options.frame_rate_or(number("RATE").unwrap_or(rate))?,
-        })
+            frame_rate: options.frame_rate_or(rate)?,
+        };
+        if let Some(samples) = parameters.analog_samples(rate) {
+            header.choose_samples(samples, bytes.len(), warnings);
+        }
+        Ok(header)
+    }
+
+    /// Bytes of a number in the data.
+    fn number_size(&self) -> usize {
+        if self.scale.is_some() { 2 } else { 4 }
+    }
+
+    /// Bytes of a record with so many analog samples: four numbers of each point, and the samples.
+    fn record_size(&self, samples: usize) -> usize {
+        (4 * self.points + samples) * self.number_size()
+    }
+
+    /// Takes the analog samples of the parameters, where the file is as long as they say and not as long as the header
+    /// says: then every record would be read from a wrong place.
+    fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
+        let data = length.saturating_sub(self.data) as u64;
+        // The rest of the last block is filled up, or left out.
+        let rest = |samples: usize| {
+            let rest = data.checked_sub(self.frames.saturating_mul(self.record_size(samples) as u64));
+            rest.filter(|rest| *rest < BLOCK as u64)
+        };
+        match (rest(self.samples), rest(samples)) {
+            (None, Some(_)) | (Some(1..), Some(0)) => {}
+            _ => return,
+        }
+        let stated = std::mem::replace(&mut self.samples, samples);
+        warnings.push(Code::HeaderCount, || {
+            let message = "the header states a number of analog samples that the data does not have; that of the parameters \
+                           was used";
+            Diagnostic::new(Code::HeaderCount, message).expected_found(
+                format!("{samples} a frame, as ANALOG:USED and ANALOG:RATE say"),
+                format!("{stated}"),
+            )
+        });
     }
 }
 

@@ -472,3 +472,77 @@ fn numbers_that_nothing_can_be_computed_with_are_told() {
         assert_eq!(channel(&scene, 0).position_keys.len(), 2);
     }
 }
+
+/// The sample with parameters that fill a second block, of which the section states one.
+fn with_two_blocks_of_parameters(stated: u8) -> Vec<u8> {
+    let bytes = SAMPLE.bytes();
+    let list = bytes[512..1024].iter().rposition(|byte| *byte != 0).unwrap() + 512 + 2;
+    let mut long = bytes[..list].to_vec();
+    for name in ["DESCRIPTION", "DESCRIPTION2"] {
+        long.extend(SAMPLE.parameter(1, name, -1, &[200], &[b'x'; 200]));
+    }
+    long.extend(SAMPLE.parameter(1, "MOVIE_ID", -1, &[3], b"abc"));
+    assert!((1024..1536).contains(&long.len()), "{}", long.len());
+    long.resize(1536, 0);
+    long.extend(&bytes[1024..]);
+    long[514] = stated;
+    // The data begins a block later.
+    long[16] = 4;
+    long
+}
+
+#[test]
+fn parameters_are_read_beyond_a_count_of_blocks_that_is_too_small() {
+    let expected = read(&SAMPLE.bytes()).unwrap();
+    for stated in [1, 2, 0] {
+        let scene = read(&with_two_blocks_of_parameters(stated)).unwrap();
+        assert_eq!(
+            (&scene.nodes, &scene.animations),
+            (&expected.nodes, &expected.animations),
+            "{stated}"
+        );
+        let told = scene.warnings.iter().any(|warning| warning.code == Code::HeaderCount);
+        assert_eq!(told, stated == 1);
+    }
+    // Where the data begins is not known, so that nothing says that the list may go on.
+    let mut bytes = with_two_blocks_of_parameters(1);
+    bytes[16] = 3;
+    let error = read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("reaches beyond the end of its section"), "{error}");
+}
+
+#[test]
+fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
+    let analog = |used: i16, rate: f32| {
+        let bytes = SAMPLE.bytes();
+        let list = bytes[512..1024].iter().rposition(|byte| *byte != 0).unwrap() + 512 + 2;
+        let mut long = bytes[..list].to_vec();
+        long.extend(SAMPLE.group(2, "ANALOG"));
+        long.extend(SAMPLE.parameter(2, "USED", 2, &[], &SAMPLE.word(used)));
+        long.extend(SAMPLE.parameter(2, "RATE", 4, &[], &SAMPLE.real(rate)));
+        long.resize(1024, 0);
+        // Records of two markers and six samples: three channels at twice the rate.
+        for record in bytes[1024..].chunks_exact(36) {
+            long.extend(&record[..32]);
+            long.extend([0x11; 24]);
+        }
+        long
+    };
+    let expected = read(&SAMPLE.bytes()).unwrap();
+    let scene = read(&analog(3, 200.0)).unwrap();
+    assert_eq!(scene.animations, expected.animations);
+    assert_eq!(scene.warnings[0].code, Code::HeaderCount);
+    assert!(
+        scene.warnings[0].to_string().contains("expected 6 a frame"),
+        "{}",
+        scene.warnings[0]
+    );
+    // Numbers that fit no better leave the header its word.
+    for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (0, 0.0)] {
+        let scene = read(&analog(used, rate)).unwrap();
+        assert!(
+            scene.warnings.iter().all(|warning| warning.code != Code::HeaderCount),
+            "{used} {rate}"
+        );
+    }
+}

@@ -16,8 +16,10 @@ enum Values {
 }
 
 /// All parameters.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct Parameters {
+    /// Whether the list says where it ends.
+    pub(super) is_ended: bool,
     /// By group number and name, in capitals.
     values: HashMap<(i8, String), Values>,
     /// Group numbers by name, in capitals.
@@ -31,7 +33,11 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
     let mut bytes = Bytes::new(&file[..section.end], processor);
     bytes.set_offset(section.start);
     // An empty name, or the end of the section, ends the list.
-    while let Ok(length @ 1..) = bytes.byte() {
+    while let Ok(length) = bytes.byte() {
+        if length == 0 {
+            parameters.is_ended = true;
+            break;
+        }
         // A negative length locks the parameter for editors; a reader ignores the sign.
         let length = length.cast_signed().unsigned_abs();
         let in_list = |failure: Failure| in_parameter(*failure, None, is_whole);
@@ -48,6 +54,7 @@ pub(super) fn read(file: &[u8], section: Range<usize>, processor: Processor) -> 
             parameters.values.insert((-id, name), values);
         }
         if to_next == 0 {
+            parameters.is_ended = true;
             break;
         }
         bytes.set_offset(start + usize::from(to_next));
@@ -168,6 +175,15 @@ impl Parameters {
             name = format!("LABELS{part}");
         }
         labels
+    }
+
+    /// Analog samples in a record: those of each channel at its rate, which is a multiple of that of the points.
+    pub(super) fn analog_samples(&self, point_rate: f64) -> Option<usize> {
+        // A word without a sign.
+        let channels = self.number("ANALOG", "USED")? as i64 as u16;
+        let samples = (self.number("ANALOG", "RATE")? / point_rate).round();
+        let is_possible = (1.0..=f64::from(u16::MAX)).contains(&samples);
+        is_possible.then_some(usize::from(channels) * samples as usize)
     }
 
     /// Whether the file has events.

@@ -32,9 +32,8 @@ pub(super) fn read(
     labels: usize,
     warnings: &mut Warnings,
 ) -> Result<Points, Failure> {
-    let number_size = if header.scale.is_some() { 2 } else { 4 };
-    let point_size = 4 * number_size;
-    let record_size = header.points * point_size + header.samples * number_size;
+    let point_size = 4 * header.number_size();
+    let record_size = header.record_size(header.samples);
     let data = bytes.get(header.data..).unwrap_or_default();
     let count = if data.len() < record_size || header.frames == 0 {
         header.points.min(labels)
