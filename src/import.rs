@@ -12,9 +12,8 @@ use std::path::{Path, PathBuf};
 
 pub use self::clips::Clips;
 use self::contents::{list_siblings, refused_from_memory};
-use crate::error::Result;
-#[cfg(doc)]
-use crate::error::{Code, Error};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::gltf::Character;
 use crate::format::{ReadOptions, Source};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
@@ -329,6 +328,30 @@ impl Importer {
             },
             list: &|_| self.skeleton.clone().into_iter().collect(),
         })
+    }
+
+    /// Reads a glTF or VRM file that gets further animations and is otherwise passed through.
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
+        let path = path.as_ref();
+        let bytes = self.open(path)?;
+        if self.find_format(&bytes, path)?.format != Format::Gltf {
+            let message = "only glTF and VRM files can be passed through";
+            return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
+        }
+        let source = Source {
+            bytes: &bytes,
+            name: path,
+            release: &|_| {},
+            open: &|other| self.open(other),
+            list: &|_| Vec::new(),
+        };
+        let mut character = Character::read(&source, &self.read).map_err(|error| error.with_path(path))?;
+        let scene = self.finish(std::mem::take(&mut character.scene), &source, String::new());
+        character.scene = scene.map_err(|error| error.with_path(path))?;
+        Ok(character)
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within

@@ -4,6 +4,7 @@
 //! file's nodes and tracks.
 
 mod accessors;
+mod character;
 mod compression;
 mod file;
 mod invalid;
@@ -19,6 +20,7 @@ mod write;
 use crate::format::FormatInfo;
 use crate::scene::Format;
 
+pub use self::character::Character;
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::File;
 pub use self::provenance::Provenance;

@@ -59,7 +59,7 @@ impl Importer {
     }
 
     /// The steps that follow every reader.
-    fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
+    pub(super) fn finish(&self, mut scene: Scene, source: &Source<'_>, sha256: String) -> Result<Scene> {
         if self.strict && !scene.warnings.is_empty() {
             let first = scene.warnings.remove(0);
             return Err(Error::from(first).with_warnings(scene.warnings));
@@ -83,7 +83,7 @@ impl Importer {
     }
 
     /// The explicit choice, else the contents, else the extension.
-    fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
+    pub(super) fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
         if let Some(chosen) = self.format {
             let format = FORMATS.iter().find(|row| row.format == chosen);
             return format.ok_or_else(|| {

@@ -131,6 +131,23 @@ impl Humanoid {
         Ok(self)
     }
 
+    /// A humanoid whose bones a file states.
+    pub fn stated(bones: BTreeMap<HumanoidBone, NodeId>, reason: &str) -> Self {
+        let joint = |joint| HumanoidJoint {
+            joint,
+            confidence: Confidence::Sure,
+            reason: reason.to_owned(),
+        };
+        Self {
+            found: true,
+            reason: reason.to_owned(),
+            bones: bones.into_iter().map(|(bone, node)| (bone, joint(node))).collect(),
+            sides: Sides::Agree,
+            sides_confidence: Confidence::Sure,
+            sides_reason: reason.to_owned(),
+        }
+    }
+
     fn refused(reason: String) -> Self {
         Self {
             found: false,

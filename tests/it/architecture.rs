@@ -25,7 +25,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",
-        &["error", "limits", "export", "scene", "math", "pose", "compress"],
+        &[
+            "error", "limits", "export", "scene", "math", "pose", "skeleton", "compress",
+        ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),
     ("dump", &["error", "scene", "pose"]),

@@ -1,5 +1,6 @@
 //! Written glTF files, read back by another implementation and compared.
 
+mod character;
 mod file;
 mod fixtures;
 mod foreign;

@@ -160,12 +160,33 @@ const HEADER: usize = 12;
 /// Bytes of the header of each of its chunks.
 const CHUNK_HEADER: usize = 8;
 
+/// The JSON of a file, without a byte order mark, and the binary chunk of a `.glb`.
+pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
+    match bytes.starts_with(MAGIC) {
+        true => {
+            let chunks = chunks(bytes)?;
+            Ok((chunks.json, chunks.bin))
+        }
+        false => Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)),
+    }
+}
+
+/// The chunks of a `.glb` that only extensions know, with their headers.
+pub(super) fn further_chunks(bytes: &[u8]) -> Result<&[u8], Failure> {
+    Ok(chunks(bytes)?.further)
+}
+
+/// The chunks of a `.glb`.
+struct Chunks<'a> {
+    json: &'a [u8],
+    bin: Option<&'a [u8]>,
+    /// What follows both.
+    further: &'a [u8],
+}
+
 /// A file taken apart: its JSON, and the binary chunk of a `.glb`.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Root, Option<&[u8]>), Failure> {
-    let (json, bin) = match bytes.starts_with(MAGIC) {
-        true => chunks(bytes)?,
-        false => (bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None),
-    };
+    let (json, bin) = split(bytes)?;
     // Names in another encoding are no reason to refuse the motion.
     let text = String::from_utf8_lossy(json);
     let mut deserializer = serde_json::Deserializer::from_str(&text);
@@ -199,8 +220,7 @@ fn pointer(path: &serde_path_to_error::Path) -> String {
     pointer
 }
 
-/// The JSON chunk and the binary chunk of a `.glb` file.
-fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
+fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {
     let number = |at: usize| -> Option<usize> {
         let bytes = bytes.get(at..at + 4)?.try_into().ok()?;
         Some(u32::from_le_bytes(bytes) as usize)
@@ -221,6 +241,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
             .into());
     }
     let (mut json, mut bin) = (None, None);
+    let mut known = HEADER;
     let mut at = HEADER;
     while at + CHUNK_HEADER <= length {
         let (size, kind) = (number(at).ok_or_else(cut_off)?, &bytes[at + 4..at + 8]);
@@ -233,13 +254,14 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
         })?;
         let chunk = &bytes[at + CHUNK_HEADER..end];
         match kind {
-            b"JSON" if json.is_none() => json = Some(chunk),
-            b"BIN\0" if bin.is_none() => bin = Some(chunk),
+            b"JSON" if json.is_none() => (json, known) = (Some(chunk), end),
+            b"BIN\0" if bin.is_none() => (bin, known) = (Some(chunk), end),
             // Further chunks are those of extensions.
             _ => {}
         }
         at = end;
     }
     let json = json.ok_or_else(|| invalid("", "the file has no JSON chunk"))?;
-    Ok((json, bin))
+    let further = &bytes[known..length];
+    Ok(Chunks { json, bin, further })
 }

@@ -49,6 +49,11 @@ struct Placed {
 }
 
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    Ok(read_placed(source, options)?.0)
+}
+
+/// Reads a file, and says which node of it became which of the scene.
+pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<(Scene, Vec<(usize, NodeId)>)> {
     let open = |beside: &std::path::Path| (source.open)(&source.name.with_file_name(beside));
     let mut file = File::read(source.bytes, &open, &options.limits)?;
     let mut scene = Scene {
@@ -88,7 +93,8 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
             .warnings
             .push(Diagnostic::new(Code::NoMotion, "the file has no animation"));
     }
-    Ok(scene)
+    let placed = placed.into_iter().map(|(index, placed)| (index, placed.id)).collect();
+    Ok((scene, placed))
 }
 
 /// The frame time that a file of this crate says; 0 stands for none, for its scene had no motion.

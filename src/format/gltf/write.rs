@@ -30,6 +30,7 @@ mod build;
 mod container;
 mod mesh;
 mod names;
+pub(super) mod patch;
 
 use std::path::Path;
 
