@@ -5,6 +5,7 @@
 //! name with its cause and its remedy in one table.
 
 mod code;
+mod visible;
 
 use std::fmt;
 use std::io;
@@ -13,6 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use self::code::Code;
+pub use self::visible::{visible, visible_lines};
 
 /// The result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
-use crate::skeleton::survey;
+use crate::skeleton::{self, survey};
 
 /// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +72,15 @@ pub(super) enum Side {
     Left,
     Right,
     Middle,
+}
+
+impl From<skeleton::Side> for Side {
+    fn from(side: skeleton::Side) -> Self {
+        match side {
+            skeleton::Side::Left => Self::Left,
+            skeleton::Side::Right => Self::Right,
+        }
+    }
 }
 
 /// Names after the letter of the side in Acclaim's names, which have no capital letters: `lfemur`.

@@ -1,48 +1,61 @@
 //! A page with a player: one HTML file without external resources.
 //!
-//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. The page has the
-//! motion as base64 of 32-bit floats, track by track, because JSON numbers would take three times the space and most of
-//! the loading time.
+//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. Its files are modules;
+//! a page has them one after another in one script. `player.js` plays clips wherever their data comes from; `page.js`
+//! gives it those of this page.
+//!
+//! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
+//! space and most of the loading time. `pack.rs` says how, and how exact they are.
 
 mod data;
 mod listing;
+mod pack;
+
+use std::borrow::Cow;
 
 use serde::Serialize;
 
-use self::data::{Description, Floats, describe};
+use self::data::{Description, describe};
 pub use self::listing::{ListingEntry, listing};
 use super::figure::Clip;
 use super::svg::escape;
+use crate::error::visible;
 
 /// A clip on a page.
 #[derive(Clone, Copy, Debug)]
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
-    /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb).
-    pub glb: &'a [u8],
+    /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb). Without one the
+    /// button says how to make it.
+    pub glb: Option<&'a [u8]>,
 }
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
-/// The scripts of the player; each uses only those before it.
-const SCRIPT: [&str; 10] = [
+/// The modules of the player; each imports only those before it.
+const MODULES: [&str; 15] = [
     include_str!("view/math.js"),
+    include_str!("view/dom.js"),
+    include_str!("view/curves.js"),
     include_str!("view/clip.js"),
     include_str!("view/batch.js"),
     include_str!("view/renderer_gl.js"),
     include_str!("view/renderer_2d.js"),
     include_str!("view/camera.js"),
+    include_str!("view/colors.js"),
     include_str!("view/chart.js"),
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
-    include_str!("view/controls.js"),
+    include_str!("view/player.js"),
+    include_str!("view/unpack.js"),
+    include_str!("view/page.js"),
 ];
 
 #[derive(Serialize)]
-struct PageData<'a> {
-    clips: Vec<Description<'a>>,
+struct PageData {
+    clips: Vec<Description>,
 }
 
 /// A page that plays `clips` together, side by side or overlaid.
@@ -52,18 +65,23 @@ struct PageData<'a> {
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
-/// let html = page(&[PageClip { clip: Clip { name: "Test", scene: &scene }, glb: &glb }]);
+/// let html = page(&[PageClip { clip: Clip { name: "Test", scene: &scene }, glb: Some(&glb) }]);
 /// assert!(html.starts_with("<!doctype html>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub fn page(clips: &[PageClip<'_>]) -> String {
-    let mut blocks = String::new();
+    let mut keys = String::new();
+    let mut downloads = String::new();
     let mut descriptions = Vec::new();
     for (index, PageClip { clip, glb }) in clips.iter().enumerate() {
-        let mut floats = Floats::default();
-        descriptions.push(describe(clip, index, &mut floats));
-        push_block(&mut blocks, &format!("clip-{index}"), &floats.into_bytes());
-        push_block(&mut blocks, &format!("glb-{index}"), glb);
+        let (description, blocks) = describe(clip, index, glb.is_some());
+        for (id, block) in std::iter::zip(&description.blocks, blocks) {
+            push_block(&mut keys, id, &block);
+        }
+        if let (Some(id), Some(glb)) = (&description.glb, glb) {
+            push_block(&mut downloads, id, glb);
+        }
+        descriptions.push(description);
     }
     let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
     let data = PageData { clips: descriptions };
@@ -71,13 +89,27 @@ pub fn page(clips: &[PageClip<'_>]) -> String {
     // Inside a script element only `<` can end it early.
     let data = data.replace('<', "\\u003c");
     filled(PAGE, |name| match name {
-        "title" => escape(&names.join(", ")),
-        "style" => lean(STYLE),
-        "script" => SCRIPT.map(lean).concat(),
-        "data" => data.clone(),
-        "blocks" => blocks.clone(),
+        "title" => escape(&visible(&names.join(", "))).into(),
+        "style" => lean(STYLE).into(),
+        "script" => script().into(),
+        "data" => data.as_str().into(),
+        "keys" => keys.as_str().into(),
+        "downloads" => downloads.as_str().into(),
         unknown => unreachable!("the page has no place called {unknown}"),
     })
+}
+
+/// The modules as one script.
+fn script() -> String {
+    let is_import = |line: &&str| line.starts_with("import ");
+    let lines = MODULES.map(lean);
+    let lines = lines
+        .iter()
+        .flat_map(|module| module.lines())
+        .filter(|line| !is_import(line));
+    lines
+        .flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"])
+        .collect()
 }
 
 /// An element that holds bytes and is not run.
@@ -89,7 +121,7 @@ fn push_block(page: &mut String, id: &str, bytes: &[u8]) {
 }
 
 /// A template with every `{{name}}` replaced. Replacements are not searched again.
-fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
+fn filled<'a>(template: &str, value: impl Fn(&str) -> Cow<'a, str>) -> String {
     let mut text = String::new();
     let mut rest = template;
     while let Some((before, (name, after))) = rest
@@ -116,13 +148,42 @@ mod tests {
 
     #[test]
     fn the_script_is_small() {
-        let bytes: usize = SCRIPT.map(lean).iter().map(String::len).sum();
-        assert!(bytes < 60_000, "{bytes} bytes");
+        let bytes = script().len();
+        assert!(bytes < 64_000, "{bytes} bytes");
+    }
+
+    #[test]
+    fn a_module_imports_only_those_before_it() {
+        let names = [
+            "math",
+            "dom",
+            "curves",
+            "clip",
+            "batch",
+            "renderer_gl",
+            "renderer_2d",
+            "camera",
+            "colors",
+        ];
+        let names = names
+            .into_iter()
+            .chain(["chart", "panel", "stage", "player", "unpack", "page"]);
+        let names: Vec<_> = names.map(|name| format!("\"./{name}.js\"")).collect();
+        for (index, module) in MODULES.iter().enumerate() {
+            for line in module.lines().filter(|line| line.starts_with("import ")) {
+                let from = line.split(" from ").nth(1).unwrap().trim_end_matches(';');
+                assert!(
+                    names[..index].iter().any(|name| name == from),
+                    "{}: {line}",
+                    names[index]
+                );
+            }
+        }
     }
 
     #[test]
     fn a_template_is_filled_once() {
-        let value = |name: &str| format!("<{name} {{{{x}}}}>");
+        let value = |name: &str| format!("<{name} {{{{x}}}}>").into();
         assert_eq!(filled("a {{b}} c {{d}}{", value), "a <b {{x}}> c <d {{x}}>{");
     }
 }

@@ -2,19 +2,28 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
+import { parseArgs } from "node:util";
+import { Sample } from "../interop/sample.js";
 import { launch, open, settled } from "./browser.js";
+
+const { values } = parseArgs({
+  options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" }, pictures: { type: "string" } },
+});
+const seed = Number(process.env.MOCAP_SEED ?? Date.now() % 1_000_000);
+if (!Number.isSafeInteger(seed) || seed < 0) throw new Error(`MOCAP_SEED must be a whole number of at least 0, got ${process.env.MOCAP_SEED}`);
+const sample = new Sample(values.all, seed);
 
 const FILES = ["lecture_Test", "cmu_12_01_walk", "z_up_dab", "mocopi_jump_six_channels", "leap_hand_end_site_lowercase"];
 /** As a share of the figure's height. */
 const MAX_ERROR = 1e-3;
 
-const fixture = (name) => fileURLToPath(new URL(`../../fixtures/real/${name}.bvh`, import.meta.url));
+const fixture = (name) => fileURLToPath(new URL(`../../fixtures/real/${name.includes(".") ? name : `${name}.bvh`}`, import.meta.url));
 const folder = mkdtempSync(join(tmpdir(), "mocap-view-"));
-const pictures = process.argv[2] === "--pictures" ? process.argv[3] : null;
+const { pictures } = values;
 if (pictures) mkdirSync(pictures, { recursive: true });
 
 function mocap(...args) {
@@ -28,8 +37,17 @@ function pageOf(...names) {
   return pathToFileURL(path).href;
 }
 
-const worldPositions = (name, tick) =>
-  JSON.parse(mocap("pose", fixture(name), "--tick", String(tick), "--world", "--json")).nodes.map((node) => node.translation);
+/** Writes a file and a page of it, and returns both. */
+function pageOfText(name, text, ...options) {
+  const [file, path] = [join(folder, name), join(folder, `${name}.html`)];
+  writeFileSync(file, text);
+  mocap("view", file, ...options, "-o", path);
+  return { file, path, address: pathToFileURL(path).href };
+}
+
+const worldPositions = (name, tick) => filePositions(fixture(name), tick);
+const filePositions = (file, tick) =>
+  JSON.parse(mocap("pose", file, "--tick", String(tick), "--world", "--json")).nodes.map((node) => node.translation);
 
 /** The largest distance between two lists of places, as a share of the extent of the second. */
 function difference(found, expected) {
@@ -57,12 +75,11 @@ async function tapUntil(page, selector, taken) {
   }
 }
 
-const only = process.argv[2] === "--only" ? process.argv[3] : "";
 const checks = [];
-const check = (name, run) => name.includes(only) && checks.push([name, run]);
+const check = (name, run) => name.includes(values.only) && checks.push([name, run]);
 
-for (const name of FILES) {
-  for (const renderer of ["WebGL", "Canvas 2D"]) {
+for (const [turn, renderer] of ["WebGL", "Canvas 2D"].entries()) {
+  for (const name of sample.share(FILES, turn, FILES.length)) {
     check(`${name}: what ${renderer} draws is what the library says`, async (browser) => {
       const address = pageOf(name) + (renderer === "WebGL" ? "" : "#canvas2d");
       const { page, trouble, close } = await open(browser, address);
@@ -172,7 +189,7 @@ check("a mouse hovers, chooses, turns, moves, zooms and scrubs", async (browser)
   const [x, y] = await jointPlace(page, 4);
   await page.mouse.move(x, y);
   await settled(page);
-  assert.match(await page.textContent("#tip"), /^LeftFoot\nlocal .*\nworld /);
+  assert.match(await page.textContent("#tip"), /^LeftFoot\nleftFoot, sure: .*\nlocal .*\nworld /);
   await page.mouse.click(x, y);
   assert.equal(await page.textContent("#joint-name"), "LeftFoot");
   for (const [act, what] of [
@@ -191,6 +208,7 @@ check("a mouse hovers, chooses, turns, moves, zooms and scrubs", async (browser)
   await page.mouse.click(bar.x + bar.width / 2, bar.y + bar.height / 2);
   await settled(page);
   assert.ok(Math.abs((await tick(page)) - 261) < 15, `tick ${await tick(page)}`);
+  await page.locator("#euler-curves").scrollIntoViewIfNeeded();
   const curves = await page.locator("#euler-curves").boundingBox();
   await page.mouse.click(curves.x + curves.width / 4, curves.y + 10);
   await settled(page);
@@ -207,7 +225,11 @@ check("fingers choose, turn and pinch on a phone", async (browser) => {
   const hand = await jointNamed(page, "LeftHand");
   const [x, y] = await jointPlace(page, 10);
   await page.touchscreen.tap(x, y);
-  assert.ok((await chosen(page)) >= 0);
+  await page.waitForFunction(() => window.mocap.state.joint >= 0);
+  assert.ok(await page.isVisible("#position-curves"));
+  await page.tap("#all-joints");
+  await page.tap("#panel-button");
+  assert.ok(!(await page.isVisible("#tree")));
   const touch = await page.context().newCDPSession(page);
   const send = (type, points) =>
     touch.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
@@ -233,6 +255,8 @@ check("fingers choose, turn and pinch on a phone", async (browser) => {
   await tapUntil(page, "#panel-button", () => document.querySelector("#panel").classList.contains("open"));
   await page.tap("#tree > div:nth-child(1)");
   assert.equal(await page.textContent("#joint-name"), "Hips");
+  const curves = await page.locator("#position-curves").boundingBox();
+  assert.ok(curves.y > 0 && curves.y + curves.height < 780, `curves from ${curves.y} on`);
   await page.tap("#play");
   await page.waitForFunction(() => window.mocap.state.time > 0.1);
   assert.deepEqual(trouble, []);
@@ -286,6 +310,125 @@ check("several files stand side by side, or over one another where their files p
   await close();
 });
 
+check("one time line for all clips: each is as long as it is, and the longest is the end", async (browser) => {
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk", "mocopi_jump_six_channels"));
+  const seconds = () => page.evaluate(() => window.mocap.state.time);
+  // 801 ticks of the second clip at 60 a second are 1602 of the first at 120.
+  assert.equal(Number(await page.getAttribute("#scrub", "max")), 1602);
+  for (const focus of ["#stage", "#scrub", "#tree > div", "#play", "#speed"]) {
+    await page.focus(focus);
+    await page.keyboard.press("End");
+    await settled(page);
+    assert.ok(Math.abs((await seconds()) - 801 / 60) < 1e-3, `${focus}: ${await seconds()} s`);
+    assert.match(await page.textContent("#tick"), /^tick 523 \/ 523, over$/);
+    await page.keyboard.press("Home");
+    assert.equal(await seconds(), 0, focus);
+  }
+  const lanes = await page.locator("#lanes span").evaluateAll((lanes) => lanes.map((lane) => lane.getBoundingClientRect().width));
+  assert.ok(Math.abs(lanes[0] / lanes[1] - 523 / 120 / (801 / 60)) < 0.02, `${lanes}`);
+  await page.focus("#search");
+  await page.keyboard.type("ab");
+  await page.keyboard.press("Home");
+  await page.keyboard.type("c");
+  assert.equal(await page.inputValue("#search"), "cab");
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("the camera looks at the middle of any figure", async (browser) => {
+  for (const name of sample.some(["run.fbx", "huesitos.fbx", "py_c3d_motion.c3d", "optotrak.c3d", "hand_take.c3d", "z_up_dab", "slimevr_headset_root"], 3)) {
+    const { page, trouble, close } = await open(browser, pageOf(name));
+    const places = await page.evaluate(() => window.mocap.state.clips[0].nodes.flatMap((node, joint) => (node.inBody ? [window.mocap.onPage(joint)] : [])));
+    const box = await page.locator("#stage").boundingBox();
+    for (const [axis, size] of [[0, box.width], [1, box.height]]) {
+      const along = places.map((place) => (place[axis] - [box.x, box.y][axis]) / size);
+      const [low, high] = [Math.min(...along), Math.max(...along)];
+      assert.ok(low > 0 && high < 1, `${name} is outside the picture: ${low} to ${high}`);
+      assert.ok(Math.abs((low + high) / 2 - 0.5) < 0.12, `${name} is not in the middle: ${low} to ${high}`);
+    }
+    assert.deepEqual(trouble, []);
+    await close();
+  }
+});
+
+check("the bones of a humanoid have colours and names, and none where there is no humanoid", async (browser) => {
+  const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"));
+  const labels = () => page.locator("#labels span:visible").allTextContents();
+  assert.ok((await labels()).includes("leftLowerLeg"));
+  assert.ok(await page.isVisible("#bone-legend"));
+  assert.match(await page.locator("#tree > div").nth(await jointNamed(page, "LeftLeg")).textContent(), /leftLowerLeg$/);
+  const shown = await page.locator("#view").screenshot();
+  await page.keyboard.press("b");
+  await settled(page);
+  assert.deepEqual(await labels(), []);
+  assert.ok(!(await page.isVisible("#bone-legend")));
+  assert.ok(!shown.equals(await page.locator("#view").screenshot()));
+  await page.fill("#search", "leftlowerleg");
+  assert.equal(await page.locator("#tree > div:visible").count(), 1);
+  assert.deepEqual(trouble, []);
+  await close();
+  const hand = await open(browser, pageOf("leap_hand_end_site_lowercase"));
+  assert.ok(!(await hand.page.isVisible("#bones")) && !(await hand.page.isVisible("#bone-legend")));
+  await hand.close();
+});
+
+check("names of a file stay text", async (browser) => {
+  const names = ["</script><img/src=x>", "a\u202eb", "c\u0007\u001b[2J", "-->&amp;"];
+  const joints = names.reduceRight((inner, name) => `JOINT ${name}\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n${inner || "End Site\n{\nOFFSET 0 1 0\n}\n"}}\n`, "");
+  const text = `HIERARCHY\n${joints.replace("JOINT", "ROOT")}MOTION\nFrames: 2\nFrame Time: 0.1\n${"0 ".repeat(12)}\n${"5 ".repeat(12)}\n`;
+  const { address } = pageOfText("a<b>&\u202e'{{keys}}.bvh", text);
+  const { page, trouble, close } = await open(browser, address);
+  const tree = (await page.locator("#tree > div").allTextContents()).slice(0, names.length);
+  assert.deepEqual(tree, ["</script><img/src=x>", "a\\u{202e}b", "c\\u{7}\\u{1b}[2J", "-->&amp;"]);
+  assert.equal(await page.textContent("h1"), "a<b>&\\u{202e}'{{keys}}");
+  assert.equal(await page.locator("img").count(), 0);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
+check("--trim and --fps show a part, and other frames", async (browser) => {
+  const text = readFileSync(fixture("cmu_12_01_walk"));
+  const { file, address } = pageOfText("part.bvh", text, "--trim", "120f..240f", "--fps", "30");
+  const { page, close } = await open(browser, address);
+  assert.equal(await page.getAttribute("#scrub", "max"), "30");
+  for (const [at, source] of [[0, 120], [30, 240]]) {
+    await page.evaluate((tick) => window.mocap.seek(tick), at);
+    await settled(page);
+    const error = difference(await page.evaluate(() => window.mocap.drawn()), filePositions(file, source));
+    assert.ok(error < MAX_ERROR, `tick ${at}: ${error}`);
+  }
+  await close();
+});
+
+check("a long take is packed, within the bound that the page states, and its curves are drawn", async (browser) => {
+  const [head, rows] = readFileSync(fixture("cmu_01_01"), "latin1").split(/(?<=Frame Time:.*\n)/);
+  const times = Math.ceil(9000 / rows.trim().split("\n").length);
+  const long = `${head.replace(/(?<=Frames:\s*)\d+/, (count) => count * times)}${`${rows.trim()}\n`.repeat(times)}`;
+  const { file, path, address } = pageOfText("long.bvh", long);
+  const packed = [...readFileSync(path, "latin1").matchAll(/id="clip-0-\d+">([^<]*)/g)].reduce((sum, [, text]) => sum + text.length, 0);
+  assert.ok(packed < 0.4 * long.length, `${packed} characters for ${long.length} of BVH`);
+  const { page, trouble, close } = await open(browser, address);
+  const [last, stated, metres] = await page.evaluate(() => [window.mocap.state.clips[0].duration, window.mocap.state.clips[0].packingError, window.mocap.state.clips[0].metresPerUnit]);
+  assert.ok(stated > 0 && stated < 2e-4, `${stated} m`);
+  assert.match(await page.textContent(".facts"), /keys packed, joints within 0\.\d+ mm of the file/);
+  let largest = 0;
+  for (const at of [last, 0, 4097, Math.floor(last / 2)]) {
+    await page.evaluate((tick) => window.mocap.seek(tick), at);
+    await settled(page);
+    const expected = filePositions(file, at);
+    const drawn = await page.evaluate(() => window.mocap.drawn());
+    const distances = drawn.map((place, i) => metres * Math.hypot(...place.map((value, axis) => value - expected[i][axis])));
+    largest = Math.max(largest, ...distances);
+  }
+  // The numbers of `mocap pose` have six digits.
+  assert.ok(largest <= stated + 1e-5, `${largest} m, the page states ${stated} m`);
+  assert.ok(largest > 0);
+  await page.keyboard.press("j");
+  await page.waitForFunction(() => window.mocap.state.clips[0].cached?.complete);
+  assert.deepEqual(trouble, []);
+  await close();
+});
+
 check("the download is a GLB", async (browser) => {
   const { page, trouble, close } = await open(browser, pageOf("cmu_12_01_walk"));
   const [download] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
@@ -323,7 +466,7 @@ check("a page opens without a word whatever is in the file", async (browser) => 
   const links = await list.page.locator("[data-name] a").evaluateAll((links) => links.map((link) => link.href));
   await list.close();
   assert.ok(links.length > 60);
-  for (const link of links) {
+  for (const link of sample.some(links, 8)) {
     const { page, trouble, close } = await open(browser, `${link}#canvas2d`);
     await page.keyboard.press("Space");
     await page.keyboard.press("k");
@@ -391,19 +534,21 @@ if (pictures) {
   });
 }
 
-/** Runs a check in a browser of its own, and returns what went wrong. */
+let browser = await launch();
+
+/** Runs a check, and returns what went wrong. After a fault the next check has a new browser. */
 async function faultOf(run) {
-  const browser = await launch();
   try {
     await run(browser);
     return null;
   } catch (error) {
-    return String(error.message).replaceAll("\n", "\n        ");
-  } finally {
     await browser.close();
+    browser = await launch();
+    return String(error.message).replaceAll("\n", "\n        ");
   }
 }
 
+if (!values.all) console.log(`a sample, MOCAP_SEED=${seed}; --all for everything`);
 let failed = 0;
 for (const [name, run] of checks) {
   let fault = await faultOf(run);
@@ -415,6 +560,7 @@ for (const [name, run] of checks) {
   if (fault) failed++;
   console.log(fault ? `FAILED  ${name}\n        ${fault}` : `ok      ${name}`);
 }
+await browser.close();
 rmSync(folder, { recursive: true });
 console.log(`${checks.length - failed} passed, ${failed} failed`);
 process.exitCode = failed ? 1 : 0;

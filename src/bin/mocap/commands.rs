@@ -24,7 +24,7 @@ use std::path::Path;
 
 use mocap::scene::{Assumption, Scene, Topic};
 use mocap::skeleton::{Skeleton, humanoid};
-use mocap::{RootOffset, SkeletonMesh};
+use mocap::{Code, Importer, RootOffset, SkeletonMesh};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
@@ -67,6 +67,20 @@ fn mapped_skeleton(scene: &Scene, map: &MapArgs) -> Result<Skeleton, Failure> {
         ))
     })?;
     Ok(Skeleton::of(scene, bones))
+}
+
+/// Imports a file at its own frame rate, to be resampled to `rate`. Where the file states none, `rate` is its rate too.
+fn import_to_resample(importer: impl Fn() -> Importer, file: &Path, rate: Option<f64>) -> mocap::Result<Scene> {
+    let at_given_rate = |rate| streams::import(&importer().frame_rate(rate), file);
+    let assumes_rate = |scene: &Scene| {
+        let mut assumptions = scene.metadata.assumptions.iter();
+        assumptions.any(|assumption| assumption.topic == Topic::FrameRate)
+    };
+    match (streams::import(&importer(), file), rate) {
+        (Err(error), Some(rate)) if error.code() == Code::FrameTime => at_given_rate(rate),
+        (Ok(scene), Some(rate)) if assumes_rate(&scene) => at_given_rate(rate),
+        (result, _) => result,
+    }
 }
 
 /// Prints a value as indented JSON.

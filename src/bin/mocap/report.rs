@@ -6,6 +6,7 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use mocap::{Diagnostic, Error};
+pub(crate) use mocap::{visible, visible_lines};
 use serde::Serialize;
 
 /// Whether a diagnostic stopped the import.
@@ -46,17 +47,6 @@ pub(crate) fn clip_taken(scene: &mocap::Scene) {
 /// Prints a line of progress or summary.
 pub(crate) fn say(message: &str) {
     print(&visible_lines(message));
-}
-
-/// `text` with escapes in place of what steers a terminal: control characters, such as those that begin an escape
-/// sequence, and characters that change the direction of text. Names and paths come from files and may hold any.
-pub(crate) fn visible(text: &str) -> Cow<'_, str> {
-    replace(text, steers)
-}
-
-/// [`visible`], but line ends and tabs stay.
-pub(crate) fn visible_lines(text: &str) -> Cow<'_, str> {
-    replace(text, |c| steers(c) && c != '\n' && c != '\t')
 }
 
 /// Standard output for text and data; [`visible_lines`] if it is a terminal, else the bytes as they are.
@@ -110,28 +100,6 @@ impl<W: Write> Drop for Lines<W> {
     }
 }
 
-fn replace(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
-    if !text.contains(&is_replaced) {
-        return Cow::Borrowed(text);
-    }
-    let mut replaced = String::with_capacity(text.len());
-    for c in text.chars() {
-        if is_replaced(c) {
-            replaced.extend(c.escape_unicode());
-        } else {
-            replaced.push(c);
-        }
-    }
-    Cow::Owned(replaced)
-}
-
-fn steers(c: char) -> bool {
-    let changes_direction =
-        matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
-    let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
-    c.is_control() || changes_direction || ends_line
-}
-
 fn print(text: &str) {
     // Nothing can be reported if standard error is closed.
     let _ = writeln!(io::stderr().lock(), "{text}");
@@ -173,8 +141,8 @@ pub(crate) fn render(severity: Severity, path: Option<&Path>, diagnostic: &Diagn
     let mut group = Group::with_title(title);
     // One character for another, so that columns stay.
     let line = diagnostic.location.as_ref().map(|location| {
-        let shown = |c| {
-            if steers(c) && c != '\t' {
+        let shown = |c: char| {
+            if c != '\t' && matches!(visible(c.encode_utf8(&mut [0; 4])), Cow::Owned(_)) {
                 char::REPLACEMENT_CHARACTER
             } else {
                 c

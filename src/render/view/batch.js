@@ -1,8 +1,8 @@
 // Instances of one shape, as numbers for a renderer: from, to, width, red, green, blue.
 
-const INSTANCE = 10;
+export const INSTANCE = 10;
 
-class Batch {
+export class Batch {
   constructor() {
     this.numbers = new Float32Array(INSTANCE * 256);
     this.count = 0;

@@ -1,6 +1,8 @@
 // A camera that circles a point, moved by mouse, touch and keys.
 
-class OrbitCamera {
+import { add, clamp, cross, dot, multiply, scale } from "./math.js";
+
+export class OrbitCamera {
   constructor() {
     this.target = [0, 1, 0];
     this.home = { yaw: 0.6, pitch: 0.22, distance: 4 };
@@ -47,7 +49,7 @@ class OrbitCamera {
 }
 
 // One pointer turns (or moves, with Shift or another button), two pinch and move; a press without a move chooses.
-function listenToPointers(canvas, camera, { changed, hover, choose }) {
+export function listenToPointers(canvas, camera, { changed, hover, choose }) {
   const pointers = new Map();
   let moved = 0;
   canvas.addEventListener("pointerdown", (event) => {

@@ -1,6 +1,9 @@
 // Curves over time on a canvas: drawn once, with a cursor over them.
 
-class Chart {
+import { short } from "./dom.js";
+import { clamp } from "./math.js";
+
+export class Chart {
   constructor(canvas, seek) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
@@ -13,16 +16,19 @@ class Chart {
     canvas.addEventListener("pointermove", (event) => { if (event.buttons) toTime(event); });
   }
 
-  show(rows, colors) {
-    Object.assign(this, { rows, colors });
+  // Draws rows, of which the first `filled` numbers are known.
+  show(rows, filled, colors) {
+    Object.assign(this, { rows, filled, colors });
     this.drawCurves();
   }
 
   drawCurves() {
-    const { canvas, picture, rows, colors } = this;
+    const { canvas, picture, filled, colors } = this;
+    const rows = this.rows?.map((row) => row.subarray(0, filled));
+    const frames = this.rows?.[0].length;
     const ratio = Math.min(2, devicePixelRatio || 1);
     const [width, height] = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
-    if (!width || !rows) return;
+    if (!width || !filled) return;
     for (const surface of [canvas, picture]) Object.assign(surface, { width, height });
     const pen = picture.getContext("2d");
     let [low, high] = [Infinity, -Infinity];
@@ -44,8 +50,8 @@ class Chart {
       pen.lineWidth = 1.5 * ratio;
       pen.lineJoin = "round";
       pen.beginPath();
-      const last = Math.max(1, row.length - 1);
-      const stretch = Math.max(1, Math.floor(row.length / width));
+      const last = Math.max(1, frames - 1);
+      const stretch = Math.max(1, Math.floor(frames / width));
       for (let start = 0; start < row.length; start += stretch) {
         // All values of one pixel, as their extremes.
         let [least, most] = [row[start], row[start]];
@@ -54,7 +60,7 @@ class Chart {
         pen.lineTo(x, y(least));
         if (most !== least) pen.lineTo(x, y(most));
       }
-      if (row.length === 1) pen.lineTo(width, y(row[0]));
+      if (frames === 1) pen.lineTo(width, y(row[0]));
       pen.stroke();
     });
     pen.fillStyle = style.getPropertyValue("--faded");
@@ -72,11 +78,4 @@ class Chart {
     pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--ink");
     pen.fillRect(Math.round(share * (canvas.width - 2)), 0, 2, canvas.height);
   }
-}
-
-// A number for a person: four significant digits, no needless ones.
-function short(value) {
-  if (value === 0 || Math.abs(value) < 5e-5) return "0";
-  const digits = clamp(3 - Math.floor(Math.log10(Math.abs(value))), 0, 4);
-  return value.toFixed(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−");
 }

@@ -1,16 +1,23 @@
-// A clip: nodes, their sampled tracks, and forward kinematics, T = J0 L1 J1 L2 ...
+// A clip: nodes, their tracks, and forward kinematics, T = J0 L1 J1 L2 ...
+//
+// What a clip is made of, wherever it comes from:
+//   name, facts          text
+//   frames, ticksPerSecond, metresPerUnit
+//   up                   the axis that points up in the file: "+y", "-z", ...
+//   size                 reach: from the middle of the figure to its farthest joint; floor: the height of the lowest
+//                        joint; both in metres with +Y up
+//   anchors              the nodes whose middle the camera follows
+//   warnings, assumptions   lists of text
+//   packingError         metres between a joint here and in the file, at most
+//   humanoid             whether it is one
+//   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
+//                        (null, or name, side, confidence, reason), inBody, lines, order, turns, moves, and the tracks
+//                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
+//   load(frame)          makes the values of a frame ready, if they are not
+//   glb()                the bytes of a .glb, or null
 
-// The bytes of an element that holds base64; the text is dropped, because it may be large.
-function takeBytes(id) {
-  const element = document.getElementById(id);
-  const text = element.textContent;
-  element.textContent = "";
-  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
-  const binary = atob(text);
-  const bytes = new Uint8Array(binary.length);
-  for (let i = 0; i < bytes.length; i++) bytes[i] = binary.charCodeAt(i);
-  return bytes;
-}
+import { add, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
+import { Curves } from "./curves.js";
 
 // Rows of the matrix that turns the file's up into +Y.
 const TO_Y_UP = {
@@ -24,33 +31,31 @@ const TO_Y_UP = {
   "-x": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
 };
 
-class Clip {
-  constructor(description, index) {
-    Object.assign(this, description);
+export class Clip {
+  constructor(data, index) {
+    Object.assign(this, data);
     this.index = index;
-    this.floats = new Float32Array(takeBytes(description.data).buffer);
     this.world = this.nodes.map(() => null);
     this.children = this.nodes.map(() => []);
     this.nodes.forEach((node, id) => node.parent >= 0 && this.children[node.parent].push(id));
-    this.root = Math.max(0, this.nodes.findIndex((node) => node.kind === "joint"));
     this.duration = Math.max(0, this.frames - 1);
     this.seconds = this.duration / this.ticksPerSecond;
     // From the file's world to the page's, which is in metres with +Y up.
     this.shift = [0, 0, 0];
-    this.tick = 0;
-    this.measure();
     this.pose(0);
   }
 
-  // The value of one of a node's tracks at a tick: `keys` values of `size` numbers from float `at` on.
-  value({ at, keys }, size, tick) {
+  // The value of a track at a tick: numbers in groups of `size`.
+  value({ values, keys }, size, tick) {
     const position = clamp(tick, 0, keys - 1);
     const before = Math.floor(position);
     const share = position - before;
-    const start = at + before * size;
-    const a = this.floats.subarray(start, start + size);
+    const start = before * size;
+    if (keys > 1) this.load(before);
+    const a = values.subarray(start, start + size);
     if (share === 0) return a;
-    const b = this.floats.subarray(start + size, start + 2 * size);
+    this.load(before + 1);
+    const b = values.subarray(start + size, start + 2 * size);
     return size === 4 ? slerp(a, b, share) : [0, 1, 2].map((i) => a[i] + (b[i] - a[i]) * share);
   }
 
@@ -60,6 +65,13 @@ class Clip {
     return compose(this.translation(id, tick), this.rotation(id, tick), this.value(this.nodes[id].scale, 3, tick));
   }
 
+  // The tick at a time of all clips; a clip that is over stays at its last.
+  tickAt(seconds) {
+    const tick = Math.min(seconds * this.ticksPerSecond, this.duration);
+    // Seconds times a rate misses whole ticks by a rounding error.
+    return Math.abs(tick - Math.round(tick)) < 1e-6 ? Math.round(tick) : tick;
+  }
+
   // Parents stand before their children, so the kinematics is one loop.
   pose(tick) {
     this.tick = tick;
@@ -67,6 +79,7 @@ class Clip {
       const local = this.local(id, tick);
       this.world[id] = node.parent < 0 ? local : multiply(this.world[node.parent], local);
     });
+    this.drawn = this.nodes.map((_, id) => this.pagePosition(id));
   }
 
   // From the root to the node.
@@ -97,53 +110,37 @@ class Clip {
   pagePosition(id) { return this.toPage(this.filePosition(id)); }
   pagePositionAt(id, tick) { return this.toPage(this.worldAt(id, tick).slice(12, 15)); }
 
-  // The root's way without the sway of the hips, for a camera to follow.
-  smoothRoot(tick) {
+  // The middle of the box around the figure as it is drawn.
+  middle() {
+    const places = this.drawn.filter((_, id) => this.nodes[id].inBody);
+    const low = [0, 1, 2].map((axis) => places.reduce((least, place) => Math.min(least, place[axis]), Infinity));
+    const high = [0, 1, 2].map((axis) => places.reduce((most, place) => Math.max(most, place[axis]), -Infinity));
+    return places.length ? scale(add(low, high), 0.5) : [0, 0, 0];
+  }
+
+  // The way of the anchors without the sway of the hips, for a camera to follow.
+  smoothAnchor(tick) {
     const half = 0.35 * this.ticksPerSecond;
+    // Many markers are where a few of them are.
+    const anchors = this.anchors.filter((_, i) => i % Math.ceil(this.anchors.length / 12) === 0);
     let sum = [0, 0, 0];
-    for (let i = -4; i <= 4; i++) sum = add(sum, this.pagePositionAt(this.root, clamp(tick + (i * half) / 4, 0, this.duration)));
-    return scale(sum, 1 / 9);
-  }
-
-  // The size of the figure and the height of the floor, from a few dozen poses.
-  measure() {
-    this.reach = 0;
-    this.floor = Infinity;
-    const samples = Math.min(this.frames, 40) || 1;
-    for (let sample = 0; sample < samples; sample++) {
-      this.pose(Math.round((this.duration * sample) / Math.max(1, samples - 1)));
-      const positions = this.nodes.map((_, id) => this.pagePosition(id));
-      for (const position of positions) {
-        this.floor = Math.min(this.floor, position[1]);
-        this.reach = Math.max(this.reach, length(sub(position, positions[this.root])));
-      }
+    for (let i = -4; i <= 4; i++) {
+      const at = clamp(tick + (i * half) / 4, 0, this.duration);
+      for (const id of anchors) sum = add(sum, this.pagePositionAt(id, at));
     }
-    if (!(this.reach > 0)) this.reach = 1;
+    return scale(sum, 1 / (9 * anchors.length));
   }
 
-  // The curves of a joint over all frames: rows of numbers, one row per frame.
+  // The curves of a joint over all frames.
   curves(id) {
-    if (this.curvesOf === id) return this.cachedCurves;
-    const frames = Math.max(1, this.frames);
-    const table = (columns, fill) => {
-      const rows = Array.from({ length: columns }, () => new Float64Array(frames));
-      for (let tick = 0; tick < frames; tick++) fill(tick).forEach((value, column) => { rows[column][tick] = value; });
-      return rows;
-    };
-    let before = [0, 0, 0];
-    this.curvesOf = id;
-    this.cachedCurves = {
-      local: table(3, (tick) => Array.from(this.translation(id, tick))),
-      world: table(3, (tick) => this.worldAt(id, tick).slice(12, 15)),
-      euler: table(3, (tick) => (before = nearestAngles(before, eulerAngles(this.rotation(id, tick), this.nodes[id].order)))),
-      quaternion: table(4, (tick) => Array.from(this.rotation(id, tick))),
-    };
-    return this.cachedCurves;
+    if (this.cached?.id !== id) this.cached = new Curves(this, id);
+    return this.cached;
   }
 
   // The angles of a joint at a tick, as its channels give them.
   angles(id, tick) {
-    const whole = this.curvesOf === id ? this.cachedCurves.euler.map((row) => row[Math.floor(tick)]) : [0, 0, 0];
-    return nearestAngles(whole, eulerAngles(this.rotation(id, tick), this.nodes[id].order));
+    const known = this.cached?.id === id && Math.floor(tick) < this.cached.filled;
+    const near = known ? this.cached.rows.euler.map((row) => row[Math.floor(tick)]) : [0, 0, 0];
+    return nearestAngles(near, eulerAngles(this.rotation(id, tick), this.nodes[id].order));
   }
 }

@@ -1,34 +1,46 @@
 //! The data of a clip for a page: text as JSON, numbers as bytes.
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
-use super::super::figure::{Clip, Side};
+use super::super::figure::{Clip, Figure, Side};
+use super::pack::{Part, Tracks};
+use crate::error::visible;
 use crate::pose::{Binding, Trs};
-use crate::scene::{Channel, Keys, Node, NodeKind, Scene, SourceLines, UpAxis};
-use crate::skeleton::survey;
+use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
+use crate::skeleton::{Confidence, Humanoid, HumanoidBone, Skeleton};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Description<'a> {
-    name: &'a str,
+pub(super) struct Description {
+    name: String,
     facts: String,
     frames: u64,
     ticks_per_second: f64,
     metres_per_unit: f64,
     up: &'static str,
-    /// Ids of the elements that hold the tracks and the GLB.
-    data: String,
-    glb: String,
+    size: Size,
+    /// The nodes whose middle the camera follows.
+    anchors: Vec<usize>,
+    frames_per_block: usize,
+    /// Ids of the elements that hold the blocks of the keys.
+    pub(super) blocks: Vec<String>,
+    /// How far packing the keys put a joint from its place in the file at most, in metres; 0 where they are exact.
+    packing_error: f64,
+    /// The id of the element that holds the GLB.
+    pub(super) glb: Option<String>,
     warnings: Vec<String>,
     assumptions: Vec<String>,
-    nodes: Vec<NodeDescription<'a>>,
+    /// Whether the skeleton is that of a humanoid.
+    humanoid: bool,
+    nodes: Vec<NodeDescription>,
 }
 
 #[derive(Serialize)]
-struct NodeDescription<'a> {
-    name: &'a str,
+#[serde(rename_all = "camelCase")]
+struct NodeDescription {
+    name: String,
     kind: NodeKind,
     /// -1 on the root.
     parent: i64,
@@ -40,62 +52,72 @@ struct NodeDescription<'a> {
     turns: bool,
     /// Whether the file has position channels for it.
     moves: bool,
+    /// Whether it is a part of the figure, and not a node above it.
+    in_body: bool,
+    bone: Option<Bone>,
     translation: Track,
     rotation: Track,
     scale: Track,
 }
 
-/// The range of a track's values in the floats: one value, or one per tick.
+/// The bone of the humanoid that a joint is.
 #[derive(Serialize)]
-struct Track {
-    at: usize,
-    keys: usize,
+struct Bone {
+    name: &'static str,
+    side: Side,
+    confidence: Confidence,
+    reason: String,
 }
 
-/// The numbers of all tracks.
-#[derive(Default)]
-pub(super) struct Floats(Vec<f32>);
-
-impl Floats {
-    pub(super) fn into_bytes(self) -> Vec<u8> {
-        self.0.into_iter().flat_map(f32::to_le_bytes).collect()
-    }
-
-    /// One value for a constant or empty track, or else one for every whole tick.
-    fn push_track<T: Copy, const N: usize>(
-        &mut self,
-        keys: &Keys<T>,
-        rest: T,
-        frames: u64,
-        at_tick: impl Fn(&Keys<T>, f64) -> Option<T>,
-        to_array: impl Fn(&T) -> [f32; N],
-    ) -> Track {
-        let at = self.0.len();
-        let count = if keys.len() > 1 { frames.max(1) } else { 1 };
-        for tick in 0..count {
-            let value = at_tick(keys, tick as f64).unwrap_or(rest);
-            self.0.extend(to_array(&value));
-        }
-        Track {
-            at,
-            keys: count as usize,
-        }
-    }
+/// A value that does not change, or the number of a track in the blocks.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Track {
+    Constant(Vec<f32>),
+    Packed(usize),
 }
 
-/// Appends the tracks of a clip to the floats, and returns their ranges.
-pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -> Description<'a> {
+/// The size of a figure, in metres, with +Y up.
+#[derive(Clone, Copy, Serialize)]
+struct Size {
+    /// The largest distance of a joint from the middle of the figure: about half the height of a person.
+    reach: f64,
+    /// The height of the lowest joint.
+    floor: f64,
+}
+
+/// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
+pub(super) fn describe(clip: &Clip<'_>, index: usize, has_glb: bool) -> (Description, Vec<Vec<u8>>) {
     let scene = clip.scene;
-    let guesses = survey(scene);
-    let channels = channels_of_nodes(scene);
-    let nodes = std::iter::zip(&scene.nodes, channels);
+    let skeleton = Skeleton::new(scene);
+    let guesses = &skeleton.survey;
     let frames = clip.frames();
     let root_offset = scene.metadata.root_offset.iter();
     let root_offset = root_offset.map(|used| format!("root OFFSET: {:?}, {}", used.policy, used.reason).to_lowercase());
-    let noted = scene.metadata.assumptions.iter().cloned().chain(guesses.assumptions());
+    let noted = scene.metadata.assumptions.iter().cloned().chain(skeleton.assumptions());
     let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.explanation()));
-    Description {
-        name: clip.name,
+    let in_body = body(scene, &skeleton.humanoid);
+    let size = measure(clip, &in_body, guesses.metres_per_unit);
+    let mut tracks = Tracks::new(scene, frames);
+    let still = Channel::default();
+    let channels = channels_of_nodes(scene);
+    let mut nodes: Vec<_> = (0..scene.nodes.len())
+        .map(|node| describe_node(scene, node, channels[node].unwrap_or(&still), &mut tracks))
+        .collect();
+    for (bone, joint) in &skeleton.humanoid.bones {
+        nodes[joint.joint.index()].bone = Some(Bone {
+            name: bone.as_str(),
+            side: bone.side().map_or(Side::Middle, Side::from),
+            confidence: joint.confidence,
+            reason: shown(&joint.reason),
+        });
+    }
+    for (node, in_body) in nodes.iter_mut().zip(in_body) {
+        node.in_body = in_body;
+    }
+    let packed = tracks.pack(size.reach / guesses.metres_per_unit);
+    let description = Description {
+        name: shown(clip.name),
         facts: clip.facts(),
         frames,
         ticks_per_second: clip.animation().map_or(1.0, |animation| animation.ticks_per_second),
@@ -106,21 +128,87 @@ pub(super) fn describe<'a>(clip: &Clip<'a>, index: usize, floats: &mut Floats) -
             UpAxis::NegY => "-y",
             UpAxis::NegZ => "-z",
         },
-        data: format!("clip-{index}"),
-        glb: format!("glb-{index}"),
-        warnings: scene.warnings.iter().map(with_line).collect(),
-        assumptions: root_offset.chain(assumptions).collect(),
-        nodes: nodes
-            .map(|(node, channel)| describe_node(node, channel, &scene.nodes, frames, floats))
+        size,
+        anchors: anchors(scene, &skeleton.humanoid),
+        frames_per_block: packed.frames_per_block,
+        blocks: (0..packed.blocks.len())
+            .map(|block| format!("clip-{index}-{block}"))
             .collect(),
+        packing_error: packed.max_error * guesses.metres_per_unit,
+        glb: has_glb.then(|| format!("glb-{index}")),
+        warnings: scene.warnings.iter().map(with_line).collect(),
+        assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
+        humanoid: skeleton.humanoid.found,
+        nodes,
+    };
+    (description, packed.blocks)
+}
+
+/// A text of the file without what would change the text around it.
+fn shown(text: &str) -> String {
+    visible(text).into_owned()
+}
+
+/// For each node whether it is a part of the figure: the bones of a humanoid with what hangs on them, or else every
+/// node that is drawn.
+fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
+    if humanoid.bones.is_empty() {
+        return scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
+    }
+    let mut in_body = vec![false; scene.nodes.len()];
+    for joint in humanoid.bones.values() {
+        in_body[joint.joint.index()] = true;
+    }
+    for (index, node) in scene.nodes.iter().enumerate() {
+        in_body[index] |= node.parent.is_some_and(|parent| in_body[parent.index()]);
+    }
+    in_body
+}
+
+/// The hips of a humanoid, or else the joints that hang on no joint: the root, or all markers.
+fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
+    if let Some(hips) = humanoid.joint(HumanoidBone::Hips) {
+        return vec![hips.index()];
+    }
+    let is_joint = |node: &Node| node.kind == NodeKind::Joint;
+    let hangs_on_joint = |node: &Node| node.parent.is_some_and(|parent| is_joint(&scene.nodes[parent.index()]));
+    let nodes = scene.nodes.iter().enumerate();
+    let free = nodes.filter(|(_, node)| is_joint(node) && !hangs_on_joint(node));
+    let free: Vec<usize> = free.map(|(index, _)| index).collect();
+    if free.is_empty() { vec![0] } else { free }
+}
+
+/// Measures a few dozen poses.
+fn measure(clip: &Clip<'_>, in_body: &[bool], metres_per_unit: f64) -> Size {
+    let mut figure = Figure::new(*clip);
+    let mut reach = 0.0_f32;
+    for tick in figure.ticks(48) {
+        let positions = figure.positions(tick);
+        let body = || {
+            positions
+                .iter()
+                .zip(in_body)
+                .filter(|(_, in_body)| **in_body)
+                .map(|(position, _)| *position)
+        };
+        let low = body().fold(Vec3::INFINITY, Vec3::min);
+        let high = body().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let middle = 0.5 * (low + high);
+        reach = body().map(|position| position.distance(middle)).fold(reach, f32::max);
+    }
+    // A lone joint, or many in one place, look like one in a figure of a metre.
+    let reach = f64::from(reach) * metres_per_unit;
+    Size {
+        reach: if reach > 0.0 && reach.is_finite() { reach } else { 1.0 },
+        floor: f64::from(figure.floor) * metres_per_unit,
     }
 }
 
 fn with_line(warning: &crate::error::Diagnostic) -> String {
-    match &warning.location {
+    shown(&match &warning.location {
         Some(location) => format!("line {}: {warning}", location.line),
         None => warning.to_string(),
-    }
+    })
 }
 
 /// The channel of each node, if it has one.
@@ -134,20 +222,18 @@ fn channels_of_nodes(scene: &Scene) -> Vec<Option<&Channel>> {
     channels
 }
 
-fn describe_node<'a>(
-    node: &'a Node,
-    channel: Option<&Channel>,
-    nodes: &[Node],
-    frames: u64,
-    floats: &mut Floats,
-) -> NodeDescription<'a> {
+fn describe_node<'a>(scene: &'a Scene, index: usize, channel: &'a Channel, tracks: &mut Tracks<'a>) -> NodeDescription {
+    let node = &scene.nodes[index];
     let rest = Trs::from_matrix(node.transform);
-    let still = Channel::default();
-    let channel = channel.unwrap_or(&still);
-    let parent = node.parent.map(|parent| &nodes[parent.index()]);
+    let parent = node.parent.map(|parent| &scene.nodes[parent.index()]);
     let named_after = parent.filter(|_| node.kind == NodeKind::EndSite).unwrap_or(node);
+    let first = channel.sample(0.0, rest);
+    let mut track = |part, keys: usize, constant: &[f32]| match keys {
+        0 | 1 => Track::Constant(constant.to_vec()),
+        _ => Track::Packed(tracks.push(index, part, channel, rest)),
+    };
     NodeDescription {
-        name: &node.name,
+        name: shown(&node.name),
         kind: node.kind,
         parent: node.parent.map_or(-1, |parent| parent.index() as i64),
         side: Side::of(&named_after.name),
@@ -155,26 +241,14 @@ fn describe_node<'a>(
         order: euler::order_of(node).axes(),
         turns: node.rotation_order.is_some(),
         moves: channel.position_keys.len() > 1,
-        translation: floats.push_track(
-            &channel.position_keys,
-            rest.translation,
-            frames,
-            Keys::<Vec3>::sample,
-            Vec3::to_array,
+        in_body: false,
+        bone: None,
+        translation: track(
+            Part::Translation,
+            channel.position_keys.len(),
+            &first.translation.to_array(),
         ),
-        rotation: floats.push_track(
-            &channel.rotation_keys,
-            rest.rotation,
-            frames,
-            Keys::<Quat>::sample,
-            Quat::to_array,
-        ),
-        scale: floats.push_track(
-            &channel.scaling_keys,
-            rest.scale,
-            frames,
-            Keys::<Vec3>::sample,
-            Vec3::to_array,
-        ),
+        rotation: track(Part::Rotation, channel.rotation_keys.len(), &first.rotation.to_array()),
+        scale: track(Part::Scale, channel.scaling_keys.len(), &first.scale.to_array()),
     }
 }

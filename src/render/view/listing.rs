@@ -4,6 +4,7 @@ use super::super::figure::Clip;
 use super::super::sheet::thumbnail;
 use super::super::svg::escape;
 use super::filled;
+use crate::error::visible;
 
 const PAGE: &str = include_str!("listing.html");
 
@@ -41,7 +42,7 @@ impl ListingEntry {
     }
 
     fn html(&self) -> String {
-        let name = escape(&self.name);
+        let name = escape(&visible(&self.name));
         let (facts, thumbnail) = (escape(&self.facts), &self.thumbnail);
         let heading = match &self.link {
             Some(link) => format!(
@@ -53,7 +54,7 @@ impl ListingEntry {
         let notes: String = self
             .notes
             .iter()
-            .map(|note| format!("<li>{}</li>", escape(note)))
+            .map(|note| format!("<li>{}</li>", escape(&visible(note))))
             .collect();
         let notes = match (self.notes.len(), &self.link) {
             (0, _) => String::new(),
@@ -93,9 +94,9 @@ pub fn listing(title: &str, entries: &[ListingEntry]) -> String {
         count => format!("{count} files"),
     };
     filled(PAGE, |name| match name {
-        "title" => escape(title),
-        "count" => count.clone(),
-        "entries" => entries.iter().map(ListingEntry::html).collect(),
+        "title" => escape(&visible(title)).into(),
+        "count" => count.as_str().into(),
+        "entries" => entries.iter().map(ListingEntry::html).collect::<String>().into(),
         unknown => unreachable!("the page has no place called {unknown}"),
     })
 }

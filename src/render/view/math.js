@@ -1,16 +1,16 @@
 // Vectors are [x, y, z], quaternions [x, y, z, w], matrices 16 numbers column by column that map column vectors.
 
-const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-const scale = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const length = (a) => Math.hypot(a[0], a[1], a[2]);
-const normalize = (a) => scale(a, 1 / (length(a) || 1));
-const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
+export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+export const sub = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+export const scale = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const length = (a) => Math.hypot(a[0], a[1], a[2]);
+export const normalize = (a) => scale(a, 1 / (length(a) || 1));
+export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
 // The shorter arc from a to b at even speed.
-function slerp(a, b, share) {
+export function slerp(a, b, share) {
   let cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
   const sign = cosine < 0 ? -1 : 1;
   cosine *= sign;
@@ -25,7 +25,7 @@ function slerp(a, b, share) {
 }
 
 // Translation x rotation x scale.
-function compose(t, q, s) {
+export function compose(t, q, s) {
   const [x, y, z, w] = q;
   return [
     (1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y + z * w) * s[0], 2 * (x * z - y * w) * s[0], 0,
@@ -35,7 +35,7 @@ function compose(t, q, s) {
   ];
 }
 
-function multiply(a, b) {
+export function multiply(a, b) {
   const out = new Array(16);
   for (let column = 0; column < 4; column++) {
     for (let row = 0; row < 4; row++) {
@@ -47,17 +47,17 @@ function multiply(a, b) {
   return out;
 }
 
-const transformPoint = (m, p) => [0, 1, 2].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
+export const transformPoint = (m, p) => [0, 1, 2].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
 
 // The place on the screen, from -1 to 1 in x and y; the last number is the distance from the camera.
-function project(m, p) {
+export function project(m, p) {
   const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
   const [x, y] = transformPoint(m, p);
   return [x / w, y / w, w];
 }
 
 // The angles in degrees, for R = R1 R2 R3 about the axes of `order` (0 for x, 1 for y, 2 for z).
-function eulerAngles(q, order) {
+export function eulerAngles(q, order) {
   const m = compose([0, 0, 0], q, [1, 1, 1]);
   const at = (row, column) => m[4 * column + row];
   const [i, j, k] = order;
@@ -70,7 +70,7 @@ function eulerAngles(q, order) {
 }
 
 // Of all angles that mean the same rotation, those closest to the ones of the tick before.
-function nearestAngles(before, [a, b, c]) {
+export function nearestAngles(before, [a, b, c]) {
   const near = [[a, b, c], [a + 180, 180 - b, c + 180]].map((angles) =>
     angles.map((angle, i) => angle - 360 * Math.round((angle - before[i]) / 360)));
   const distance = (angles) => angles.reduce((sum, angle, i) => sum + Math.abs(angle - before[i]), 0);

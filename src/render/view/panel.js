@@ -1,25 +1,29 @@
 // The side panel: the files, the tree of joints, and what is known about the chosen one.
 
-const byId = (id) => document.getElementById(id);
-
-// An element with attributes and contents; text is never read as HTML.
-function make(tag, attributes = {}, ...contents) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else element.setAttribute(name, value);
-  }
-  element.append(...contents);
-  return element;
-}
+import { clamp, scale } from "./math.js";
+import { byId, css, make, short } from "./dom.js";
+import { BONE_SIDES } from "./colors.js";
+import { Chart } from "./chart.js";
 
 const AXES = ["X", "Y", "Z"];
 const CURVE_COLORS = { X: "--x", Y: "--y", Z: "--z", W: "--w" };
 const color = (letter) => getComputedStyle(document.documentElement).getPropertyValue(CURVE_COLORS[letter]);
 
-class Panel {
-  constructor(state, { choose, activate, seek }) {
-    Object.assign(this, { state, choose, activate });
+// How far packing has put the joints from their places.
+function precision({ packingError }) {
+  return packingError ? `; keys packed, joints within ${short(1000 * packingError)} mm of the file` : "";
+}
+
+// The name of the humanoid's bone beside a joint's own.
+function boneTag({ name, side, confidence, reason }) {
+  const tag = make("small", { class: "bone", title: `${confidence}: ${reason}` }, confidence === "sure" ? name : `${name} (${confidence})`);
+  tag.style.setProperty("--bone", css(BONE_SIDES[side]));
+  return tag;
+}
+
+export class Panel {
+  constructor(state, { choose, activate, hover, seek }) {
+    Object.assign(this, { state, choose, activate, hover });
     this.charts = ["position", "euler", "quaternion"].map((name) => new Chart(byId(`${name}-curves`), seek));
     byId("search").addEventListener("input", () => this.filter());
     byId("search").addEventListener("keydown", (event) => {
@@ -29,8 +33,13 @@ class Panel {
     byId("position-space").addEventListener("change", () => this.showCurves());
     byId("tree").addEventListener("keydown", (event) => this.moveInTree(event));
     new ResizeObserver(() => this.redraw()).observe(byId("position-curves"));
+  }
+
+  // Called when other clips are shown, or another of them is chosen.
+  showClips() {
     this.showFiles();
     this.showTree();
+    this.showJoint();
   }
 
   get clip() { return this.state.clips[this.state.active]; }
@@ -43,7 +52,7 @@ class Panel {
       const row = make("div", { class: "file" },
         make("button", { class: "file-name", "aria-pressed": clip.index === this.state.active, onclick: () => this.activate(clip.index) },
           ...(clips.length > 1 ? [swatch] : []), clip.name),
-        make("p", { class: "facts" }, clip.facts));
+        make("p", { class: "facts" }, clip.facts + precision(clip)));
       const notes = [...clip.assumptions.map((note) => ["assumed", note]), ...clip.warnings.map((note) => ["warning", note])];
       if (notes.length) {
         const count = clip.warnings.length;
@@ -63,8 +72,8 @@ class Panel {
       const item = make("div", {
         role: "treeitem", "aria-level": depths[id] + 1, "aria-selected": "false", tabindex: id === 0 ? 0 : -1,
         class: node.kind, title: node.name, onclick: () => this.choose(this.state.active, id),
-        onpointerenter: () => this.state.hover(this.state.active, id), onpointerleave: () => this.state.hover(-1, -1),
-      }, node.name);
+        onpointerenter: () => this.hover(this.state.active, id), onpointerleave: () => this.hover(-1, -1),
+      }, node.name, ...(node.bone ? [boneTag(node.bone)] : []));
       item.style.paddingLeft = `${8 + 12 * Math.min(depths[id], 14)}px`;
       return item;
     });
@@ -76,14 +85,17 @@ class Panel {
 
   filter() {
     const words = byId("search").value.toLowerCase().trim();
-    this.items.forEach((item, id) => { item.hidden = !this.clip.nodes[id].name.toLowerCase().includes(words); });
+    this.items.forEach((item, id) => {
+      const { name, bone } = this.clip.nodes[id];
+      item.hidden = ![name, bone?.name ?? ""].some((text) => text.toLowerCase().includes(words));
+    });
     byId("no-match").hidden = this.visible().length > 0;
   }
 
   moveInTree(event) {
     const items = this.visible();
     const at = items.indexOf(document.activeElement);
-    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: items.length - 1 }[event.key];
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1 }[event.key];
     if (to === undefined && event.key !== "Enter") return;
     event.preventDefault();
     event.stopPropagation();
@@ -98,6 +110,7 @@ class Panel {
       item.setAttribute("aria-selected", id === joint);
       item.tabIndex = id === Math.max(0, joint) ? 0 : -1;
     });
+    byId("panel").classList.toggle("has-joint", joint >= 0);
     byId("joint").hidden = joint < 0;
     byId("nothing-chosen").hidden = joint >= 0;
     if (joint < 0) return;
@@ -106,6 +119,7 @@ class Panel {
     if (offsetTop < tree.scrollTop || offsetTop + offsetHeight > tree.scrollTop + tree.clientHeight) tree.scrollTop = offsetTop - tree.clientHeight / 2;
     const node = this.clip.nodes[joint];
     byId("joint-name").textContent = node.name;
+    byId("bone").replaceChildren(...(node.bone ? [make("b", {}, node.bone.name), ` ${node.bone.confidence}: ${node.bone.reason}`] : []));
     byId("position-space").value = node.moves ? "local" : "world";
     byId("euler-title").textContent = node.turns ? "Euler angles, in the file’s order [°]" : "Euler angles [°]";
     this.showChain();
@@ -114,9 +128,9 @@ class Panel {
 
   showCurves() {
     const { clip, state } = this;
-    const curves = clip.curves(state.joint);
+    this.curves = clip.curves(state.joint);
+    this.drawnFrames = 0;
     const node = clip.nodes[state.joint];
-    this.rows = [curves[byId("position-space").value], curves.euler, curves.quaternion];
     const order = node.order.map((axis) => AXES[axis]);
     const letters = [AXES, order, [...AXES, "W"]];
     this.legends = ["position", "euler", "quaternion"].map((name, chart) => {
@@ -167,9 +181,21 @@ class Panel {
   }
 
   redraw() {
-    if (this.state.joint < 0 || !this.rows) return;
-    this.charts.forEach((chart, i) => chart.show(this.rows[i], this.letters[i].map(color)));
+    if (this.state.joint < 0 || !this.curves) return;
+    const { rows, filled } = this.curves;
+    const shown = [rows[byId("position-space").value], rows.euler, rows.quaternion];
+    this.charts.forEach((chart, i) => chart.show(shown[i], filled, this.letters[i].map(color)));
+    this.drawnFrames = filled;
     this.showTick();
+  }
+
+  // Samples more of the curves, if some are missing; whether some still are. Drawn are every doubling and the end.
+  fillCurves() {
+    const { curves } = this;
+    if (this.state.joint < 0 || !curves || this.drawnFrames === curves.frames) return false;
+    curves.fill(12);
+    if (curves.complete || curves.filled > 2 * this.drawnFrames) this.redraw();
+    return !curves.complete;
   }
 
   // The values of this tick.

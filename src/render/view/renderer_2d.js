@@ -1,6 +1,9 @@
 // Where there is no WebGL 2: the same scene with the Canvas's own lines and polygons, sorted from back to front.
 
-class FlatRenderer {
+import { css } from "./dom.js";
+import { project } from "./math.js";
+
+export class FlatRenderer {
   constructor(canvas) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
@@ -93,6 +96,3 @@ class FlatRenderer {
     pen.stroke();
   }
 }
-
-const css = (color, opacity = 1) =>
-  `rgba(${Array.from(color, (part) => Math.round(255 * part)).join(",")},${clamp(opacity, 0, 1)})`;

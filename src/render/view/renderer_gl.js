@@ -1,5 +1,8 @@
 // WebGL 2: lit bones, a ground with a grid, and soft shadows. Three shapes, each drawn once for all its instances.
 
+import { INSTANCE } from "./batch.js";
+import { normalize } from "./math.js";
+
 const BONE_SHADER = `#version 300 es
 in vec3 shape; in vec3 start; in vec3 end; in float width; in vec3 color;
 uniform mat4 worldToClip; uniform float isBall, swell;
@@ -106,7 +109,7 @@ function ballShape() {
   return corners;
 }
 
-class GlRenderer {
+export class GlRenderer {
   constructor(canvas) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("no WebGL 2");

@@ -1,206 +1,229 @@
-// What the page shows: its state, its clock, and what is drawn of it.
+// The picture: what is drawn of the clips, and where the camera stands.
 
-const PALETTE = [[0.18, 0.42, 0.85], [0.88, 0.42, 0.14], [0.2, 0.62, 0.35], [0.62, 0.36, 0.78], [0.82, 0.27, 0.37], [0.25, 0.6, 0.66]];
-const SIDES = { left: PALETTE[0], right: PALETTE[1], middle: [0.56, 0.61, 0.7] };
-const CHOSEN = [1, 0.78, 0.16];
-const AXIS_COLORS = [[0.85, 0.2, 0.24], [0.2, 0.62, 0.27], [0.2, 0.42, 0.9]];
-const THEMES = {
-  light: { background: [0.965, 0.972, 0.984], grid: [0.72, 0.76, 0.82], shadow: 0.5 },
-  dark: { background: [0.085, 0.098, 0.13], grid: [0.25, 0.29, 0.36], shadow: 0.75 },
-};
-const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
+import { add, clamp, length, normalize, project, scale, sub } from "./math.js";
+import { byId, make, short } from "./dom.js";
+import { Batch } from "./batch.js";
+import { GlRenderer } from "./renderer_gl.js";
+import { FlatRenderer } from "./renderer_2d.js";
+import { OrbitCamera } from "./camera.js";
+import { AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, mix, sideColor } from "./colors.js";
 
-const page = JSON.parse(byId("page-data").textContent);
-const clips = page.clips.map((description, index) => new Clip(description, index));
-clips.forEach((clip) => { clip.color = PALETTE[clip.index % PALETTE.length]; });
+// Bones that have a label in the picture: not those of fingers, face and collar.
+const HAS_LABEL = /^(hips|spine|chest|upperChest|neck|head|(left|right)(UpperArm|LowerArm|Hand|UpperLeg|LowerLeg|Foot|Toes))$/;
 
-const state = {
-  clips, active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
-  time: 0, speed: 1, playing: false, loop: true, follow: false, theme: "light",
-  hover: (clip, joint) => { state.hovered = [clip, joint]; changed(); },
-};
-const longest = Math.max(0, ...clips.map((clip) => clip.seconds));
-const clipNow = () => clips[state.active];
-
-const canvas = byId("stage");
-const camera = new OrbitCamera();
-const view = { bones: new Batch(), rods: new Batch(), balls: new Batch() };
-let renderer = makeRenderer();
-let waiting = false;
-let lastFrame = 0;
-
-function makeRenderer() {
-  // A page whose address ends in #canvas2d shows what a browser without WebGL shows.
-  if (location.hash !== "#canvas2d") {
-    try {
-      const made = new GlRenderer(canvas);
-      made.onRestored = () => changed();
-      return made;
-    } catch { /* There is no WebGL 2 here; the other renderer needs none. */ }
+export class Stage {
+  constructor(canvas, state, changed) {
+    Object.assign(this, { canvas, state, changed });
+    this.camera = new OrbitCamera();
+    this.view = { bones: new Batch(), rods: new Batch(), balls: new Batch(), reach: 1, ground: 0, gridStep: 1 };
+    this.renderer = this.makeRenderer();
+    this.labels = [];
   }
-  return new FlatRenderer(canvas);
-}
 
-// Draws soon, once, however much has changed until then.
-function changed() {
-  if (waiting) return;
-  waiting = true;
-  requestAnimationFrame(frame);
-}
-
-function frame(now) {
-  waiting = false;
-  if (state.playing) {
-    advance(Math.max(0, now - lastFrame) / 1000);
-    countFrame(now);
+  makeRenderer() {
+    // A page whose address ends in #canvas2d shows what a browser without WebGL shows.
+    if (location.hash !== "#canvas2d") {
+      try {
+        const made = new GlRenderer(this.canvas);
+        made.onRestored = this.changed;
+        return made;
+      } catch { /* There is no WebGL 2 here; the other renderer needs none. */ }
+    }
+    return new FlatRenderer(this.canvas);
   }
-  lastFrame = now;
-  draw();
-  if (state.playing) changed();
-}
 
-function advance(seconds) {
-  state.time += seconds * state.speed;
-  if (state.time <= longest) return;
-  if (state.loop && longest > 0) state.time %= longest;
-  else { state.time = longest; play(false); }
-}
+  get clip() { return this.state.clips[this.state.active]; }
 
-const counted = { since: 0, frames: 0 };
-function countFrame(now) {
-  counted.frames++;
-  if (now - counted.since < 500) return;
-  if (counted.since && now - counted.since < 2000) byId("fps").textContent = `${Math.round((1000 * counted.frames) / (now - counted.since))} fps`;
-  Object.assign(counted, { since: now, frames: 0 });
-}
-
-const tickOf = (clip) => {
-  const tick = Math.min(state.time * clip.ticksPerSecond, clip.duration);
-  // Seconds times a rate misses whole ticks by a rounding error.
-  return Math.abs(tick - Math.round(tick)) < 1e-6 ? Math.round(tick) : tick;
-};
-
-function draw() {
-  for (const clip of clips) clip.pose(tickOf(clip));
-  fitCanvas();
-  followRoot();
-  fillBatches();
-  const [width, height] = [canvas.width, canvas.height];
-  view.camera = camera.see(width / Math.max(1, height));
-  view.theme = THEMES[state.theme];
-  view.target = camera.target;
-  view.groundExtent = Math.max(view.reach * 14, camera.distance * 3);
-  view.shadowReach = Math.max(3 * view.reach, 0.8 * camera.distance);
-  renderer.draw(view);
-  showTime();
-  panel.showTick();
-  placeTip();
-}
-
-function fitCanvas() {
-  const ratio = Math.min(2, devicePixelRatio || 1);
-  const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
-  if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
-}
-
-// The camera goes where the root of the active clip goes, at the same distance.
-function followRoot() {
-  const clip = clipNow();
-  const root = clip.smoothRoot(clip.tick);
-  if (state.follow && followRoot.before) {
-    const step = sub(root, followRoot.before);
-    camera.target = add(camera.target, [step[0], 0, step[2]]);
+  draw() {
+    const { state, view, camera, canvas } = this;
+    for (const clip of state.clips) clip.pose(clip.tickAt(state.time));
+    this.fitCanvas();
+    this.follow();
+    this.fillBatches();
+    view.camera = camera.see(canvas.width / Math.max(1, canvas.height));
+    view.theme = THEMES[state.theme];
+    view.target = camera.target;
+    view.groundExtent = Math.max(view.reach * 14, camera.distance * 3);
+    view.shadowReach = Math.max(3 * view.reach, 0.8 * camera.distance);
+    this.renderer.draw(view);
+    this.placeTip();
+    this.placeLabels();
   }
-  followRoot.before = root;
-}
 
-function fillBatches() {
-  for (const batch of [view.bones, view.rods, view.balls]) batch.clear();
-  for (const clip of clips) {
-    const positions = clip.nodes.map((_, id) => clip.pagePosition(id));
-    clip.drawn = positions;
-    clip.nodes.forEach((node, id) => {
-      const isChosen = clip.index === state.active && id === state.joint;
-      const isHovered = clip.index === state.hovered[0] && id === state.hovered[1];
-      const tint = colorOf(clip, node);
-      if (node.parent >= 0 && clip.nodes[node.parent].kind !== "group") {
-        const [from, to] = [positions[node.parent], positions[id]];
-        view.bones.add(from, to, Math.min(0.1 * length(sub(to, from)), 0.036 * clip.reach), isChosen ? mix(tint, CHOSEN, 0.8) : tint);
-      }
-      const large = isChosen || isHovered;
-      const radius = (large ? 0.03 : node.kind === "end_site" ? 0.008 : 0.014) * clip.reach;
-      if (node.kind !== "group") view.balls.add(positions[id], positions[id], radius, large ? CHOSEN : mix(tint, [0, 0, 0], 0.3));
+  fitCanvas() {
+    const { canvas } = this;
+    const ratio = Math.min(2, devicePixelRatio || 1);
+    const size = [canvas.clientWidth * ratio, canvas.clientHeight * ratio].map(Math.round);
+    if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
+  }
+
+  // The camera goes where the active clip goes, at the same distance.
+  follow() {
+    const anchor = this.clip.smoothAnchor(this.clip.tick);
+    if (this.state.follow && this.before) {
+      const step = sub(anchor, this.before);
+      this.camera.target = add(this.camera.target, [step[0], 0, step[2]]);
+    }
+    this.before = anchor;
+  }
+
+  // Side by side the figures start next to one another; overlaid they stand where their files put them.
+  arrange() {
+    const { clips, arrangement } = this.state;
+    const wide = 1.5 * Math.max(...clips.map((clip) => clip.size.reach));
+    const low = Math.min(...clips.map((clip) => clip.size.floor));
+    for (const clip of clips) {
+      clip.shift = [0, 0, 0];
+      if (clips.length < 2 || arrangement !== "side") continue;
+      clip.pose(0);
+      const start = clip.middle();
+      clip.shift = [(clip.index - (clips.length - 1) / 2) * wide - start[0], low - clip.size.floor, -start[2]];
+    }
+    this.frameAll();
+  }
+
+  // Sees every figure as it is now.
+  frameAll() {
+    const { camera, view } = this;
+    const { clips } = this.state;
+    for (const clip of clips) clip.pose(clip.tickAt(this.state.time));
+    const middles = clips.map((clip) => clip.middle());
+    const middle = scale(middles.reduce(add), 1 / clips.length);
+    view.reach = Math.max(...clips.map((clip) => clip.size.reach));
+    view.ground = Math.min(...clips.map((clip) => clip.size.floor + clip.shift[1]));
+    const spread = Math.max(...middles.map((place) => length(sub(place, middle))));
+    camera.target = middle;
+    camera.home.distance = 3.7 * view.reach + 2.2 * spread;
+    camera.reset();
+    this.before = null;
+    view.gridStep = 10 ** Math.round(Math.log10(view.reach)) / 5;
+    const unit = clips.length === 1 ? `, 1 unit = ${short(this.clip.metresPerUnit)} m` : "";
+    byId("grid-scale").textContent = `bold lines ${short(5 * view.gridStep)} m apart${unit}`;
+    this.changed();
+  }
+
+  fillBatches() {
+    const { state, view } = this;
+    for (const batch of [view.bones, view.rods, view.balls]) batch.clear();
+    for (const clip of state.clips) {
+      const { reach } = clip.size;
+      clip.nodes.forEach((node, id) => {
+        const isChosen = clip.index === state.active && id === state.joint;
+        const isHovered = clip.index === state.hovered[0] && id === state.hovered[1];
+        const [linkTint, jointTint] = this.tints(clip, node);
+        if (node.parent >= 0 && clip.nodes[node.parent].kind !== "group") {
+          const [from, to] = [clip.drawn[node.parent], clip.drawn[id]];
+          view.bones.add(from, to, Math.min(0.1 * length(sub(to, from)), 0.036 * reach), isChosen ? mix(linkTint, CHOSEN, 0.8) : linkTint);
+        }
+        const large = isChosen || isHovered;
+        const radius = (large ? 0.03 : node.kind === "end_site" ? 0.008 : 0.014) * reach;
+        if (node.kind !== "group") view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
+      });
+    }
+    for (const trail of state.trails) this.addTrail(...trail.split(":").map(Number));
+    if (state.joint >= 0) this.addAxes();
+  }
+
+  // The colours of the link that ends in a node, and of the node. A link belongs to the bone of the joint it starts from.
+  tints(clip, node) {
+    if (!this.state.bones || !clip.humanoid) {
+      const tint = sideColor(clip, node.side, this.state.clips.length > 1);
+      return [tint, tint];
+    }
+    let above = node.parent;
+    while (above >= 0 && !clip.nodes[above].bone) above = clip.nodes[above].parent;
+    return [above < 0 ? NO_BONE : boneColor(clip.nodes[above].bone), node.bone ? boneColor(node.bone) : NO_BONE];
+  }
+
+  // Where a joint was in the last seconds, fading.
+  addTrail(index, id) {
+    const clip = this.state.clips[index];
+    const [samples, seconds] = [90, 3];
+    const { background } = THEMES[this.state.theme];
+    let before = null;
+    for (let i = 0; i <= samples; i++) {
+      const tick = clip.tick - (1 - i / samples) * seconds * clip.ticksPerSecond;
+      if (tick < 0) continue;
+      const place = clip.pagePositionAt(id, tick);
+      if (before) this.view.rods.add(before, place, 0.005 * clip.size.reach, mix(background, CHOSEN, 0.15 + (0.85 * i) / samples));
+      before = place;
+    }
+  }
+
+  // The axes of the chosen joint: x red, y green, z blue.
+  addAxes() {
+    const { clip } = this;
+    const m = clip.world[this.state.joint];
+    const origin = clip.filePosition(this.state.joint);
+    const size = (0.16 * clip.size.reach) / clip.metresPerUnit;
+    AXIS_COLORS.forEach((tint, axis) => {
+      const end = add(origin, scale(normalize(m.slice(4 * axis, 4 * axis + 3)), size));
+      this.view.rods.add(clip.toPage(origin), clip.toPage(end), 0.006 * clip.size.reach, tint);
     });
   }
-  for (const trail of state.trails) addTrail(...trail.split(":").map(Number));
-  if (state.joint >= 0) addAxes();
-}
 
-const mix = (a, b, share) => [0, 1, 2].map((i) => a[i] + (b[i] - a[i]) * share);
-
-function colorOf(clip, node) {
-  if (clips.length === 1) return SIDES[node.side];
-  return node.side === "left" ? mix(clip.color, [1, 1, 1], 0.22) : node.side === "right" ? mix(clip.color, [0, 0, 0], 0.22) : clip.color;
-}
-
-// Where a joint was in the last seconds, fading.
-function addTrail(index, id) {
-  const clip = clips[index];
-  const [samples, seconds] = [90, 3];
-  const { background } = THEMES[state.theme];
-  let before = null;
-  for (let i = 0; i <= samples; i++) {
-    const tick = clip.tick - (1 - i / samples) * seconds * clip.ticksPerSecond;
-    if (tick < 0) continue;
-    const place = clip.pagePositionAt(id, tick);
-    if (before) view.rods.add(before, place, 0.005 * clip.reach, mix(background, CHOSEN, 0.15 + (0.85 * i) / samples));
-    before = place;
+  // Where a point is on the canvas, in its pixels, and its distance from the camera.
+  onCanvas(point) {
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const [x, y, depth] = project(this.camera.see(width / Math.max(1, height)).worldToClip, point);
+    return [(0.5 + 0.5 * x) * width, (0.5 - 0.5 * y) * height, depth];
   }
-}
 
-// The axes of the chosen joint: x red, y green, z blue.
-function addAxes() {
-  const clip = clipNow();
-  const m = clip.world[state.joint];
-  const origin = clip.filePosition(state.joint);
-  const size = (0.16 * clip.reach) / clip.metresPerUnit;
-  AXIS_COLORS.forEach((tint, axis) => {
-    const end = add(origin, scale(normalize(m.slice(4 * axis, 4 * axis + 3)), size));
-    view.rods.add(clip.toPage(origin), clip.toPage(end), 0.006 * clip.reach, tint);
-  });
-}
+  // The joint below a pointer: the nearest one within reach of a mouse or a finger.
+  jointAt(event) {
+    const box = this.canvas.getBoundingClientRect();
+    let nearest = { distance: event.pointerType === "touch" ? 28 : 14, clip: -1, joint: -1 };
+    for (const clip of this.state.clips) {
+      clip.nodes.forEach((node, joint) => {
+        const [x, y, depth] = this.onCanvas(clip.drawn[joint]);
+        const distance = Math.hypot(x - (event.clientX - box.left), y - (event.clientY - box.top));
+        if (depth > 0 && node.kind !== "group" && distance < nearest.distance) nearest = { distance, clip: clip.index, joint };
+      });
+    }
+    return nearest;
+  }
 
-// The joint below a pointer: the nearest one within reach of a mouse or a finger.
-function jointAt(event) {
-  const box = canvas.getBoundingClientRect();
-  const { worldToClip } = camera.see(box.width / Math.max(1, box.height));
-  let nearest = { distance: event.pointerType === "touch" ? 28 : 14, clip: -1, joint: -1 };
-  for (const clip of clips) {
-    clip.nodes.forEach((node, joint) => {
-      const [x, y, depth] = project(worldToClip, clip.pagePosition(joint));
-      const distance = Math.hypot((0.5 + 0.5 * x) * box.width - (event.clientX - box.left), (0.5 - 0.5 * y) * box.height - (event.clientY - box.top));
-      if (depth > 0 && node.kind !== "group" && distance < nearest.distance) nearest = { distance, clip: clip.index, joint };
+  placeTip() {
+    const [index, joint] = this.state.hovered;
+    const tip = byId("tip");
+    const clip = this.state.clips[index];
+    tip.hidden = !clip;
+    if (!clip) return;
+    const { name, bone } = clip.nodes[joint];
+    const [x, y] = this.onCanvas(clip.drawn[joint]);
+    const [local, world] = [clip.translation(joint, clip.tick), clip.filePosition(joint)].map((place) => Array.from(place, short).join("  "));
+    const lines = [`${this.state.clips.length > 1 ? `${clip.name}: ` : ""}${name}`];
+    if (bone) lines.push(`${bone.name}, ${bone.confidence}: ${bone.reason}`);
+    else if (clip.humanoid) lines.push("no bone of the humanoid");
+    tip.textContent = [...lines, `local  ${local}`, `world  ${world}`].join("\n");
+    // Beside the joint, within the picture.
+    const left = clamp(x + 14, 4, Math.max(4, this.canvas.clientWidth - tip.offsetWidth - 4));
+    const top = clamp(y - 12, 4, Math.max(4, this.canvas.clientHeight - tip.offsetHeight - 4));
+    tip.style.transform = `translate(${left}px, ${top}px)`;
+  }
+
+  // The names of the active clip's bones beside their joints, on the side away from the middle of the figure.
+  placeLabels() {
+    const { clip, state } = this;
+    const wanted = state.bones ? clip.nodes.flatMap(({ bone }, id) => (bone && HAS_LABEL.test(bone.name) ? [[id, bone.name]] : [])) : [];
+    while (this.labels.length < wanted.length) {
+      this.labels.push(make("span"));
+      byId("labels").append(this.labels.at(-1));
+    }
+    const [middle] = this.onCanvas(clip.middle());
+    const placed = [];
+    this.labels.forEach((label, i) => {
+      const [id, name] = wanted[i] ?? [];
+      const [x, y, depth] = id === undefined ? [0, 0, 0] : this.onCanvas(clip.drawn[id]);
+      if (label.textContent !== (name ?? "")) label.textContent = name ?? "";
+      // About as wide as its letters. One that would cover another is left out.
+      const width = 6.5 * label.textContent.length;
+      const left = x < middle - 1 ? x - 9 - width : x + 9;
+      const covers = placed.some((other) => Math.abs(other.y - y) < 12 && left < other.left + other.width && other.left < left + width);
+      label.hidden = !(depth > 0) || covers;
+      if (label.hidden) return;
+      placed.push({ left, y, width });
+      label.style.transform = `translate(${x}px, ${y}px) translate(${x < middle - 1 ? "calc(-100% - 9px)" : "9px"}, -50%)`;
     });
   }
-  return nearest;
-}
-
-function placeTip() {
-  const [index, joint] = state.hovered;
-  const tip = byId("tip");
-  tip.hidden = index < 0;
-  if (index < 0) return;
-  const clip = clips[index];
-  const [x, y] = project(camera.see(canvas.clientWidth / Math.max(1, canvas.clientHeight)).worldToClip, clip.pagePosition(joint));
-  const [local, world] = [clip.translation(joint, clip.tick), clip.filePosition(joint)].map((place) => Array.from(place, short).join("  "));
-  tip.textContent = `${clips.length > 1 ? `${clip.name}: ` : ""}${clip.nodes[joint].name}\nlocal  ${local}\nworld  ${world}`;
-  tip.style.transform = `translate(${(0.5 + 0.5 * x) * canvas.clientWidth + 14}px, ${(0.5 - 0.5 * y) * canvas.clientHeight - 12}px)`;
-}
-
-function showTime() {
-  const clip = clipNow();
-  byId("scrub").value = clip.tick;
-  byId("scrub").setAttribute("aria-valuetext", `tick ${Math.round(clip.tick)} of ${clip.duration}`);
-  byId("time").textContent = `${state.time.toFixed(2)} / ${longest.toFixed(2)} s`;
-  byId("tick").textContent = `tick ${Math.floor(clip.tick)} / ${clip.duration}`;
 }

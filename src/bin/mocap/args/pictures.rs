@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::{FrameRateArgs, InputArgs, MapArgs, SourceUpArgs};
+use mocap::Conversion;
+
+use super::{FrameRateArgs, InputArgs, MapArgs, ReadArgs, SourceArgs, SourceUpArgs, TrimArg};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
@@ -12,10 +14,32 @@ pub(crate) struct ViewArgs {
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    pub(crate) trim: Option<TrimArg>,
+    /// Frames per second to show; for an input that states no valid rate, its rate
+    #[arg(long, value_name = "RATE")]
+    pub(crate) fps: Option<f64>,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+impl ViewArgs {
+    /// The frames to show. The numbers of the file stay as they are: the page has its unit and its up axis.
+    pub(crate) fn conversion(&self) -> Conversion {
+        let mut conversion = Conversion::new().keep_units(true);
+        if let Some(TrimArg { first, last }) = self.trim {
+            conversion = conversion.trim(first, last);
+        }
+        if let Some(rate) = self.fps {
+            conversion = conversion.frame_rate(rate);
+        }
+        conversion
+    }
 }
 
 #[derive(Debug, clap::Args)]

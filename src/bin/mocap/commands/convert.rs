@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
+use mocap::Diagnostic;
 use mocap::bvh;
 use mocap::export::{ReplacePolicy, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
-use mocap::scene::{Animation, Scene, Topic};
+use mocap::scene::{Animation, Scene};
 use mocap::verify::{Verification, Verifier};
-use mocap::{Code, Diagnostic, Importer};
 
-use super::{change, verify};
+use super::{change, import_to_resample, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg, Given};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
@@ -339,30 +339,12 @@ fn smaller(achieved: &Achieved, bytes: usize, plain_bytes: Option<usize>) -> Str
     text
 }
 
-/// Imports a file at its own frame rate, `--fps` being the rate to write. Where the file states none, `--fps` is its
-/// rate too.
 fn import(args: &ConvertArgs, input: &Path) -> mocap::Result<Scene> {
     // Many files keep all threads busy, a thread a file.
     let threads = match args.batch.out_dir {
         Some(_) => 1,
         None => thread_count(args.batch.spread.threads),
     };
-    let importer = || -> Importer {
-        let importer = args.read.importer().skeleton_mesh(args.mesh.into());
-        importer.threads(threads)
-    };
-    let at_given_rate = |rate| streams::import(&importer().frame_rate(rate), input);
-    match (streams::import(&importer(), input), args.change.fps) {
-        (Err(error), Some(rate)) if error.code() == Code::FrameTime => at_given_rate(rate),
-        (Ok(scene), Some(rate)) if assumes_rate(&scene) => at_given_rate(rate),
-        (result, _) => result,
-    }
-}
-
-fn assumes_rate(scene: &Scene) -> bool {
-    scene
-        .metadata
-        .assumptions
-        .iter()
-        .any(|assumption| assumption.topic == Topic::FrameRate)
+    let importer = || args.read.importer().skeleton_mesh(args.mesh.into()).threads(threads);
+    import_to_resample(importer, input, args.change.fps)
 }

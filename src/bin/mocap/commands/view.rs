@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
 use mocap::{Code, Conversion, Diagnostic, Scene, SkeletonMesh, gltf};
 
-use super::{extension, short_name, unknown_extension};
+use super::{extension, import_to_resample, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
 
 pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
+    let options_are_sound = args.conversion().check();
+    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     let output = match &args.output {
         Some(output) if !streams::is_standard(output) && !["html", "htm"].contains(&extension(output).as_str()) => {
             return Err(unknown_extension(output, ".html"));
@@ -51,12 +53,16 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     for file in files {
         let read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
+        report::clip_taken(&read.scene);
         clips.push(read);
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
     let html = page(&pages);
     streams::write(output, html.as_bytes())?;
     report::say(&format!("{}: {} bytes", output.display(), html.len()));
+    if html.len() > LARGE_PAGE {
+        report::say("the page is large: --trim shows a part of the motion, --fps 30 fewer frames");
+    }
     Ok(())
 }
 
@@ -118,11 +124,17 @@ fn create_folder_of(file: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
 }
 
+/// The keys of a page's GLB have at most this many bytes; a page of a longer take has none.
+const LARGEST_GLB: usize = 16 << 20;
+
+/// The bytes of a page from which on it is worth saying how to make a smaller one.
+const LARGE_PAGE: usize = 60 << 20;
+
 /// A file prepared for a page. Its GLB is in metres with +Y up, as `mocap convert` writes it.
 struct Read {
     name: String,
     scene: Scene,
-    glb: Vec<u8>,
+    glb: Option<Vec<u8>>,
 }
 
 impl Read {
@@ -132,21 +144,39 @@ impl Read {
                 name: &self.name,
                 scene: &self.scene,
             },
-            glb: &self.glb,
+            glb: self.glb.as_deref(),
         }
     }
 }
 
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
-    let scene = streams::import(&args.read.importer().skeleton_mesh(SkeletonMesh::Skinned), file)?;
-    let mut in_metres = scene.clone();
-    Conversion::new().apply(&mut in_metres)?;
-    // The page lists what was assumed.
-    in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
-    let glb = gltf::write_glb(&in_metres, &gltf::GltfOptions::default())?;
+    let importer = || args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
+    let mut scene = import_to_resample(importer, file, args.fps)?;
+    args.source.state(&mut scene);
+    let changed = args.conversion().apply(&mut scene);
+    changed.map_err(|error| error.with_path(file))?;
+    let glb = (key_bytes(&scene) <= LARGEST_GLB).then(|| glb(&scene)).transpose()?;
     Ok(Read {
         name: short_name(file),
         scene,
         glb,
     })
+}
+
+/// In metres with +Y up.
+fn glb(scene: &Scene) -> Result<Vec<u8>, mocap::Error> {
+    let mut in_metres = scene.clone();
+    Conversion::new().apply(&mut in_metres)?;
+    // The page lists what was assumed.
+    in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
+    gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
+}
+
+/// About the bytes of the animation in a GLB.
+fn key_bytes(scene: &Scene) -> usize {
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let bytes = channels.map(|channel| {
+        12 * channel.position_keys.len() + 16 * channel.rotation_keys.len() + 12 * channel.scaling_keys.len()
+    });
+    bytes.sum()
 }

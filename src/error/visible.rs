@@ -1,0 +1,40 @@
+//! Text of files, made safe to show.
+
+use std::borrow::Cow;
+
+/// `text` with escapes in place of what steers a terminal or a page: control characters, such as those that begin an
+/// escape sequence, and characters that change the direction of text. Names and paths come from files and may hold any.
+///
+/// ```
+/// assert_eq!(mocap::visible("Hips\u{1b}[2J\u{202e}"), "Hips\\u{1b}[2J\\u{202e}");
+/// ```
+pub fn visible(text: &str) -> Cow<'_, str> {
+    replace(text, steers)
+}
+
+/// [`visible`], but line ends and tabs stay.
+pub fn visible_lines(text: &str) -> Cow<'_, str> {
+    replace(text, |c| steers(c) && c != '\n' && c != '\t')
+}
+
+fn replace(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_replaced) {
+        return Cow::Borrowed(text);
+    }
+    let mut replaced = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_replaced(c) {
+            replaced.extend(c.escape_unicode());
+        } else {
+            replaced.push(c);
+        }
+    }
+    Cow::Owned(replaced)
+}
+
+fn steers(c: char) -> bool {
+    let changes_direction =
+        matches!(c, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}');
+    let ends_line = matches!(c, '\u{2028}' | '\u{2029}');
+    c.is_control() || changes_direction || ends_line
+}

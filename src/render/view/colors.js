@@ -1,0 +1,26 @@
+// Colours: of clips, sides, the bones of a humanoid, and the two themes.
+
+export const PALETTE = [[0.18, 0.42, 0.85], [0.88, 0.42, 0.14], [0.2, 0.62, 0.35], [0.62, 0.36, 0.78], [0.82, 0.27, 0.37], [0.25, 0.6, 0.66]];
+export const CHOSEN = [1, 0.78, 0.16];
+export const AXIS_COLORS = [[0.85, 0.2, 0.24], [0.2, 0.62, 0.27], [0.2, 0.42, 0.9]];
+export const THEMES = {
+  light: { background: [0.965, 0.972, 0.984], grid: [0.72, 0.76, 0.82], shadow: 0.5 },
+  dark: { background: [0.085, 0.098, 0.13], grid: [0.25, 0.29, 0.36], shadow: 0.75 },
+};
+const GREY = [0.56, 0.61, 0.7];
+const SIDES = { left: PALETTE[0], right: PALETTE[1], middle: GREY };
+// Of a humanoid: left and right as ever, hips, spine and head green, and what is no bone of it grey.
+export const BONE_SIDES = { left: PALETTE[0], right: PALETTE[1], middle: PALETTE[2] };
+export const NO_BONE = GREY;
+const SURENESS = { sure: 1, likely: 0.6, unsure: 0.3 };
+
+export const mix = (a, b, share) => [0, 1, 2].map((i) => a[i] + (b[i] - a[i]) * share);
+
+// The colour of a humanoid bone; the less sure, the greyer.
+export const boneColor = ({ side, confidence }) => mix(NO_BONE, BONE_SIDES[side], SURENESS[confidence]);
+
+// The colour of a node among several clips, or alone.
+export function sideColor(clip, side, severalClips) {
+  if (!severalClips) return SIDES[side];
+  return side === "left" ? mix(clip.color, [1, 1, 1], 0.22) : side === "right" ? mix(clip.color, [0, 0, 0], 0.22) : clip.color;
+}

@@ -1,0 +1,26 @@
+// Elements of the page, and numbers and colours as text.
+
+import { clamp } from "./math.js";
+
+export const byId = (id) => document.getElementById(id);
+
+// An element with attributes and contents; text is never read as HTML.
+export function make(tag, attributes = {}, ...contents) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else element.setAttribute(name, value);
+  }
+  element.append(...contents);
+  return element;
+}
+
+// A number for a person: four significant digits, no needless ones.
+export function short(value) {
+  if (value === 0 || Math.abs(value) < 5e-5) return "0";
+  const digits = clamp(3 - Math.floor(Math.log10(Math.abs(value))), 0, 4);
+  return value.toFixed(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−");
+}
+
+export const css = (color, opacity = 1) =>
+  `rgba(${Array.from(color, (part) => Math.round(255 * part)).join(",")},${clamp(opacity, 0, 1)})`;

@@ -1,0 +1,354 @@
+// The player: what can be done with the clips, by buttons and by keys alike.
+
+import { clamp } from "./math.js";
+import { byId, css, make } from "./dom.js";
+import { Clip } from "./clip.js";
+import { listenToPointers } from "./camera.js";
+import { BONE_SIDES, NO_BONE, PALETTE } from "./colors.js";
+import { Panel } from "./panel.js";
+import { Stage } from "./stage.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 1.5, 2, 4];
+
+export class Player {
+  // The elements are those of page.html.
+  constructor() {
+    this.state = {
+      clips: [], active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
+      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, theme: "light",
+    };
+    this.longest = 0;
+    this.counted = { since: 0, frames: 0 };
+    this.canvas = byId("stage");
+    this.stage = new Stage(this.canvas, this.state, () => this.changed());
+    this.panel = new Panel(this.state, {
+      choose: (clip, joint) => this.choose(clip, joint),
+      activate: (clip) => this.activate(clip),
+      hover: (clip, joint) => this.hover(clip, joint),
+      seek: (share) => this.seek(share * this.clip.duration),
+    });
+    byId("renderer").textContent = this.stage.renderer.name;
+    this.listen();
+    this.setSpeed(1);
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    this.setTheme(dark.matches ? "dark" : "light");
+    dark.addEventListener("change", (event) => this.setTheme(event.matches ? "dark" : "light"));
+  }
+
+  get clip() { return this.state.clips[this.state.active]; }
+
+  // Shows clips in place of those before; clip.js says what each is made of.
+  show(clips) {
+    const { state } = this;
+    state.clips = clips.map((data, index) => new Clip(data, index));
+    state.clips.forEach((clip) => { clip.color = PALETTE[clip.index % PALETTE.length]; });
+    // Several clips have colours of their own.
+    Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: 0, bones: clips.length === 1 });
+    state.trails.clear();
+    // One time for all clips, as long as the longest.
+    this.longest = Math.max(0, ...state.clips.map((clip) => clip.seconds));
+    this.play(false);
+    this.showLanes();
+    this.showLegend();
+    this.arrange("side");
+    this.activate(0);
+    byId("arrange").hidden = state.clips.length < 2;
+    for (const name of ["loop", "follow", "bones"]) this.toggle(name, state[name]);
+  }
+
+  // Draws soon, once, however much has changed until then.
+  changed() {
+    if (this.waiting || !this.clip) return;
+    this.waiting = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  frame(now) {
+    this.waiting = false;
+    if (this.state.playing) {
+      this.advance(Math.max(0, now - this.lastFrame) / 1000);
+      this.countFrame(now);
+    }
+    this.lastFrame = now;
+    this.stage.draw();
+    this.showTime();
+    this.panel.showTick();
+    if (this.panel.fillCurves() || this.state.playing) this.changed();
+  }
+
+  advance(seconds) {
+    const { state } = this;
+    state.time += seconds * state.speed;
+    if (state.time <= this.longest) return;
+    if (state.loop && this.longest > 0) state.time %= this.longest;
+    else {
+      state.time = this.longest;
+      this.play(false);
+    }
+  }
+
+  countFrame(now) {
+    const { counted } = this;
+    counted.frames++;
+    if (now - counted.since < 500) return;
+    if (counted.since && now - counted.since < 2000) byId("fps").textContent = `${Math.round((1000 * counted.frames) / (now - counted.since))} fps`;
+    Object.assign(counted, { since: now, frames: 0 });
+  }
+
+  // The time line is that of all clips; its steps are the ticks of the active one, beyond its own end too.
+  get ticks() { return Math.round(this.longest * this.clip.ticksPerSecond); }
+  get tick() { return this.state.time * this.clip.ticksPerSecond; }
+
+  showTime() {
+    const { clip } = this;
+    const scrub = byId("scrub");
+    const over = this.state.time > clip.seconds + 1e-6;
+    const tick = `tick ${Math.floor(clip.tick)} / ${clip.duration}${over ? ", over" : ""}`;
+    scrub.value = this.tick;
+    scrub.setAttribute("aria-valuetext", `${tick}, ${this.state.time.toFixed(2)} of ${this.longest.toFixed(2)} seconds`);
+    byId("time").textContent = `${this.state.time.toFixed(2)} / ${this.longest.toFixed(2)} s`;
+    byId("tick").textContent = tick;
+  }
+
+  // A line below the time line for each of several clips, as long as the clip.
+  showLanes() {
+    const { clips } = this.state;
+    byId("lanes").replaceChildren(...(clips.length < 2 ? [] : clips).map((clip) => {
+      const lane = make("span");
+      lane.style.width = `${(100 * clip.seconds) / (this.longest || 1)}%`;
+      lane.style.background = css(clip.color);
+      return lane;
+    }));
+  }
+
+  showLegend() {
+    const entry = (name, color) => {
+      const swatch = make("span", { class: "swatch", "aria-hidden": "true" });
+      swatch.style.background = css(color);
+      return make("span", {}, swatch, name);
+    };
+    byId("bones").hidden = !this.state.clips.some((clip) => clip.humanoid);
+    byId("bone-legend").replaceChildren(entry("left", BONE_SIDES.left), entry("right", BONE_SIDES.right),
+      entry("middle", BONE_SIDES.middle), entry("no bone", NO_BONE), make("span", {}, "greyer: less sure"));
+  }
+
+  play(wanted) {
+    const { state } = this;
+    state.playing = wanted && this.longest > 0;
+    if (state.playing && state.time >= this.longest) state.time = 0;
+    this.lastFrame = performance.now();
+    this.counted.since = 0;
+    byId("play").textContent = state.playing ? "❚❚" : "▶";
+    byId("play").setAttribute("aria-label", state.playing ? "Pause" : "Play");
+    this.changed();
+  }
+
+  // To a tick of the active clip.
+  seek(tick) { this.seekTime(tick / this.clip.ticksPerSecond); }
+
+  seekTime(seconds) {
+    this.state.time = clamp(seconds, 0, this.longest);
+    this.changed();
+  }
+
+  step(ticks) {
+    this.play(false);
+    this.seek(Math.round(this.tick) + ticks);
+  }
+
+  setSpeed(speed) {
+    this.state.speed = speed;
+    byId("speed").value = String(speed);
+  }
+
+  turnSpeed(by) {
+    this.setSpeed(SPEEDS[clamp(SPEEDS.indexOf(this.state.speed) + by, 0, SPEEDS.length - 1)]);
+  }
+
+  toggle(name, wanted = !this.state[name]) {
+    this.state[name] = wanted;
+    byId(name).setAttribute("aria-pressed", wanted);
+    byId("bone-legend").hidden = !this.state.bones || byId("bones").hidden;
+    this.changed();
+  }
+
+  hover(clip, joint) {
+    const { hovered } = this.state;
+    if (clip === hovered[0] && joint === hovered[1]) return;
+    this.state.hovered = [clip, joint];
+    this.changed();
+  }
+
+  choose(index, joint) {
+    const { state } = this;
+    if (index >= 0 && index !== state.active) this.activate(index);
+    state.joint = joint;
+    this.panel.showJoint();
+    byId("trail").disabled = joint < 0;
+    byId("trail").setAttribute("aria-pressed", state.trails.has(`${state.active}:${joint}`));
+    byId("said").textContent = joint < 0 ? "No joint chosen" : `${this.clip.nodes[joint].name} chosen`;
+    // Where the panel hides behind a button, its curves come up.
+    if (joint >= 0) this.showPanel(true);
+    this.changed();
+  }
+
+  activate(index) {
+    const { state } = this;
+    Object.assign(state, { active: index, joint: -1 });
+    this.stage.before = null;
+    byId("scrub").max = this.ticks;
+    const { glb } = this.clip;
+    byId("download").disabled = !glb;
+    byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
+    this.panel.showClips();
+    this.changed();
+  }
+
+  nextJoint(by) {
+    const { state } = this;
+    const { length } = this.clip.nodes;
+    this.choose(state.active, state.joint < 0 ? (by > 0 ? 0 : length - 1) : (state.joint + by + length) % length);
+  }
+
+  toggleTrail() {
+    const { state } = this;
+    if (state.joint < 0) return;
+    const trail = `${state.active}:${state.joint}`;
+    if (!state.trails.delete(trail)) state.trails.add(trail);
+    byId("trail").setAttribute("aria-pressed", state.trails.has(trail));
+    this.changed();
+  }
+
+  arrange(arrangement) {
+    this.state.arrangement = arrangement;
+    byId("arrange").textContent = arrangement === "side" ? "Overlay" : "Side by side";
+    this.stage.arrange();
+  }
+
+  turnArrangement() {
+    if (this.state.clips.length > 1) this.arrange(this.state.arrangement === "side" ? "over" : "side");
+  }
+
+  moveCamera(move) {
+    move(this.stage.camera);
+    this.changed();
+  }
+
+  setTheme(theme) {
+    this.state.theme = theme;
+    document.documentElement.dataset.theme = theme;
+    if (this.clip) this.panel.redraw();
+    this.changed();
+  }
+
+  turnTheme() { this.setTheme(this.state.theme === "light" ? "dark" : "light"); }
+
+  download() {
+    const { glb, name } = this.clip;
+    if (!glb) return;
+    const address = URL.createObjectURL(new Blob([glb()], { type: "model/gltf-binary" }));
+    make("a", { href: address, download: `${name.replace(/\.\w+$/, "")}.glb` }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+  }
+
+  showPanel(wanted) {
+    byId("panel").classList.toggle("open", wanted);
+    byId("panel-button").setAttribute("aria-expanded", wanted);
+  }
+
+  showHelp() { byId("help").showModal(); }
+
+  get keys() {
+    const look = (yaw, pitch) => () => this.moveCamera((camera) => Object.assign(camera, { yaw, pitch }));
+    const orbit = (right, up) => () => this.moveCamera((camera) => camera.orbit(right, up));
+    const zoom = (factor) => () => this.moveCamera((camera) => camera.zoom(factor));
+    return {
+      " ": () => this.play(!this.state.playing),
+      ArrowLeft: (event) => this.step(event.shiftKey ? -10 : -1),
+      ArrowRight: (event) => this.step(event.shiftKey ? 10 : 1),
+      Home: () => this.seekTime(0),
+      End: () => this.seekTime(this.longest),
+      "[": () => this.turnSpeed(-1),
+      "]": () => this.turnSpeed(1),
+      l: () => this.toggle("loop"),
+      f: () => this.toggle("follow"),
+      b: () => byId("bones").hidden || this.toggle("bones"),
+      t: () => this.toggleTrail(),
+      j: () => this.nextJoint(1),
+      k: () => this.nextJoint(-1),
+      c: () => this.turnArrangement(),
+      r: () => this.stage.frameAll(),
+      n: () => this.turnTheme(),
+      g: () => this.download(),
+      "/": () => { this.showPanel(true); byId("search").focus(); },
+      "?": () => this.showHelp(),
+      Escape: () => this.choose(this.state.active, -1),
+      "+": zoom(0.85), "=": zoom(0.85), "-": zoom(1 / 0.85),
+      w: orbit(0, 0.1), s: orbit(0, -0.1), a: orbit(0.1, 0), d: orbit(-0.1, 0),
+      1: look(0, 0.05), 2: look(Math.PI / 2, 0.05), 3: look(0, 1.55),
+    };
+  }
+
+  onKey(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || byId("help").open || !this.clip) return;
+    const { tagName, type } = event.target;
+    // Home and End are the motion's wherever the focus is, but in a text.
+    const isWhole = event.key === "Home" || event.key === "End";
+    if (tagName === "INPUT" && type !== "range") {
+      if (event.key === "Escape") this.canvas.focus();
+      return;
+    }
+    if (tagName === "SELECT" && !isWhole) return;
+    // A slider has its own arrow keys, a button its own space.
+    if (type === "range" && /^(Arrow|Page)/.test(event.key)) return;
+    if (/^(BUTTON|SUMMARY)$/.test(tagName) && (event.key === " " || event.key === "Enter")) return;
+    const action = this.keys[event.key] || this.keys[event.key.toLowerCase()];
+    if (!action) return;
+    event.preventDefault();
+    action(event);
+  }
+
+  listen() {
+    const { canvas, keys } = this;
+    const clicks = {
+      play: keys[" "], back: () => this.step(-1), forward: () => this.step(1), loop: keys.l, follow: keys.f, bones: keys.b,
+      trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "help-button": keys["?"],
+      "panel-button": () => this.showPanel(!byId("panel").classList.contains("open")),
+      "all-joints": () => this.choose(this.state.active, -1),
+    };
+    for (const [id, act] of Object.entries(clicks)) byId(id).addEventListener("click", act);
+    byId("scrub").addEventListener("input", (event) => { this.play(false); this.seek(Number(event.target.value)); });
+    byId("speed").append(...SPEEDS.map((speed) => make("option", { value: speed }, `${speed}×`)));
+    byId("speed").addEventListener("change", (event) => this.setSpeed(Number(event.target.value)));
+    document.addEventListener("keydown", (event) => this.onKey(event));
+    new ResizeObserver(() => this.changed()).observe(canvas);
+    listenToPointers(canvas, this.stage.camera, {
+      changed: () => this.changed(),
+      hover: (event) => {
+        const { clip, joint } = event ? this.stage.jointAt(event) : { clip: -1, joint: -1 };
+        this.hover(clip, joint);
+      },
+      choose: (event) => {
+        const { clip, joint } = this.stage.jointAt(event);
+        this.choose(clip < 0 ? this.state.active : clip, joint);
+      },
+    });
+  }
+
+  // For tests, and for a console: what is drawn, in the file's own coordinates.
+  get handle() {
+    const { clips } = this.state;
+    return {
+      state: this.state,
+      renderer: this.stage.renderer.name,
+      seek: (tick) => this.seek(tick),
+      drawn: (index = 0) => clips[index].drawn.map((place) => clips[index].toFile(place)),
+      // Where a joint is on the page, in its pixels.
+      onPage: (joint, index = 0) => {
+        const box = this.canvas.getBoundingClientRect();
+        const [x, y] = this.stage.onCanvas(clips[index].drawn[joint]);
+        return [box.left + x, box.top + y];
+      },
+    };
+  }
+}
