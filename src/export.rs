@@ -1,23 +1,27 @@
 //! Output files that are whole or absent, and what they may replace. Only this module of the library writes files.
 
 mod existing;
+mod unfinished;
 
-use std::ffi::OsString;
-use std::fs::{self, File, Metadata};
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::{NamedTempFile, TempPath};
+use tempfile::TempPath;
 
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, SOURCE_EXTENSIONS, has_provenance};
+use self::unfinished::{Unfinished, named};
 use crate::error::{Error, Result};
 
-/// Writes `bytes` to `path`, whole or not at all: to a temporary file beside the target, which is then renamed.
+/// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its name.
 ///
 /// An existing file is replaced and keeps its permissions; after an error it is unchanged. A read-only file is not
-/// replaced. A link is followed. A pipe or a device is written directly. A killed process may leave the temporary file,
-/// whose name [`unfinished_target`] recognises.
+/// replaced. A link is followed. A pipe or a device is written directly.
+///
+/// To replace a file, the new one has a temporary name for a moment. Where the system has no files without a name, which
+/// only Linux has, it has that name from the start. A process that is killed then leaves the temporary file;
+/// [`remove_unfinished`] removes it, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors
 /// [`Code::Io`](crate::Code::Io), with the path.
@@ -34,9 +38,9 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
     let write = || match Target::of(path)? {
         Target::Stream => write_stream(path, write),
         Target::File(target) => {
-            let file = unfinished(&target, write)?;
-            let length = file.as_file().metadata()?.len();
-            file.persist(target)?;
+            let file = Unfinished::new(&target, write)?;
+            let length = file.file().metadata()?.len();
+            file.persist(&target)?;
             Ok(length)
         }
     };
@@ -46,7 +50,8 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
 /// Writes several files as one output: all of them are replaced, or none.
 ///
 /// The last file is the one that refers to the others. It is renamed away before the others are replaced, so that it
-/// never refers to files of another output, even if the process is killed.
+/// never refers to files of another output, even if the process is killed. It has a temporary name then, by which
+/// [`ReplacePolicy`] knows the others as its own.
 ///
 /// # Errors
 /// As [`write_file`]. All files are then unchanged.
@@ -59,18 +64,23 @@ pub fn write_files(files: &[(&Path, &[u8])]) -> Result<()> {
                 "an output of several files cannot be written to a pipe or a device",
             )),
             Target::File(target) => {
-                let file = unfinished(&target, |file| file.write_all(bytes))?;
+                let file = Unfinished::new(&target, |file| file.write_all(bytes))?;
                 Ok((*path, target, file))
             }
         };
         written.push(write().map_err(|source| Error::io(path, source))?);
+    }
+    // If the process is killed now, this file tells whose the others are.
+    if let Some((path, target, file)) = written.pop() {
+        let file = file.with_name(&target).map_err(|source| Error::io(path, source))?;
+        written.push((path, target, file));
     }
     let mut replaced = Replaced::default();
     for (path, target, _) in written.iter().rev() {
         replaced.set_aside(target).map_err(|source| Error::io(path, source))?;
     }
     for (path, target, file) in written {
-        file.persist(&target).map_err(|error| Error::io(path, error.error))?;
+        file.persist(&target).map_err(|error| Error::io(path, error))?;
         replaced.new.push(target);
     }
     replaced.keep();
@@ -92,7 +102,7 @@ impl Replaced {
         if !target.try_exists()? {
             return Ok(());
         }
-        let place = unfinished(target, |_| Ok(()))?.into_temp_path();
+        let place = named(target)?.into_temp_path();
         fs::rename(target, &place)?;
         self.old.push((target.to_owned(), place));
         Ok(())
@@ -173,25 +183,6 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// A temporary file beside `target`, with the output of `write`. It is removed when dropped.
-fn unfinished(target: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<NamedTempFile> {
-    let mut prefix = OsString::from(".");
-    prefix.push(target.file_name().unwrap_or_default());
-    prefix.push(UNFINISHED);
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(&prefix);
-    // A temporary file is private by default; an output has the permissions of any new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder_of(target))?;
-    if let Some(permissions) = fs::metadata(target).ok().as_ref().map(Metadata::permissions) {
-        // Some file systems have no permissions.
-        let _ = file.as_file().set_permissions(permissions);
-    }
-    write(&mut file)?;
-    Ok(file)
-}
-
 /// Writes to a pipe or a device, which cannot be replaced and cannot lose data.
 fn write_stream(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<u64> {
     let mut stream = Counted {
@@ -237,6 +228,38 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
     Some(path.with_file_name(target))
 }
 
+/// Removes temporary files that killed processes have left of the output `path`, and, if that is a `.gltf`, of its
+/// buffer. Another process must not be at work on the same output.
+///
+/// ```
+/// let folder = tempfile::tempdir().unwrap();
+/// let left = folder.path().join(".walk.glb.unfinished-x7Qz1a");
+/// std::fs::write(&left, "a part").unwrap();
+/// mocap::export::remove_unfinished(&folder.path().join("walk.glb"));
+/// assert!(!left.exists());
+/// ```
+pub fn remove_unfinished(path: &Path) {
+    let Ok(Target::File(target)) = Target::of(path) else {
+        return;
+    };
+    let outputs = [target.with_extension("bin"), target.clone()];
+    let outputs = if target
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"))
+    {
+        &outputs[..]
+    } else {
+        &outputs[1..]
+    };
+    // Errors are left to the writer of the output, which tells them.
+    for entry in fs::read_dir(folder_of(&target)).into_iter().flatten().flatten() {
+        let left = unfinished_target(&entry.path());
+        if left.is_some_and(|left| outputs.iter().any(|output| output.file_name() == left.file_name())) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,6 +287,25 @@ mod tests {
         assert!(write_file_with(&path, fail).is_err());
         assert_eq!(names(folder.path()), ["a.glb"]);
         assert_eq!(fs::read(&path).unwrap(), b"older");
+    }
+
+    /// A process that is killed while it writes leaves nothing.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_has_no_name_while_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.glb");
+        for content in ["older", "new"] {
+            let before = names(folder.path());
+            write_file_with(&path, |file| {
+                file.write_all(content.as_bytes())?;
+                assert_eq!(names(folder.path()), before);
+                Ok(())
+            })
+            .unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), content);
+            assert_eq!(names(folder.path()), ["a.glb"]);
+        }
     }
 
     #[test]

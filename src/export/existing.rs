@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::Target;
+use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
@@ -176,7 +176,15 @@ fn is_our_buffer(path: &Path) -> bool {
         let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
         asset.is_ours() && names.any(|name| path.ends_with(name))
     };
-    Asset::of(&path.with_extension("gltf")).is_ok_and(|asset| is_buffer_of(&asset))
+    let text = path.with_extension("gltf");
+    // A process may have been killed after it wrote the buffer.
+    let unfinished = fs::read_dir(folder_of(path)).into_iter().flatten().flatten();
+    let unfinished = unfinished.map(|entry| entry.path());
+    let unfinished =
+        unfinished.filter(|left| unfinished_target(left).is_some_and(|left| left.file_name() == text.file_name()));
+    std::iter::once(text.clone())
+        .chain(unfinished)
+        .any(|text| Asset::of(&text).is_ok_and(|asset| is_buffer_of(&asset)))
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

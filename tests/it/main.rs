@@ -25,6 +25,8 @@ mod gltf;
 mod golden;
 mod hostile;
 mod humanoid;
+#[cfg(all(unix, feature = "cli"))]
+mod interrupted;
 mod kinematics;
 mod motion_steps;
 mod numbers;

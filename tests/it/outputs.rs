@@ -301,3 +301,24 @@ fn merging_manifests_removes_no_other_file() {
     assert_eq!(folder.manifest("out").len(), 2);
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
+
+/// A process that is killed between the two files of an output leaves the first, and the second under a temporary name.
+#[test]
+fn the_buffer_of_a_killed_run_is_known() {
+    for arguments in ["convert walk.bvh out.gltf", "convert walk.bvh -o . --to gltf"] {
+        let folder = Folder::with(&["walk.bvh"]);
+        folder.succeeds(arguments);
+        let name = if arguments.contains("-o") { "walk" } else { "out" };
+        let (text, left) = (format!("{name}.gltf"), format!(".{name}.gltf.unfinished-x7Qz1a"));
+        fs::rename(folder.path(&text), folder.path(&left)).unwrap();
+        folder.succeeds(arguments);
+        assert!(
+            folder.path(&text).exists() && !folder.path(&left).exists(),
+            "{arguments}"
+        );
+        // Without it nobody knows whose the buffer is.
+        fs::remove_file(folder.path(&text)).unwrap();
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", words(&output));
+    }
+}

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use mocap::export::{ReplacePolicy, write_file};
+use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::{Importer, Scene};
 
 use crate::{Failure, report};
@@ -30,12 +30,15 @@ pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
     importer.read(bytes, path)
 }
 
-/// Refuses an output that would replace an input or a file that may be a source.
+/// Refuses an output that would replace an input or a file that may be a source, and removes what a killed process has
+/// left of it.
 pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path) -> mocap::Result<()> {
     if is_standard(output) {
         return Ok(());
     }
-    ReplacePolicy::new(inputs).check(output)
+    ReplacePolicy::new(inputs).check(output)?;
+    remove_unfinished(output);
+    Ok(())
 }
 
 /// Writes a file, or to standard output.

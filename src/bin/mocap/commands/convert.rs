@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mocap::Diagnostic;
 use mocap::bvh;
-use mocap::export::{ReplacePolicy, write_file};
+use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Scene};
 use mocap::verify::{Verification, Verifier};
@@ -223,6 +223,9 @@ pub(crate) fn convert(
     }
     if matches!(format, Some(FormatArg::Gltf)) && !args.embed {
         policy.check(&output.with_extension("bin"))?;
+    }
+    if args.batch.out_dir.is_none() {
+        remove_unfinished(output);
     }
     let mut scene = import(args, input)?;
     let mut decisions = change::apply(&mut scene, args, is_bvh).map_err(|error| error.with_path(input))?;

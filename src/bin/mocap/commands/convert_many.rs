@@ -51,10 +51,6 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
     let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path)).force(args.force);
     inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
     fs::create_dir_all(folder).map_err(in_folder)?;
-    let own = inputs.iter().filter_map(|input| outputs.get(&input.relative));
-    let own = own.map(|output| folder.join(output));
-    let own = own.chain([Manifest::path(folder, spread.shard)]);
-    remove_unfinished(folder, own).map_err(in_folder)?;
     let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
     let is_input = |input: &str| names.contains(input);
     let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
@@ -78,6 +74,11 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
     };
     let (convert, panicked) = (|input: &Input| run.convert(input), |input: &Input| run.panicked(input));
     batch::for_each(&inputs, thread_count(spread.threads), convert, panicked, end).map_err(in_folder)?;
+    let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
+    let own = own.map(|output| folder.join(output));
+    let own = own.chain([Manifest::path(folder, spread.shard)]);
+    // Not before, because a `.gltf` that is left says whose its buffer is.
+    remove_unfinished(folder, own).map_err(in_folder)?;
     let counts = progress.finish();
     manifest.finish(is_input).map_err(in_folder)?;
     if !spread.quiet {

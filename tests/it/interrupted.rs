@@ -1,0 +1,359 @@
+//! Every command of the README that writes files, killed and on a full disk: an output is new and whole, old and whole, or
+//! absent, no input changes, and no temporary file stays.
+//!
+//! A disk of its own would need rights that a test has not. A limit on the size of files (`ulimit -f`) stops the write at
+//! the same byte every time: where the signal for it is ignored, the write fails as on a full disk; where it is not, the
+//! process is killed in the middle of the write. Besides, SIGKILL comes at several moments of a run.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// Commands of the README's table that write no file unless the shell is told to.
+const WRITE_NOTHING: &[&str] = &["verify", "info", "skeleton", "check", "dump", "pose", "formats"];
+
+struct Case {
+    arguments: &'static str,
+    /// Commands that make the folder that the command needs.
+    before: &'static [&'static str],
+    /// Whether the outputs are a folder.
+    many: bool,
+}
+
+const fn one(arguments: &'static str) -> Case {
+    Case {
+        arguments,
+        before: &[],
+        many: false,
+    }
+}
+
+const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case {
+    Case {
+        arguments,
+        before,
+        many: true,
+    }
+}
+
+/// The inputs are `walk.bvh` and the folder `clips`.
+const CASES: &[Case] = &[
+    one("convert walk.bvh out.glb"),
+    one("convert walk.bvh out.gltf"),
+    one("convert walk.bvh out.bvh --force"),
+    many("convert clips -o out", &[]),
+    many("convert clips -o out --to bvh --force", &[]),
+    one("fk walk.bvh -o out.npz"),
+    one("fk walk.bvh -o out.csv"),
+    #[cfg(feature = "parquet")]
+    one("fk walk.bvh -o out.parquet"),
+    #[cfg(feature = "parquet")]
+    many("pack clips -o out", &[]),
+    one("view walk.bvh -o out.html"),
+    many("view clips -o out.html", &[]),
+    one("sheet walk.bvh -o out.png"),
+    one("gif walk.bvh -o out.gif --width 160 --height 120 --rate 5"),
+    one("plot walk.bvh -o out.svg --joint Hips"),
+    many(
+        "merge-manifest out",
+        &["convert clips -o out --shard 1/2", "convert clips -o out --shard 2/2"],
+    ),
+];
+
+/// The names and the bytes of all files below a folder.
+type Files = BTreeMap<PathBuf, Vec<u8>>;
+
+fn files(folder: &Path) -> Files {
+    let mut files = Files::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                files.insert(path.strip_prefix(folder).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+fn folder_with(files: &Files) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+    folder
+}
+
+fn inputs(source: &str) -> Files {
+    // `plot` needs a joint that both have.
+    let text = fs::read_to_string(format!("fixtures/real/{source}")).unwrap();
+    let bytes = text.replace("Shoulder", "Hips").into_bytes();
+    let names = ["walk.bvh", "clips/a.bvh", "clips/below/b.bvh"];
+    names.into_iter().map(|name| (name.into(), bytes.clone())).collect()
+}
+
+fn mocap(folder: &Path, arguments: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
+    command.args(arguments.split(' ')).current_dir(folder);
+    command
+}
+
+fn succeeds(folder: &Path, arguments: &str) {
+    let output = mocap(folder, arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments}: {}", words(&output));
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Runs a command that may write no file beyond a size, in units of 1024 bytes. `trap` says what to do at the limit.
+fn limited(folder: &Path, arguments: &str, blocks: usize, trap: &str) -> Output {
+    Command::new("bash")
+        .args([
+            "-c",
+            &format!("{trap} ulimit -c 0; ulimit -f {blocks}; exec \"$@\""),
+            "bash",
+        ])
+        .arg(env!("CARGO_BIN_EXE_mocap"))
+        .args(arguments.split(' '))
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn is_unfinished(path: &Path) -> bool {
+    path.file_name().unwrap().to_string_lossy().contains(".unfinished-")
+}
+
+/// A manifest grows line by line, and says how long a file took.
+fn is_manifest(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "jsonl")
+}
+
+/// A command, and the files before it and after it.
+struct Tried<'a> {
+    case: &'a Case,
+    inputs: Files,
+    /// The inputs and the outputs of another run.
+    old: Files,
+    new: Files,
+    /// How long the command takes.
+    duration: Duration,
+}
+
+impl<'a> Tried<'a> {
+    fn new(case: &'a Case) -> Self {
+        let run = |source: &str| {
+            let folder = folder_with(&inputs(source));
+            for command in case.before {
+                succeeds(folder.path(), command);
+            }
+            let before = files(folder.path());
+            let start = Instant::now();
+            succeeds(folder.path(), case.arguments);
+            (before, files(folder.path()), start.elapsed())
+        };
+        let (_, mut old, _) = run("lecture_Test.bvh");
+        let (inputs, new, duration) = run("cmu_short.bvh");
+        old.extend(inputs.clone());
+        if !case.before.is_empty() {
+            // The outputs of another run have inputs of their own.
+            old = inputs.clone();
+        }
+        Self {
+            case,
+            inputs,
+            old,
+            new,
+            duration,
+        }
+    }
+
+    /// Checks a folder after an interrupted command.
+    fn check(&self, folder: &Path, before: &Files, how: &str) {
+        let how = format!("{}, {how}", self.case.arguments);
+        let found = files(folder);
+        let mut age = BTreeMap::new();
+        for (path, bytes) in found.iter().filter(|(path, _)| !is_unfinished(path)) {
+            let is = |files: &Files| files.get(path) == Some(bytes);
+            if is_manifest(path) && self.case.before.is_empty() {
+                let text = String::from_utf8_lossy(bytes);
+                let (whole, rest) = text.split_at(text.rfind('\n').map_or(0, |end| end + 1));
+                let is_json = |line: &str| serde_json::from_str::<serde_json::Value>(line).is_ok();
+                assert!(whole.lines().all(is_json), "{how}: {text}");
+                // The line at which the process was stopped.
+                assert!(!rest.contains('\n'), "{how}: {text}");
+                continue;
+            }
+            // The list of clips has those that failed too.
+            if self.case.many && path.ends_with("out.html") {
+                assert!(bytes.trim_ascii_end().ends_with(b"</html>"), "{how}: a part of a list");
+                continue;
+            }
+            assert!(
+                is(&self.new) || is(before),
+                "{how}: {} is neither new nor old",
+                path.display()
+            );
+            age.insert(path.clone(), is(&self.new));
+        }
+        for path in self.inputs.keys().filter(|path| self.new.contains_key(*path)) {
+            assert!(
+                found.get(path) == self.inputs.get(path),
+                "{how}: {} changed",
+                path.display()
+            );
+        }
+        // A manifest of a shard is gone only where its lines are in that of the folder.
+        let is_merged = found.contains_key(Path::new("out/mocap-manifest.jsonl"));
+        for path in self.inputs.keys().filter(|path| !self.new.contains_key(*path)) {
+            assert!(
+                is_merged || found.contains_key(path),
+                "{how}: {} is lost",
+                path.display()
+            );
+        }
+        for (path, is_new) in age
+            .iter()
+            .filter(|(path, _)| path.extension().is_some_and(|it| it == "gltf"))
+        {
+            assert_eq!(
+                age.get(&path.with_extension("bin")),
+                Some(is_new),
+                "{how}: of two outputs"
+            );
+        }
+    }
+
+    /// Checks that a command that is run again after an interrupted one repairs everything.
+    fn check_again(&self, folder: &Path, how: &str) {
+        let how = format!("{}, {how}", self.case.arguments);
+        // A merge that was nearly done has nothing left to do.
+        if self.case.before.is_empty() || files(folder) != self.new {
+            succeeds(folder, self.case.arguments);
+        }
+        let found = files(folder);
+        let names = |files: &Files| files.keys().cloned().collect::<Vec<_>>();
+        assert_eq!(names(&found), names(&self.new), "{how}");
+        for (path, bytes) in found.iter().filter(|(path, _)| !is_manifest(path)) {
+            assert!(Some(bytes) == self.new.get(path), "{how}: {}", path.display());
+        }
+    }
+
+    fn on_a_full_disk(&self) {
+        for (state, before) in [("no output", &self.inputs), ("old outputs", &self.old)] {
+            for blocks in self.limits() {
+                let how = format!("{state}, a full disk at {blocks} KiB");
+                let folder = folder_with(before);
+                let output = limited(folder.path(), self.case.arguments, blocks, "trap '' XFSZ;");
+                assert!(matches!(output.status.code(), Some(1 | 3)), "{how}: {}", words(&output));
+                assert!(!words(&output).is_empty(), "{how}");
+                self.check(folder.path(), before, &how);
+                let found = files(folder.path());
+                assert!(
+                    !found.keys().any(|path| is_unfinished(path)),
+                    "{how}: {:?}",
+                    found.keys()
+                );
+                if !self.case.many {
+                    assert!(found == *before, "{how}");
+                }
+            }
+        }
+    }
+
+    fn killed_while_it_writes(&self) {
+        for blocks in self.limits() {
+            let how = format!("killed at {blocks} KiB");
+            let folder = folder_with(&self.old);
+            let output = limited(folder.path(), self.case.arguments, blocks, "");
+            assert_eq!(output.status.code(), None, "{how}: {}", words(&output));
+            self.check(folder.path(), &self.old, &how);
+            // Only Linux has files without a name.
+            if cfg!(target_os = "linux") {
+                let found = files(folder.path());
+                assert!(
+                    !found.keys().any(|path| is_unfinished(path)),
+                    "{how}: {:?}",
+                    found.keys()
+                );
+            }
+            self.check_again(folder.path(), &how);
+        }
+    }
+
+    fn killed_at_any_time(&self) {
+        for part in [1, 5, 7, 9] {
+            let before = if self.case.many { &self.inputs } else { &self.old };
+            let moment = self.duration * part / 10;
+            let how = format!("killed after {moment:?} of {:?}", self.duration);
+            let folder = folder_with(before);
+            let mut child = mocap(folder.path(), self.case.arguments)
+                .stderr(Stdio::null())
+                .spawn()
+                .unwrap();
+            std::thread::sleep(moment);
+            child.kill().unwrap();
+            child.wait().unwrap();
+            self.check(folder.path(), before, &how);
+            self.check_again(folder.path(), &how);
+        }
+    }
+
+    /// Sizes of files, in units of 1024 bytes, below that of the largest output.
+    fn limits(&self) -> [usize; 2] {
+        let outputs = self.new.iter().filter(|(path, _)| !self.inputs.contains_key(*path));
+        let largest = outputs.map(|(_, bytes)| bytes.len()).max().unwrap();
+        [0, largest / 2048]
+    }
+}
+
+#[test]
+fn no_command_leaves_a_part_of_an_output() {
+    let half = CASES.len() / 2;
+    std::thread::scope(|scope| {
+        for cases in [&CASES[..half], &CASES[half..]] {
+            scope.spawn(move || {
+                for case in cases {
+                    let tried = Tried::new(case);
+                    tried.on_a_full_disk();
+                    tried.killed_while_it_writes();
+                    tried.killed_at_any_time();
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn every_command_of_the_readme_is_interrupted() {
+    let readme = fs::read_to_string("README.md").unwrap();
+    let table = readme.split("## The command line").nth(1).unwrap();
+    let table = table.split("```").nth(1).unwrap();
+    let mut names = Vec::new();
+    for line in table.lines() {
+        // `mocap sheet | gif | plot       pictures and curves`
+        let Some(words) = line.strip_prefix("mocap ") else {
+            continue;
+        };
+        let mut words = words.split(' ').filter(|word| !word.is_empty()).peekable();
+        names.extend(words.next());
+        while words.next_if_eq(&"|").is_some() {
+            names.extend(words.next());
+        }
+    }
+    assert!(names.len() > 12 && names.contains(&"plot"), "{names:?}");
+    let is_tried = |name: &str| CASES.iter().any(|case| case.arguments.split(' ').next() == Some(name));
+    for name in names {
+        let known = is_tried(name) || WRITE_NOTHING.contains(&name) || name == "pack" && cfg!(not(feature = "parquet"));
+        assert!(known, "{name} of the README is in neither list of this file");
+    }
+}
