@@ -39,6 +39,8 @@ mod properties;
 #[cfg(feature = "render")]
 mod render;
 mod retarget;
+#[cfg(feature = "cli")]
+mod retarget_command;
 mod sample;
 mod schema;
 #[cfg(feature = "cli")]

@@ -8,6 +8,7 @@ mod compress;
 mod given;
 mod pictures;
 mod read;
+mod retarget;
 mod source;
 
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
+pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::source::{MapArgs, OutArgs, SourceArgs, SourceUpArgs};
 
 /// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
@@ -38,6 +40,8 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Write motion files as animated glTF or as BVH
     Convert(ConvertArgs),
+    /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
+    Retarget(RetargetArgs),
     /// Summarise a file
     Info(InfoArgs),
     /// Write a motion as arrays: positions and rotations of all joints in all frames

@@ -14,6 +14,7 @@ pub(crate) mod merge_manifest;
 pub(crate) mod pack;
 pub(crate) mod plot;
 pub(crate) mod pose;
+pub(crate) mod retarget;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;
 pub(crate) mod verify;

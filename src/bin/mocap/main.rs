@@ -52,6 +52,7 @@ fn main() -> ExitCode {
             Some(folder) => commands::convert_many::run(args, folder, &given),
             None => commands::convert::run(args, &given),
         },
+        Command::Retarget(args) => commands::retarget::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]

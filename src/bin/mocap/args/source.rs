@@ -176,7 +176,7 @@ enum MapBone {
     Bone { joint: String },
 }
 
-fn read_map(path: &str) -> Result<HumanoidMap, String> {
+pub(super) fn read_map(path: &str) -> Result<HumanoidMap, String> {
     let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
     let file: MapFile = serde_json::from_str(&text).map_err(|error| error.to_string())?;
     let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);

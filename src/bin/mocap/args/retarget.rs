@@ -1,0 +1,81 @@
+//! The options of `mocap retarget`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use mocap::retarget::Scale;
+use mocap::skeleton::HumanoidMap;
+
+use super::{FrameRateArgs, MapArgs, SourceArgs, source};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RetargetArgs {
+    /// The motion files, and after them the character, unless --character or --to-skeleton names it: a .glb, .gltf or
+    /// .vrm file, or any file with the skeleton of a humanoid
+    #[arg(required = true, value_name = "PATH")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. Another
+    /// skeleton is written as .glb, .gltf or .bvh
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// The character; every PATH is a motion then
+    #[arg(long, value_name = "FILE", conflicts_with = "to_skeleton")]
+    pub(crate) character: Option<PathBuf>,
+    /// Move the motions onto the skeleton of this file alone, without what else is in it; every PATH is a motion then
+    #[arg(long, value_name = "FILE")]
+    pub(crate) to_skeleton: Option<PathBuf>,
+    /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
+    #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
+    pub(crate) scale: ScaleArg,
+    /// Leave out the animations that the character has; by default they stay
+    #[arg(long)]
+    pub(crate) replace_animations: bool,
+    /// Largest allowed angle between a limb of the motion and that of the character in any frame, in degrees; above it the
+    /// exit code is 1
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    pub(crate) max_angle: Option<f64>,
+    /// Print the report as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Take the bones of the character from this JSON file, of the shape that `mocap skeleton --json` prints
+    #[arg(long, value_name = "FILE", value_parser = source::read_map)]
+    pub(crate) character_map: Option<HumanoidMap>,
+    /// Replace a file that may be a source; an input is never replaced
+    #[arg(long)]
+    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
+    pub(crate) read: FrameRateArgs,
+}
+
+/// `--scale`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScaleArg(pub(crate) Scale);
+
+impl FromStr for ScaleArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let factor = text
+            .parse()
+            .ok()
+            .filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
+        match (text, factor) {
+            ("auto", _) => Ok(Self(Scale::Auto)),
+            ("none", _) => Ok(Self(Scale::None)),
+            (_, Some(factor)) => Ok(Self(Scale::Factor(factor))),
+            _ => Err("neither auto nor none nor a factor above 0".to_owned()),
+        }
+    }
+}
+
+fn parse_angle(text: &str) -> Result<f64, String> {
+    let angle = text
+        .parse()
+        .ok()
+        .filter(|angle: &f64| angle.is_finite() && *angle >= 0.0);
+    angle.ok_or_else(|| "not an angle of 0 degrees or more".to_owned())
+}

@@ -1,0 +1,310 @@
+//! `mocap retarget`: motions on a character.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+use mocap::export::ReplacePolicy;
+use mocap::gltf::{self, Character, GltfOptions};
+use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter};
+use mocap::scene::{Animation, Scene};
+use mocap::skeleton::{Humanoid, HumanoidMap, humanoid};
+use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh};
+
+use super::{extension, print_json, short_name, unknown_extension};
+use crate::args::RetargetArgs;
+use crate::{Failure, report, streams};
+
+/// Where the motions go.
+enum Target {
+    /// A file that is passed through, with further animations.
+    Character(Box<Character>),
+    /// A scene that is written.
+    Scene(Box<Scene>),
+}
+
+impl Target {
+    fn scene(&self) -> &Scene {
+        match self {
+            Self::Character(character) => character.scene(),
+            Self::Scene(scene) => scene,
+        }
+    }
+}
+
+pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
+    let (motions, file) = inputs(args)?;
+    let policy = ReplacePolicy::new(args.paths.iter().chain([&file])).force(args.force);
+    policy.check_inputs(&args.output)?;
+    let target = import_target(args, &file)?;
+    check_output(args, &file, &target)?;
+    let bones = match &target {
+        Target::Character(character) => character.humanoid().cloned(),
+        Target::Scene(_) => None,
+    };
+    let bones = bones.unwrap_or_else(|| humanoid(target.scene()));
+    let bones = mapped(
+        bones,
+        target.scene(),
+        args.character_map.clone().unwrap_or_default(),
+        "--character-map",
+    )?;
+    let mut animations: Vec<Animation> = Vec::new();
+    let mut reports: Vec<RetargetReport> = Vec::new();
+    let mut names = Names::new(&target, args.replace_animations);
+    for motion in &motions {
+        let source = import_source(args, motion)?;
+        let options = RetargetOptions {
+            scale: args.scale.0,
+            source: Some(mapped(humanoid(&source), &source, args.map.bones(), "--map")?),
+            target: Some(bones.clone()),
+        };
+        let retargeter = Retargeter::new(&source, target.scene(), &options);
+        let mut retargeter = retargeter.map_err(|error| match error.code() {
+            // Which of the two it is stands in the words.
+            Code::NotHumanoid if error.to_string().contains("the target") => error.with_path(&file),
+            _ => error.with_path(motion),
+        })?;
+        for animation in &source.animations {
+            let mut moved = retargeter.animation(&source, animation);
+            moved.name = names.of(motion, &source, animation);
+            reports.push(retargeter.measure(&source, animation, target.scene(), &moved));
+            animations.push(moved);
+        }
+    }
+    let clips = animations.len();
+    write(args, target, animations, &policy)?;
+    match args.json {
+        true => print_json(&reports)?,
+        false => reports.iter().for_each(tell),
+    }
+    let plural = if clips == 1 { "" } else { "s" };
+    report::say(&format!("{}: {clips} clip{plural} added", args.output.display()));
+    match args.max_angle {
+        Some(most) => require(&reports, most),
+        None => Ok(()),
+    }
+}
+
+/// The motions, and the file of the character.
+fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+    if let Some(named) = args.character.as_ref().or(args.to_skeleton.as_ref()) {
+        return Ok((args.paths.clone(), named.clone()));
+    }
+    match args.paths.as_slice() {
+        [motions @ .., character] if !motions.is_empty() => Ok((motions.to_vec(), character.clone())),
+        _ => Err(Failure::Usage(
+            "name a motion and after it a character: mocap retarget MOTION CHARACTER -o OUT".to_owned(),
+        )),
+    }
+}
+
+fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+    if args.to_skeleton.is_none() {
+        match importer.import_character(file) {
+            Ok(character) => return Ok(Target::Character(Box::new(character))),
+            Err(error) if error.code() == Code::UnknownFormat => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    // Meshes of the file come along; without any, the skeleton is drawn.
+    let importer = match args.to_skeleton {
+        Some(_) => importer,
+        None => Importer::new().skeleton_mesh(SkeletonMesh::Skinned),
+    };
+    let mut scene = importer.import(file)?;
+    scene.animations.clear();
+    Ok(Target::Scene(Box::new(scene)))
+}
+
+fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let mut scene = streams::import(&importer, motion)?;
+    report::warnings(Some(motion), &scene.warnings);
+    if scene.animations.is_empty() {
+        let message = format!("{}: there is no motion in it", motion.display());
+        return Err(Failure::Usage(message));
+    }
+    args.source.state(&mut scene);
+    let conversion = Conversion::new().bones(args.map.bones());
+    let decisions = conversion.apply(&mut scene).map_err(|error| error.with_path(motion))?;
+    for decision in decisions {
+        report::say(&decision.to_string());
+    }
+    Ok(scene)
+}
+
+/// A humanoid with the bones of a map.
+fn mapped(found: Humanoid, scene: &Scene, map: HumanoidMap, option: &str) -> Result<Humanoid, Failure> {
+    found.with_map(scene, map).map_err(|(bone, name)| {
+        let bone = bone.as_str();
+        Failure::Usage(format!(
+            "{option}: no joint is called {name:?}, which the file names as {bone}"
+        ))
+    })
+}
+
+/// Names for clips that no other clip of the file has.
+struct Names {
+    taken: HashSet<String>,
+}
+
+impl Names {
+    fn new(target: &Target, replace: bool) -> Self {
+        let present = target.scene().animations.iter().filter(|_| !replace);
+        Self {
+            taken: present.map(|animation| animation.name.clone()).collect(),
+        }
+    }
+
+    /// The name of the file, and that of the clip where the file has several.
+    fn of(&mut self, motion: &Path, source: &Scene, animation: &Animation) -> String {
+        let file = short_name(motion);
+        let name = match (source.animations.len(), animation.name.as_str()) {
+            (1, _) | (_, "") => file,
+            (_, name) => name.to_owned(),
+        };
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let mut candidates = std::iter::once(name.clone()).chain(numbered);
+        let free = candidates.find(|candidate| self.taken.insert(candidate.clone()));
+        free.unwrap_or(name)
+    }
+}
+
+/// Refuses an output of another format than the target can be written in.
+fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(), Failure> {
+    let (output, wanted) = (&args.output, extension(&args.output));
+    let Target::Character(character) = target else {
+        return match wanted.as_str() {
+            "glb" | "gltf" | "bvh" => Ok(()),
+            _ => Err(unknown_extension(output, ".glb, .gltf or .bvh")),
+        };
+    };
+    let is_text = extension(file) == "gltf";
+    let fits = if is_text {
+        wanted == "gltf"
+    } else {
+        ["glb", "vrm"].contains(&wanted.as_str())
+    };
+    if !fits {
+        let known = if is_text {
+            ".gltf, as that of the character"
+        } else {
+            ".glb or .vrm, as that of the character"
+        };
+        return Err(unknown_extension(
+            output,
+            &format!("{known}; --to-skeleton takes the skeleton alone"),
+        ));
+    }
+    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
+    let files = character.external_files()?;
+    if let Some(beside) = files.first().filter(|_| folder(file) != folder(output)) {
+        return Err(Failure::Usage(format!(
+            "{} would not find {beside}, which is beside the character: write into its folder",
+            output.display()
+        )));
+    }
+    Ok(())
+}
+
+fn write(
+    args: &RetargetArgs,
+    target: Target,
+    animations: Vec<Animation>,
+    policy: &ReplacePolicy,
+) -> Result<(), Failure> {
+    let output = &args.output;
+    let bytes = match target {
+        Target::Character(character) => character.with_animations(&animations, args.replace_animations)?,
+        Target::Scene(mut scene) => {
+            if extension(output) == "bvh" && animations.len() > 1 {
+                let message = format!("{}: a BVH file has one motion; name one", output.display());
+                return Err(Failure::Usage(message));
+            }
+            scene.animations = animations;
+            match extension(output).as_str() {
+                "bvh" => bvh::write(&scene, &bvh::BvhOptions::default())?,
+                "gltf" => {
+                    Conversion::new().apply(&mut scene)?;
+                    gltf::Document::new(&scene, &GltfOptions::default())?.to_embedded()?
+                }
+                _ => {
+                    Conversion::new().apply(&mut scene)?;
+                    gltf::Document::new(&scene, &GltfOptions::default())?.to_glb()?
+                }
+            }
+        }
+    };
+    policy.check_bytes(output, &bytes)?;
+    streams::write(output, &bytes)
+}
+
+fn tell(found: &RetargetReport) {
+    report::say(&format!(
+        "{}: limbs {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; steps {:.3} times as long",
+        found.clip,
+        found.mean_degrees,
+        found.max_degrees,
+        found.frames,
+        found.verdict.as_str(),
+        found.scale
+    ));
+    for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 1.0) {
+        report::say(&format!(
+            "{}: {} {:.1} degrees off in the mean, {:.1} at tick {}",
+            found.clip,
+            limb.bone.as_str(),
+            limb.mean_degrees,
+            limb.max_degrees,
+            limb.tick
+        ));
+    }
+    if let Some(feet) = &found.feet {
+        let centimetres = |metres: f64| 100.0 * metres;
+        report::say(&format!(
+            "{}: feet on the ground slide {:.1} cm/s, {:.1} in the source; {:.1} % of frames are more than 1 cm below the floor, {:.1} % in the source",
+            found.clip,
+            centimetres(feet.target.skate),
+            centimetres(feet.source.skate),
+            100.0 * feet.target.share_below_floor,
+            100.0 * feet.source.share_below_floor
+        ));
+    }
+    let reasons: Vec<&str> = found.unmapped.iter().map(|lack| lack.reason.as_str()).collect();
+    let mut kinds = reasons.clone();
+    kinds.sort_unstable();
+    kinds.dedup();
+    for reason in kinds {
+        let bones = found.unmapped.iter().filter(|lack| lack.reason == reason);
+        let (fingers, others): (Vec<_>, Vec<_>) = bones.map(|lack| lack.bone).partition(|bone| bone.is_finger());
+        let mut bones: Vec<String> = others.iter().map(|bone| bone.as_str().to_owned()).collect();
+        if !fingers.is_empty() {
+            bones.push(format!("{} bones of fingers", fingers.len()));
+        }
+        report::say(&format!("{}: {}: {reason}", found.clip, bones.join(", ")));
+    }
+}
+
+/// An error where a limb is farther off than allowed.
+fn require(reports: &[RetargetReport], most: f64) -> Result<(), Failure> {
+    let mut worst = None;
+    for found in reports {
+        for limb in &found.limbs {
+            if worst.is_none_or(|(_, angle, _)| limb.max_degrees > angle) {
+                worst = Some((&found.clip, limb.max_degrees, limb));
+            }
+        }
+    }
+    match worst {
+        Some((clip, angle, limb)) if angle > most => {
+            report::complain(&format!(
+                "{clip}: {} is {angle:.2} degrees off at tick {}, and {most} are allowed",
+                limb.bone.as_str(),
+                limb.tick
+            ));
+            Err(Failure::Told)
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,117 @@
+//! `mocap retarget` from the outside.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const WALK: &str = "fixtures/skeletons/bvhtoolbox_walk01.bvh";
+const CHARACTER: &str = "fixtures/skeletons/human_vrm1.gltf";
+
+fn retarget(arguments: &[&str], output: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .arg("retarget")
+        .args(arguments)
+        .arg("-o")
+        .arg(output)
+        .output()
+        .unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+#[test]
+fn several_motions_become_clips_of_the_character() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.gltf");
+    let output = retarget(
+        &[WALK, "fixtures/real/cmu_short.bvh", "--character", CHARACTER, "--json"],
+        &path,
+    );
+    assert!(output.status.success(), "{}", words(&output));
+    let scene = mocap::import(&path).unwrap();
+    let names: Vec<_> = scene
+        .animations
+        .iter()
+        .map(|animation| animation.name.as_str())
+        .collect();
+    assert_eq!(names, ["bvhtoolbox_walk01", "cmu_short"]);
+    let reports: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(reports[1]["clip"], "cmu_short");
+    assert_eq!(reports[0]["verdict"], "good");
+    assert_eq!(reports[0]["limbs"][0]["bone"], "leftUpperLeg");
+
+    // They stay where more are added, and go where that is asked.
+    let more = folder.path().join("more.gltf");
+    let out = path.to_str().unwrap();
+    assert!(retarget(&[WALK, out], &more).status.success());
+    let names: Vec<_> = mocap::import(&more)
+        .unwrap()
+        .animations
+        .into_iter()
+        .map(|animation| animation.name)
+        .collect();
+    assert_eq!(names, ["bvhtoolbox_walk01", "cmu_short", "bvhtoolbox_walk01_2"]);
+    let alone = folder.path().join("alone.gltf");
+    assert!(retarget(&[WALK, out, "--replace-animations"], &alone).status.success());
+    assert_eq!(mocap::import(&alone).unwrap().animations.len(), 1);
+}
+
+#[test]
+fn a_skeleton_is_written_in_any_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = "fixtures/skeletons/xsens_names_tpose.bvh";
+    for name in ["out.bvh", "out.glb", "out.gltf"] {
+        let path = folder.path().join(name);
+        let output = retarget(&[WALK, "--to-skeleton", target], &path);
+        assert!(output.status.success(), "{}", words(&output));
+        let (scene, source) = (mocap::import(&path).unwrap(), mocap::import(WALK).unwrap());
+        assert_eq!(
+            scene.animations[0].frame_count(),
+            source.animations[0].frame_count(),
+            "{name}"
+        );
+        assert!(scene.nodes.iter().any(|node| node.name == "RightWrist"), "{name}");
+    }
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |arguments: &[&str], name: &str, code: i32, reason: &str| {
+        let path = folder.path().join(name);
+        let output = retarget(arguments, &path);
+        assert_eq!(output.status.code(), Some(code), "{}", words(&output));
+        assert!(words(&output).contains(reason), "{}", words(&output));
+        path.exists()
+    };
+    let arm = "fixtures/real/lecture_Test.bvh";
+    assert!(!refused(&[arm, CHARACTER], "a.gltf", 1, "the source is not a humanoid"));
+    assert!(!refused(&[WALK, arm], "a.glb", 1, "the target is not a humanoid"));
+    assert!(!refused(&[WALK], "a.glb", 2, "name a motion and after it a character"));
+    assert!(!refused(&[WALK, CHARACTER], "a.glb", 2, "must end in .gltf"));
+    assert!(!refused(
+        &[CHARACTER, CHARACTER],
+        "a.gltf",
+        2,
+        "there is no motion in it"
+    ));
+    assert!(!refused(
+        &[WALK, CHARACTER, "--scale", "0"],
+        "a.gltf",
+        2,
+        "neither auto nor none nor a factor"
+    ));
+    // The file is written, and the limbs are measured: none is exactly where it was.
+    assert!(refused(
+        &[WALK, CHARACTER, "--max-angle", "0"],
+        "a.gltf",
+        1,
+        "degrees off at tick"
+    ));
+    let path = folder.path().join("b.gltf");
+    assert!(retarget(&[WALK, CHARACTER, "--max-angle", "1"], &path).status.success());
+}
