@@ -8,9 +8,17 @@
 
 mod body;
 mod contacts;
+mod despike;
+mod fill;
 mod foot_lock;
 mod frames;
+mod mirror;
+mod smooth;
 
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
 pub(crate) use self::contacts::{Thresholds, level, low_and_slow};
+pub use self::despike::{DespikeOptions, DespikeReport, despike};
+pub use self::fill::{FillOptions, FillReport, fill};
 pub use self::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
+pub use self::mirror::{MirrorReport, mirror};
+pub use self::smooth::{SmoothFilter, SmoothOptions, SmoothReport, smooth};

@@ -16,6 +16,8 @@ pub(super) struct Frames {
     pub(super) rate: f64,
     /// The place of each node of the scene among those that are held; `None` for nodes that never move.
     columns: Vec<Option<usize>>,
+    /// The held nodes.
+    nodes: Vec<NodeId>,
     /// Frames x held nodes.
     transforms: Vec<Trs>,
     held: usize,
@@ -79,7 +81,31 @@ impl Frames {
             columns,
             transforms,
             held: nodes.len(),
+            nodes,
         })
+    }
+
+    /// The nodes that are held, in the order of the scene.
+    pub(super) fn nodes(&self) -> &[NodeId] {
+        &self.nodes
+    }
+
+    /// The transforms of the held node at `column` of [`nodes`](Self::nodes), frame by frame.
+    pub(super) fn track(&self, column: usize) -> Vec<Trs> {
+        self.transforms
+            .iter()
+            .skip(column)
+            .step_by(self.held.max(1))
+            .copied()
+            .collect()
+    }
+
+    /// Sets them.
+    pub(super) fn set_track(&mut self, column: usize, track: &[Trs]) {
+        let places = self.transforms.iter_mut().skip(column).step_by(self.held.max(1));
+        for (place, trs) in places.zip(track) {
+            *place = *trs;
+        }
     }
 
     pub(super) fn len(&self) -> usize {

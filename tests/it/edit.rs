@@ -1,6 +1,8 @@
 //! Changes of a motion: the laws that every step keeps, and what each does to real files.
 
+mod cleaned;
 mod feet;
+mod mirrored;
 
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;
@@ -35,19 +37,18 @@ fn positions(scene: &Scene) -> Vec<Vec<Vec3>> {
 #[track_caller]
 fn assert_bones_keep_their_lengths(before: &Scene, after: &Scene) {
     let (before_at, after_at) = (positions(before), positions(after));
-    // The topmost node that moves carries the figure; it has no bone.
-    let moving = |channel: &&mocap::scene::Channel| channel.position_keys.len() > 1;
-    let carrier = after.animations[0]
+    // A node that moves carries the figure, or has a bone of changing length in the file itself.
+    let moving = after.animations[0]
         .channels
         .iter()
-        .find(moving)
-        .map(|channel| channel.node_name.clone());
+        .filter(|channel| channel.position_keys.len() > 1);
+    let moving: Vec<&str> = moving.map(|channel| channel.node_name.as_str()).collect();
     for (frame, (old, new)) in before_at.iter().zip(&after_at).enumerate() {
         for (index, node) in before.nodes.iter().enumerate() {
             if let Some(parent) = node
                 .parent
                 .map(NodeId::index)
-                .filter(|_| carrier.as_ref() != Some(&node.name))
+                .filter(|_| !moving.contains(&&*node.name))
             {
                 let (old, new) = (old[index].distance(old[parent]), new[index].distance(new[parent]));
                 assert!(

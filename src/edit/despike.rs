@@ -1,0 +1,165 @@
+//! Takes out single frames that jump out of the motion.
+
+use serde::{Deserialize, Serialize};
+
+use super::frames::Frames;
+use crate::error::{Code, Result};
+use crate::limits::{not_negative, positive};
+use crate::math::quaternion::log;
+use crate::pose::Trs;
+use crate::scene::{NodeId, Scene};
+
+/// Options of [`despike()`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DespikeOptions {
+    /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
+    pub threshold: f64,
+    /// The smallest jump of a rotation, in degrees. Default: 3.
+    pub angle: f64,
+    /// The smallest jump of a position, as a share of the distance between the ends of the skeleton. Default: 0.02.
+    pub distance: f64,
+    /// The longest spike, in frames. Default: 3.
+    pub longest: usize,
+}
+
+impl Default for DespikeOptions {
+    fn default() -> Self {
+        Self {
+            threshold: 8.0,
+            angle: 3.0,
+            distance: 0.02,
+            longest: 3,
+        }
+    }
+}
+
+/// What [`despike()`] changed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct DespikeReport {
+    /// The number of values that were replaced: rotations and positions of joints in frames.
+    pub replaced: usize,
+    /// The frames in which any was, in order.
+    pub frames: Vec<usize>,
+    /// The joints of which any was, in the order of the scene.
+    pub joints: Vec<String>,
+    /// The largest jump of a rotation that was taken out, in degrees.
+    pub largest_rotation: f32,
+}
+
+/// Frames on either side that say how much a track usually changes.
+const AROUND: usize = 15;
+
+/// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the frames
+/// before and after. `animation` is an index into the animations of `scene`.
+///
+/// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
+/// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a number that is not finite or is negative.
+pub fn despike(scene: &mut Scene, animation: usize, options: &DespikeOptions) -> Result<DespikeReport> {
+    positive(Code::UnknownOption, "threshold", options.threshold)?;
+    not_negative(Code::UnknownOption, "angle", options.angle)?;
+    not_negative(Code::UnknownOption, "distance", options.distance)?;
+    let mut frames = Frames::new(scene, animation, &[])?;
+    let size = scene
+        .nodes
+        .iter()
+        .map(|node| node.transform.w_axis.truncate().length())
+        .sum::<f32>();
+    let mut report = DespikeReport::default();
+    let mut in_frame = vec![false; frames.len()];
+    let (mut rotated, mut moved) = (Vec::<NodeId>::new(), Vec::<NodeId>::new());
+    for column in 0..frames.nodes().len() {
+        let (node, mut track) = (frames.nodes()[column], frames.track(column));
+        let old = track.clone();
+        let least = (options.angle as f32).to_radians();
+        let by_angle = |a: &Trs, b: &Trs| log(a.rotation.inverse() * b.rotation).length();
+        let turned = spikes(&track, options, least, by_angle, |a, b| Trs {
+            rotation: a.rotation.slerp(b.rotation, 0.5),
+            ..*a
+        });
+        let by_length = |a: &Trs, b: &Trs| a.translation.distance(b.translation);
+        let middle = |a: &Trs, b: &Trs| Trs {
+            translation: a.translation.midpoint(b.translation),
+            ..*a
+        };
+        let shifted = spikes(&track, options, options.distance as f32 * size, by_length, middle);
+        bridge(&mut track, &turned, |at, before, after, share| {
+            at.rotation = before.rotation.slerp(after.rotation, share);
+        });
+        bridge(&mut track, &shifted, |at, before, after, share| {
+            at.translation = before.translation.lerp(after.translation, share);
+        });
+        for (frame, (turned, shifted)) in turned.iter().zip(&shifted).enumerate() {
+            in_frame[frame] |= *turned || *shifted;
+            report.replaced += usize::from(*turned) + usize::from(*shifted);
+            report.largest_rotation = report
+                .largest_rotation
+                .max(by_angle(&old[frame], &track[frame]).to_degrees());
+        }
+        let (turns, shifts) = (turned.contains(&true), shifted.contains(&true));
+        rotated.extend(turns.then_some(node));
+        moved.extend(shifts.then_some(node));
+        if turns || shifts {
+            report.joints.push(scene.nodes[node.index()].name.clone());
+            frames.set_track(column, &track);
+        }
+    }
+    report.frames = (0..frames.len()).filter(|frame| in_frame[*frame]).collect();
+    frames.write(scene, animation, &rotated, &moved);
+    Ok(report)
+}
+
+/// Which frames of a track are spikes.
+fn spikes(
+    track: &[Trs],
+    options: &DespikeOptions,
+    least: f32,
+    distance: impl Fn(&Trs, &Trs) -> f32,
+    middle: impl Fn(&Trs, &Trs) -> Trs,
+) -> Vec<bool> {
+    let mut found = vec![false; track.len()];
+    if track.len() < 5 || track.windows(2).all(|pair| distance(&pair[0], &pair[1]) == 0.0) {
+        return found;
+    }
+    for span in 1..=options.longest.min((track.len() - 1) / 2) {
+        let off = |frame: usize| match (frame.checked_sub(span), track.get(frame + span)) {
+            (Some(before), Some(after)) => distance(&track[frame], &middle(&track[before], after)),
+            _ => 0.0,
+        };
+        let offs: Vec<f32> = (0..track.len()).map(off).collect();
+        for frame in (span..track.len() - span).filter(|frame| offs[*frame] > least) {
+            let from = frame.saturating_sub(AROUND);
+            let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
+            let middle = around.len() / 2;
+            let median = *around.select_nth_unstable_by(middle, f32::total_cmp).1;
+            // A frame beside a spike is half as far off its own neighbours.
+            let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
+            let is_peak = offs[frame] >= 0.75 * highest;
+            // A spike comes back: what is before it and after it are nearer to each other than to it.
+            let comes_back = distance(&track[frame - span], &track[frame + span]) < offs[frame];
+            found[frame] |= f64::from(offs[frame]) > options.threshold * f64::from(median) && is_peak && comes_back;
+        }
+    }
+    found
+}
+
+/// Replaces every run of marked frames by what lies between its neighbours.
+fn bridge(track: &mut [Trs], marked: &[bool], mut set: impl FnMut(&mut Trs, Trs, Trs, f32)) {
+    let mut frame = 1;
+    while frame + 1 < track.len() {
+        let end = (frame..track.len())
+            .find(|frame| !marked[*frame])
+            .unwrap_or(track.len());
+        if end > frame && end < track.len() {
+            let (before, after) = (track[frame - 1], track[end]);
+            for (index, trs) in track[frame..end].iter_mut().enumerate() {
+                let share = (index + 1) as f32 / (end + 1 - frame) as f32;
+                set(trs, before, after, share);
+            }
+        }
+        frame = end.max(frame) + 1;
+    }
+}

@@ -1,0 +1,140 @@
+//! Fills gaps in which a motion was held.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::frames::Frames;
+use crate::error::{Code, Result};
+use crate::limits::{not_negative, positive};
+use crate::math::quaternion::{exp, log};
+use crate::pose::Trs;
+use crate::scene::Scene;
+
+/// Options of [`fill()`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FillOptions {
+    /// The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
+    pub longest: f64,
+    /// The shortest, in seconds. Default: 0, two equal frames.
+    pub shortest: f64,
+}
+
+impl Default for FillOptions {
+    fn default() -> Self {
+        Self {
+            longest: 0.5,
+            shortest: 0.0,
+        }
+    }
+}
+
+/// What [`fill()`] changed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FillReport {
+    /// The gaps that were filled, each as its first and its last frame.
+    pub gaps: Vec<[usize; 2]>,
+    /// Gaps that are longer than the options allow, likewise. They stay.
+    pub longer: Vec<[usize; 2]>,
+    /// The largest change of a rotation to its parent, in degrees.
+    pub largest_rotation: f32,
+}
+
+/// Fills the gaps of `animation`, an index into the animations of `scene`: frames in which every joint holds exactly the
+/// values of the frame before, as programs write them when markers were not seen. The motion goes on through a gap on the
+/// cubic curve that has the speeds before and after it.
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a time that is not finite, or is negative.
+pub fn fill(scene: &mut Scene, animation: usize, options: &FillOptions) -> Result<FillReport> {
+    positive(Code::UnknownOption, "longest", options.longest)?;
+    not_negative(Code::UnknownOption, "shortest", options.shortest)?;
+    let mut frames = Frames::new(scene, animation, &[])?;
+    let mut report = FillReport::default();
+    let is_held = |frame: usize| {
+        let held = |node: &crate::scene::NodeId| frames.get(frame, *node) == frames.get(frame - 1, *node);
+        frames.nodes().iter().all(held)
+    };
+    let mut held: Vec<bool> = (1..frames.len()).map(is_held).collect();
+    held.insert(0, false);
+    let mut start = 0;
+    while start < held.len() {
+        let end = (start + 1..held.len())
+            .find(|frame| !held[*frame])
+            .unwrap_or(held.len());
+        // `start` has the value that the frames after it hold; a motion may begin and end with a still pose.
+        let seconds = (end - start - 1) as f64 / frames.rate;
+        if end > start + 1 && start > 0 && end < held.len() && seconds >= options.shortest {
+            match seconds <= options.longest {
+                true => report.gaps.push([start + 1, end - 1]),
+                false => report.longer.push([start + 1, end - 1]),
+            }
+        }
+        start = end;
+    }
+    let nodes = frames.nodes().to_vec();
+    let (mut rotated, mut moved) = (Vec::new(), Vec::new());
+    for (column, &node) in nodes.iter().enumerate() {
+        let mut track = frames.track(column);
+        let old = track.clone();
+        for &[first, last] in &report.gaps {
+            bridge(&mut track, first, last);
+        }
+        for (old, new) in old.iter().zip(&track) {
+            let by = log(old.rotation.inverse() * new.rotation).length().to_degrees();
+            report.largest_rotation = report.largest_rotation.max(by);
+        }
+        if old.iter().zip(&track).any(|(old, new)| old.rotation != new.rotation) {
+            rotated.push(node);
+        }
+        if old
+            .iter()
+            .zip(&track)
+            .any(|(old, new)| old.translation != new.translation)
+        {
+            moved.push(node);
+        }
+        frames.set_track(column, &track);
+    }
+    frames.write(scene, animation, &rotated, &moved);
+    Ok(report)
+}
+
+/// Sets the frames from `first` to `last` by those on both sides, two on each where there are two.
+fn bridge(track: &mut [Trs], first: usize, last: usize) {
+    let (before, after) = (first - 1, last + 1);
+    let (from, to) = (track[before], track[after]);
+    let steps = (after - before) as f32;
+    // In the tangent space at the frame before the gap. A speed that was not seen on one side is that of the chord.
+    let whole = log(from.rotation.inverse() * to.rotation);
+    let turn_in = before.checked_sub(1).map_or(whole / steps, |earlier| {
+        log(track[earlier].rotation.inverse() * from.rotation)
+    });
+    let turn_out = track
+        .get(after + 1)
+        .map_or(whole / steps, |later| log(to.rotation.inverse() * later.rotation));
+    let way = to.translation - from.translation;
+    let move_in = before
+        .checked_sub(1)
+        .map_or(way / steps, |earlier| from.translation - track[earlier].translation);
+    let move_out = track
+        .get(after + 1)
+        .map_or(way / steps, |later| later.translation - to.translation);
+    for (index, trs) in track[first..=last].iter_mut().enumerate() {
+        let t = (index + 1) as f32 / steps;
+        let moves = from.translation != to.translation;
+        let turns = from.rotation != to.rotation;
+        if turns {
+            trs.rotation = (from.rotation * exp(cubic(whole, turn_in, turn_out, steps, t))).normalize();
+        }
+        if moves {
+            trs.translation = from.translation + cubic(way, move_in, move_out, steps, t);
+        }
+    }
+}
+
+/// The cubic from 0 to `whole` within `steps` frames, with the changes per frame `start` and `end` there.
+fn cubic(whole: Vec3, start: Vec3, end: Vec3, steps: f32, t: f32) -> Vec3 {
+    let (t2, t3) = (t * t, t * t * t);
+    whole * (3.0 * t2 - 2.0 * t3) + (start * (t3 - 2.0 * t2 + t) + end * (t3 - t2)) * steps
+}

@@ -1,0 +1,277 @@
+//! Exchanges left and right.
+
+mod partners;
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+use serde::Serialize;
+
+use self::partners::partners;
+use super::body::Body;
+use super::frames::Frames;
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::{Binding, Pose, Trs};
+use crate::scene::{NodeId, Scene};
+use crate::skeleton::{Axis, Humanoid, HumanoidBone, Skeleton, TPose};
+
+/// What [`mirror()`] changed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MirrorReport {
+    /// Pairs of joints that exchanged their motion.
+    pub pairs: usize,
+    /// Joints that are on one side and have no partner; each mirrors its own motion.
+    pub without_partner: Vec<String>,
+    /// How far a joint is from the mirror image of its partner at most, in metres: 0 for a skeleton whose sides are equal.
+    pub largest_asymmetry: f32,
+    /// The name of that joint.
+    pub asymmetric_joint: String,
+}
+
+/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure in the first frame: what
+/// the left side does the right one does then. A figure that starts to walk forward still walks forward.
+///
+/// Joints are paired by the bones of the humanoid, and below these by their place, not by their names. The motion of each
+/// is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets and rest rotations.
+/// Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
+///
+/// ```
+/// use mocap::edit::mirror;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let report = mirror(&mut scene, 0, None)?;
+/// assert!(report.pairs >= 10 && report.largest_asymmetry < 0.05);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`]; [`Code::NoMotion`] without this animation. `scene` is then unchanged.
+pub fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
+    let body = Body::new(scene, humanoid)?;
+    let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
+    // Of the skeleton alone: a T-pose from the motion would be another one after the motion is mirrored.
+    let still = Scene {
+        nodes: scene.nodes.clone(),
+        metadata: scene.metadata.clone(),
+        ..Scene::default()
+    };
+    let skeleton = Skeleton::of(&still, body.humanoid.clone());
+    let reference = TPose::new(&still, &skeleton).ok_or_else(not_humanoid)?.pose;
+    let hips = body.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
+    let normal = normal(&skeleton, &reference).ok_or_else(not_humanoid)?;
+    let partners = partners(scene, &body.humanoid, &reference, hips, normal);
+
+    // What moves a joint moves its partner, even one that has no channel yet.
+    let binding = scene
+        .animations
+        .get(animation)
+        .map(|animation| Binding::new(scene, animation));
+    let driven = binding.iter().flat_map(Binding::driven);
+    let held: Vec<NodeId> = driven.map(|(node, _)| partners[node.index()]).collect();
+    let mut frames = Frames::new(scene, animation, &held)?;
+    let before = Pose::at_tick(scene, animation, 0.0);
+
+    let mirrored = Mirrored::new(scene, &frames, &reference, &partners, hips, normal, body.up.as_dvec3());
+    let old: Vec<Vec<Trs>> = (0..frames.nodes().len()).map(|column| frames.track(column)).collect();
+    let mut column_of = vec![None; scene.nodes.len()];
+    for (column, node) in frames.nodes().iter().enumerate() {
+        column_of[node.index()] = Some(column);
+    }
+    let (mut rotations, mut new) = (
+        vec![DQuat::IDENTITY; scene.nodes.len()],
+        vec![DQuat::IDENTITY; scene.nodes.len()],
+    );
+    for frame in 0..frames.len() {
+        mirrored.frame(scene, frame, &old, &column_of, &mut rotations, &mut new, &mut frames);
+    }
+    let nodes = frames.nodes().to_vec();
+    let moves = |node: &NodeId| {
+        column_of[node.index()].is_some_and(|column| {
+            old[column]
+                .windows(2)
+                .any(|pair| pair[0].translation != pair[1].translation)
+        })
+    };
+    let moved: Vec<NodeId> = nodes
+        .iter()
+        .copied()
+        .filter(|node| moves(node) || moves(&partners[node.index()]))
+        .collect();
+    frames.write(scene, animation, &nodes, &moved);
+
+    let mut report = MirrorReport {
+        pairs: (0..partners.len())
+            .filter(|node| partners[*node].index() > *node)
+            .count(),
+        ..MirrorReport::default()
+    };
+    let name = |node: NodeId| scene.nodes[node.index()].name.clone();
+    let one_sided = body
+        .humanoid
+        .bones
+        .iter()
+        .filter(|(bone, joint)| bone.side().is_some() && partners[joint.joint.index()] == joint.joint);
+    report.without_partner = one_sided.map(|(_, joint)| name(joint.joint)).collect();
+    if let (Some(before), Some(after)) = (before, Pose::at_tick(scene, animation, 0.0)) {
+        let reflect = |point: Vec3| {
+            let from = point.as_dvec3() - before.position(hips).as_dvec3();
+            (from - 2.0 * from.dot(mirrored.plane) * mirrored.plane).as_vec3()
+        };
+        for joint in body.humanoid.bones.values().map(|joint| joint.joint) {
+            let here = after.position(joint) - after.position(hips);
+            let off = here.distance(reflect(before.position(partners[joint.index()]))) * body.metres;
+            if off > report.largest_asymmetry {
+                report.largest_asymmetry = off;
+                report.asymmetric_joint = name(joint);
+            }
+        }
+    }
+    Ok(report)
+}
+
+/// The direction to the left in the T-pose: along an axis where it is near one, since that T-pose was made along axes.
+fn normal(skeleton: &Skeleton, reference: &Pose) -> Option<DVec3> {
+    let at = |bone: HumanoidBone| Some(reference.position(skeleton.humanoid.joint(bone)?).as_dvec3());
+    let legs = at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?;
+    let left = legs.try_normalize()?;
+    let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];
+    let near = axes
+        .into_iter()
+        .filter_map(Axis::direction)
+        .find(|axis| axis.as_dvec3().dot(left) > 0.99);
+    Some(near.map_or(left, Vec3::as_dvec3))
+}
+
+/// What does not depend on the frame.
+struct Mirrored<'a> {
+    partners: &'a [NodeId],
+    /// The rotations of the reference pose in the world.
+    reference: Vec<DQuat>,
+    /// The direction to the left in the reference pose.
+    normal: DVec3,
+    /// The normal of the plane in the world.
+    plane: DVec3,
+    /// The mirror image in the reference pose to that across the plane.
+    turn: DQuat,
+}
+
+impl<'a> Mirrored<'a> {
+    fn new(
+        scene: &Scene,
+        frames: &Frames,
+        reference: &Pose,
+        partners: &'a [NodeId],
+        hips: NodeId,
+        normal: DVec3,
+        up: DVec3,
+    ) -> Self {
+        let rotation = |pose: &Pose, node: usize| {
+            Trs::from_matrix(pose.node_to_world[node])
+                .rotation
+                .as_dquat()
+                .normalize()
+        };
+        let mut first = Pose::rest(scene);
+        frames.pose(0, &mut first);
+        let turned = rotation(&first, hips.index()) * rotation(reference, hips.index()).inverse();
+        // A figure that lies on its side has its left above it: then the plane is that of the T-pose.
+        let left = (turned * normal).reject_from_normalized(up);
+        let plane = if left.length() > 0.1 { left.normalize() } else { normal };
+        let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, -plane.dot(normal));
+        let cross = plane.cross(normal);
+        Self {
+            partners,
+            reference: (0..scene.nodes.len()).map(|node| rotation(reference, node)).collect(),
+            normal,
+            plane,
+            turn: DQuat::from_xyzw(cross.x, cross.y, cross.z, turn.w).normalize(),
+        }
+    }
+
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "two of them are memory that one frame hands to the next"
+    )]
+    fn frame(
+        &self,
+        scene: &Scene,
+        frame: usize,
+        old: &[Vec<Trs>],
+        column_of: &[Option<usize>],
+        rotations: &mut [DQuat],
+        new: &mut [DQuat],
+        frames: &mut Frames,
+    ) {
+        let rest = |node: usize| Trs::from_matrix(scene.nodes[node].transform).rotation.as_dquat();
+        let parent_of = |node: usize| scene.nodes[node].parent.map(NodeId::index);
+        for node in 0..scene.nodes.len() {
+            let own = column_of[node].map_or_else(|| rest(node), |column| old[column][frame].rotation.as_dquat());
+            rotations[node] = parent_of(node)
+                .map_or(own, |parent| rotations[parent] * own)
+                .normalize();
+        }
+        for node in 0..scene.nodes.len() {
+            let above = parent_of(node).map_or(DQuat::IDENTITY, |parent| new[parent]);
+            let Some(column) = column_of[node] else {
+                new[node] = (above * rest(node)).normalize();
+                continue;
+            };
+            let partner = self.partners[node].index();
+            let change = rotations[partner] * self.reference[partner].inverse();
+            new[node] = (self.turn * mirrored(change, self.normal) * self.reference[node]).normalize();
+            let own = (above.inverse() * new[node]).as_quat().normalize();
+            let was = old[column][frame];
+            let translation = self.translation(scene, frame, node, old, column_of);
+            let rotation = if own.dot(was.rotation) < 0.0 { -own } else { own };
+            frames.set(
+                frame,
+                NodeId::new(node),
+                Trs {
+                    translation,
+                    rotation: nonzero(rotation, was.rotation),
+                    ..was
+                },
+            );
+        }
+    }
+
+    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane; any
+    /// other moves from where it is in the first frame as its partner does.
+    fn translation(
+        &self,
+        scene: &Scene,
+        frame: usize,
+        node: usize,
+        old: &[Vec<Trs>],
+        column_of: &[Option<usize>],
+    ) -> Vec3 {
+        let partner = self.partners[node].index();
+        let (Some(own), Some(other)) = (column_of[node], column_of[partner]) else {
+            return scene.nodes[node].transform.w_axis.truncate();
+        };
+        let moved = (old[other][frame].translation - old[other][0].translation).as_dvec3();
+        if moved == DVec3::ZERO {
+            return old[own][0].translation;
+        }
+        let reference = |node: usize| {
+            scene.nodes[node]
+                .parent
+                .map_or(DQuat::IDENTITY, |parent| self.reference[parent.index()])
+        };
+        let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
+        let is_topmost = above.into_iter().all(|above| column_of[above.index()].is_none());
+        let normal = if is_topmost { self.plane } else { self.normal };
+        let moved = reference(partner) * moved;
+        let moved = reference(node).inverse() * (moved - 2.0 * moved.dot(normal) * normal);
+        (old[own][0].translation.as_dvec3() + moved).as_vec3()
+    }
+}
+
+fn nonzero(rotation: Quat, otherwise: Quat) -> Quat {
+    if rotation.is_finite() { rotation } else { otherwise }
+}
+
+/// The mirror image of a rotation across the plane of `normal`.
+fn mirrored(rotation: DQuat, normal: DVec3) -> DQuat {
+    let axis = rotation.xyz();
+    let reflected = 2.0 * axis.dot(normal) * normal - axis;
+    DQuat::from_xyzw(reflected.x, reflected.y, reflected.z, rotation.w)
+}

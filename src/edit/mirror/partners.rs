@@ -1,0 +1,48 @@
+//! Which joint of one side is which of the other.
+
+use glam::DVec3;
+
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+use crate::skeleton::{Humanoid, HumanoidBone};
+
+/// The partner of every node; its own for a node in the middle, or without one. Who is whose partner is mutual.
+///
+/// The bones of the humanoid say it for most. Of the others, those below two partners are paired where one is nearest to
+/// the mirror image of the other in the T-pose.
+pub(super) fn partners(
+    scene: &Scene,
+    humanoid: &Humanoid,
+    reference: &Pose,
+    hips: NodeId,
+    normal: DVec3,
+) -> Vec<NodeId> {
+    let mut partners: Vec<Option<NodeId>> = vec![None; scene.nodes.len()];
+    for (bone, joint) in &humanoid.bones {
+        let other = humanoid.joint(HumanoidBone::mirrored(*bone)).unwrap_or(joint.joint);
+        partners[joint.joint.index()] = Some(other);
+    }
+    let from_hips = |node: usize| (reference.position(NodeId::new(node)) - reference.position(hips)).as_dvec3();
+    for node in 0..scene.nodes.len() {
+        if partners[node].is_some() {
+            continue;
+        }
+        let above = scene.nodes[node]
+            .parent
+            .map(|parent| partners[parent.index()].unwrap_or(parent));
+        let image = from_hips(node);
+        let image = image - 2.0 * image.dot(normal) * normal;
+        let is_free = |other: &usize| partners[*other].is_none() && scene.nodes[*other].parent == above;
+        let nearest = (0..scene.nodes.len())
+            .filter(is_free)
+            .min_by(|a, b| from_hips(*a).distance(image).total_cmp(&from_hips(*b).distance(image)));
+        let other = nearest.unwrap_or(node);
+        partners[node] = Some(NodeId::new(other));
+        partners[other] = Some(NodeId::new(node));
+    }
+    partners
+        .iter()
+        .enumerate()
+        .map(|(node, partner)| partner.unwrap_or(NodeId::new(node)))
+        .collect()
+}

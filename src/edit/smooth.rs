@@ -1,0 +1,221 @@
+//! Takes fast changes out of a motion.
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::frames::Frames;
+use crate::error::{Code, Diagnostic, Result};
+use crate::limits::positive;
+use crate::math::quaternion::{exp, log};
+use crate::pose::Trs;
+use crate::scene::Scene;
+
+/// A low-pass filter without a shift in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SmoothFilter {
+    /// Butterworth of the second order, forwards and backwards, as biomechanics uses it (Winter). An oscillation at the
+    /// cut-off keeps half of its amplitude; one far above it loses the fourth power of the ratio.
+    #[default]
+    Butterworth,
+    /// A Gaussian, which never overshoots. An oscillation at the cut-off keeps half of its amplitude.
+    Gaussian,
+}
+
+impl SmoothFilter {
+    /// Its name.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Butterworth => "butterworth",
+            Self::Gaussian => "gaussian",
+        }
+    }
+
+    /// Its weights at 0, 1, 2, ... frames on either side, whose sum over both sides is 1.
+    fn kernel(self, cut_off: f64, rate: f64) -> Vec<f32> {
+        use std::f64::consts::{LN_2, SQRT_2, TAU};
+        let per_frame = TAU * cut_off / rate;
+        let response = |frame: f64| match self {
+            // The Fourier transform of 1 / (1 + (f / cut-off)^4).
+            Self::Butterworth => {
+                let t = per_frame * frame / SQRT_2;
+                (-t).exp() * (t.cos() + t.sin())
+            }
+            // exp(-s^2 w^2 / 2) is 1/2 at the cut-off.
+            Self::Gaussian => (-(per_frame * frame).powi(2) / (4.0 * LN_2)).exp(),
+        };
+        // Where either is below 1e-4.
+        let reach = match self {
+            Self::Butterworth => 9.5 * SQRT_2 / per_frame,
+            Self::Gaussian => (4.0 * LN_2 * 9.3f64).sqrt() / per_frame,
+        };
+        let weights: Vec<f64> = (0..=reach.ceil() as usize)
+            .map(|frame| response(frame as f64))
+            .collect();
+        let sum = 2.0 * weights.iter().sum::<f64>() - weights[0];
+        weights.into_iter().map(|weight| (weight / sum) as f32).collect()
+    }
+}
+
+/// Options of [`smooth()`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SmoothOptions {
+    /// The filter. Default: Butterworth.
+    pub filter: SmoothFilter,
+    /// The cut-off in Hz. Default: 6, which keeps a walk.
+    pub cut_off: f64,
+}
+
+impl Default for SmoothOptions {
+    fn default() -> Self {
+        Self {
+            filter: SmoothFilter::default(),
+            cut_off: 6.0,
+        }
+    }
+}
+
+/// What [`smooth()`] changed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SmoothReport {
+    /// The largest change of a rotation to its parent, in degrees.
+    pub largest_rotation: f32,
+    /// The name of that joint.
+    pub joint: String,
+    /// The largest change of a position to its parent, in units of the scene.
+    pub largest_position: f32,
+}
+
+/// Filters all rotations and positions of `animation`, an index into the animations of `scene`. Rotations are averaged in
+/// the tangent space of each, so that no axis is preferred, and a joint may turn as far as it likes. The first and the
+/// last frame stay.
+///
+/// ```
+/// use mocap::edit::{SmoothOptions, smooth};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let report = smooth(&mut scene, 0, &SmoothOptions::default())?;
+/// assert!(report.largest_rotation > 0.1);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a cut-off that is not above 0, or not below
+/// half of the frame rate, where there is nothing to take out.
+pub fn smooth(scene: &mut Scene, animation: usize, options: &SmoothOptions) -> Result<SmoothReport> {
+    let cut_off = positive(Code::UnknownOption, "cut-off", options.cut_off)?;
+    let mut frames = Frames::new(scene, animation, &[])?;
+    if cut_off >= 0.5 * frames.rate {
+        let message = format!("cut-off must be below half of the frame rate, {} Hz", 0.5 * frames.rate);
+        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+    }
+    // Reflected at the ends, a motion has twice as many frames but two.
+    let mut kernel = options.filter.kernel(cut_off.max(1e-3), frames.rate);
+    kernel.truncate(frames.len());
+    let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
+    kernel.iter_mut().for_each(|weight| *weight /= total);
+    let mut report = SmoothReport::default();
+    let (mut rotated, mut moved) = (Vec::new(), Vec::new());
+    for column in 0..frames.nodes().len() {
+        let (node, track) = (frames.nodes()[column], frames.track(column));
+        let rotates = track.windows(2).any(|pair| pair[0].rotation != pair[1].rotation);
+        let moves = track.windows(2).any(|pair| pair[0].translation != pair[1].translation);
+        let mut filtered = track.clone();
+        if rotates {
+            rotations(&track, &kernel, &mut filtered);
+            rotated.push(node);
+        }
+        if moves {
+            positions(&track, &kernel, &mut filtered);
+            moved.push(node);
+        }
+        for (old, new) in track.iter().zip(&filtered) {
+            let by = log(old.rotation.inverse() * new.rotation).length().to_degrees();
+            if by > report.largest_rotation {
+                report.largest_rotation = by;
+                report.joint.clone_from(&scene.nodes[node.index()].name);
+            }
+            let by = old.translation.distance(new.translation);
+            report.largest_position = report.largest_position.max(by);
+        }
+        frames.set_track(column, &filtered);
+    }
+    frames.write(scene, animation, &rotated, &moved);
+    Ok(report)
+}
+
+/// The weighted mean of what is around a frame, less the frame itself: `at` gives the difference of a frame from it. Before
+/// the first frame and after the last the motion goes on as its point reflection.
+fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -> Vec3 {
+    let (start, end) = (at(0), at(last));
+    let mut sum = Vec3::ZERO;
+    for (offset, weight) in kernel.iter().enumerate().skip(1) {
+        let before = match frame.checked_sub(offset) {
+            Some(before) => at(before),
+            None => 2.0 * start - at((offset - frame).min(last)),
+        };
+        let after = match frame + offset {
+            after if after <= last => at(after),
+            after => 2.0 * end - at((2 * last).saturating_sub(after)),
+        };
+        sum += (before + after) * *weight;
+    }
+    sum
+}
+
+fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
+    let last = track.len() - 1;
+    for (frame, filtered) in filtered.iter_mut().enumerate() {
+        let here = track[frame].rotation;
+        let inverse = here.inverse();
+        let change = mean(frame, last, kernel, |other| log(inverse * track[other].rotation));
+        filtered.rotation = (here * exp(change)).normalize();
+    }
+}
+
+fn positions(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
+    let last = track.len() - 1;
+    for (frame, filtered) in filtered.iter_mut().enumerate() {
+        let here = track[frame].translation;
+        filtered.translation = here + mean(frame, last, kernel, |other| track[other].translation - here);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How much of an oscillation of `frequency` the filter leaves, from its weights.
+    fn response(filter: SmoothFilter, frequency: f64) -> f64 {
+        let kernel = filter.kernel(6.0, 240.0);
+        let phase = |frame: usize| (std::f64::consts::TAU * frequency * frame as f64 / 240.0).cos();
+        let terms = kernel.iter().enumerate().skip(1);
+        f64::from(kernel[0])
+            + 2.0
+                * terms
+                    .map(|(frame, weight)| f64::from(*weight) * phase(frame))
+                    .sum::<f64>()
+    }
+
+    #[test]
+    fn the_filters_have_the_responses_that_define_them() {
+        for (frequency, butterworth) in [
+            (0.0, 1.0),
+            (1.0, 1.0 / (1.0 + 1.0 / 1296.0)),
+            (6.0, 0.5),
+            (18.0, 1.0 / 82.0),
+        ] {
+            assert!(
+                (response(SmoothFilter::Butterworth, frequency) - butterworth).abs() < 4e-3,
+                "{frequency}"
+            );
+        }
+        for (frequency, gaussian) in [(0.0, 1.0), (6.0, 0.5), (12.0, 0.0625), (24.0, 0.0)] {
+            assert!(
+                (response(SmoothFilter::Gaussian, frequency) - gaussian).abs() < 1e-3,
+                "{frequency}"
+            );
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Smoothing, spikes and gaps.
+
+use mocap::edit::{DespikeOptions, FillOptions, SmoothFilter, SmoothOptions, despike, fill, smooth};
+use mocap::glam::Quat;
+use mocap::process::validate;
+use mocap::scene::Keys;
+
+use super::*;
+
+const WALK: &str = "cmu_12_01_walk.bvh";
+
+/// The largest angle between the rotations of two scenes in degrees, and the frame.
+fn largest_turn(a: &Scene, b: &Scene) -> (f32, usize) {
+    let channels = a.animations[0].channels.iter().zip(&b.animations[0].channels);
+    let angles = channels.flat_map(|(a, b)| {
+        (0..a.rotation_keys.len().max(b.rotation_keys.len())).map(|frame| {
+            let at = |keys: &Keys<Quat>| keys.sample(frame as f64).unwrap();
+            let change = at(&a.rotation_keys).inverse() * at(&b.rotation_keys);
+            ((2.0 * change.xyz().length().min(1.0).asin()).to_degrees(), frame)
+        })
+    });
+    angles.fold((0.0, 0), |most, angle| if angle.0 > most.0 { angle } else { most })
+}
+
+#[test]
+fn an_oscillation_keeps_the_share_that_the_filter_states() {
+    for (filter, share) in [
+        (SmoothFilter::Butterworth, 1.0 / (1.0 + 16.0)),
+        (SmoothFilter::Gaussian, 0.5f32.powi(4)),
+    ] {
+        let mut scene = import(WALK);
+        let channel = &mut scene.animations[0].channels[3];
+        let axis = Vec3::new(0.6, 0.8, 0.0);
+        // 12 Hz at 120 frames a second about an axis, on a base far from the identity.
+        let base = Quat::from_rotation_z(2.0);
+        let angle = |frame: usize| 0.2 * (std::f32::consts::TAU * frame as f32 / 10.0).sin();
+        let wave = (0..523).map(|frame| base * Quat::from_axis_angle(axis, angle(frame)));
+        channel.rotation_keys = Keys::every_tick(wave.collect());
+        smooth(&mut scene, 0, &SmoothOptions { filter, cut_off: 6.0 }).unwrap();
+        for frame in 60..460 {
+            let change = base.inverse() * scene.animations[0].channels[3].rotation_keys.values[frame];
+            let found = 2.0 * change.xyz().dot(axis).asin();
+            assert!(
+                (found - share * angle(frame)).abs() < 0.003,
+                "{filter:?} {frame}: {found}"
+            );
+        }
+    }
+}
+
+#[test]
+fn smoothing_keeps_bones_ends_and_what_is_slow() {
+    let before = import(WALK);
+    for filter in [SmoothFilter::Butterworth, SmoothFilter::Gaussian] {
+        let mut scene = before.clone();
+        smooth(&mut scene, 0, &SmoothOptions { filter, cut_off: 15.0 }).unwrap();
+        assert_bones_keep_their_lengths(&before, &scene);
+        assert_eq!(validate(&scene), []);
+        let (old, new) = (positions(&before), positions(&scene));
+        for frame in [0, old.len() - 1] {
+            assert!(old[frame].iter().zip(&new[frame]).all(|(a, b)| a.distance(*b) < 1e-5));
+        }
+        let moved = old
+            .iter()
+            .flatten()
+            .zip(new.iter().flatten())
+            .map(|(a, b)| a.distance(*b))
+            .fold(0.0, f32::max);
+        assert!(0.0 < moved && moved < 0.02, "{moved}");
+    }
+    let error = smooth(
+        &mut before.clone(),
+        0,
+        &SmoothOptions {
+            cut_off: 61.0,
+            ..SmoothOptions::default()
+        },
+    )
+    .unwrap_err();
+    assert!(
+        error
+            .diagnostic()
+            .message
+            .starts_with("cut-off must be below half of the frame rate"),
+        "{error}"
+    );
+}
+
+#[test]
+fn spikes_go_and_the_motion_stays() {
+    let mut clean = import(WALK);
+    // The toes of this file jump by 7 degrees for one frame, three times.
+    let report = despike(&mut clean, 0, &DespikeOptions::default()).unwrap();
+    assert_eq!((report.replaced, report.joints), (3, vec!["LeftToeBase".to_owned()]));
+    let mut untouched = clean.clone();
+    let report = despike(&mut untouched, 0, &DespikeOptions::default()).unwrap();
+    assert_eq!((report.replaced, untouched == clean), (0, true), "{report:?}");
+
+    let mut scene = clean.clone();
+    let spikes = [(3usize, 50usize, 1usize), (7, 200, 2), (12, 201, 3), (20, 400, 1)];
+    for (channel, frame, length) in spikes {
+        for keys in &mut scene.animations[0].channels[channel].rotation_keys.values[frame..frame + length] {
+            *keys *= Quat::from_rotation_y(0.5);
+        }
+    }
+    let report = despike(&mut scene, 0, &DespikeOptions::default()).unwrap();
+    assert_eq!((report.replaced, report.joints.len()), (7, 4), "{report:?}");
+    let (off, frame) = largest_turn(&clean, &scene);
+    assert!(off < 1.0, "{off} degrees in frame {frame}");
+    assert_bones_keep_their_lengths(&clean, &scene);
+}
+
+#[test]
+fn gaps_are_filled_as_the_motion_went() {
+    let mut clean = import(WALK);
+    // Without the noise, which nobody can know in a gap.
+    smooth(&mut clean, 0, &SmoothOptions::default()).unwrap();
+    let mut scene = clean.clone();
+    for channel in &mut scene.animations[0].channels {
+        for (first, last) in [(100, 112), (250, 255), (300, 399)] {
+            let rotations = &mut channel.rotation_keys.values;
+            if rotations.len() > 1 {
+                let held = rotations[first - 1];
+                rotations[first..=last].fill(held);
+            }
+            let positions = &mut channel.position_keys.values;
+            if positions.len() > 1 {
+                let held = positions[first - 1];
+                positions[first..=last].fill(held);
+            }
+        }
+    }
+    let held = scene.clone();
+    let report = fill(&mut scene, 0, &FillOptions::default()).unwrap();
+    assert_eq!(report.gaps, [[100, 112], [250, 255]]);
+    assert_eq!(report.longer, [[300, 399]]);
+    let part = |scene: &Scene| {
+        let mut scene = scene.clone();
+        mocap::process::trim(&mut scene, 0.0, 290.0);
+        scene
+    };
+    let (off, off_held) = (
+        largest_turn(&part(&clean), &part(&scene)).0,
+        largest_turn(&part(&clean), &part(&held)).0,
+    );
+    assert!(off < 0.35 * off_held, "{off} of {off_held} degrees");
+    assert_bones_keep_their_lengths(&held, &scene);
+    // What was not held is as it was, and so is the gap that is too long.
+    let (old, new) = (positions(&held), positions(&scene));
+    for frame in (0..old.len()).filter(|frame| !(100..=112).contains(frame) && !(250..=255).contains(frame)) {
+        assert_eq!(old[frame], new[frame], "{frame}");
+    }
+}
