@@ -18,6 +18,7 @@ const PARTS = [
   "extremes",
   "compress",
   "bounds",
+  "corpus",
 ];
 /** Needs a Python environment of its own, see README.md, so it runs when named. */
 const PARTS_BY_NAME = ["blender"];

@@ -1,26 +1,32 @@
 #!/usr/bin/env python3
 """Compares where `mocap` puts the nodes of glTF files with an independent sampler in double precision.
 
-    tools/interop/corpus.py FILE_OR_FOLDER...
+    tools/interop/corpus.py [--json] FILE_OR_FOLDER...
 
-Every clip is compared at its keys' ends and at moments between them. A node may be off by 1e-5 of the figure's size.
-MOCAP names the program; without it, target/release/mocap is taken. Needs numpy. Exit code 1 where a file is off.
+Every clip is compared at its ends and at moments between them, a file without one in its rest pose. A node may be off by
+1e-5 of the figure's size. `FILE=TWIN` gives `FILE` to mocap and `TWIN`, the same without compression, to the sampler.
+`--json` prints an object for each file. MOCAP names the program; without it, target/release/mocap is taken. Exit code 1
+where a file is off or cannot be read.
 """
 import base64
 import json
+import math
 import os
 import struct
 import subprocess
 import sys
 import urllib.parse
+from bisect import bisect_right
 from pathlib import Path
 
-import numpy as np
-
-MOCAP = os.environ.get("MOCAP", str(Path(__file__).parents[2] / "target/release/mocap"))
-TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+MOCAP = os.environ.get("MOCAP", str(Path(__file__).resolve().parents[2] / "target/release/mocap"))
+TOLERANCE = 1e-5
+TYPES = {5120: "b", 5121: "B", 5122: "h", 5123: "H", 5125: "I", 5126: "f"}
 COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-LARGEST = {"i1": 127, "u1": 255, "<i2": 32767, "<u2": 65535}
+LARGEST = {"b": 127, "B": 255, "h": 32767, "H": 65535}
+# The last moment is after the end: at its very key a step is one or the other within a float's rounding.
+MOMENTS = (0.0, 0.123, 0.31, 0.5, 0.777, 1.00001)
+PATHS = ("translation", "rotation", "scale")
 
 
 class File:
@@ -56,82 +62,95 @@ class File:
 
     def rows(self, view, offset, kind, columns, count):
         view = self.json["bufferViews"][view]
-        size = np.dtype(kind).itemsize * columns
-        stride = view.get("byteStride", size)
+        row = struct.Struct(f"<{columns}{kind}")
+        stride = view.get("byteStride", row.size)
         start = view.get("byteOffset", 0) + offset
         data = self.buffer(view["buffer"])
-        rows = [np.frombuffer(data, kind, columns, start + row * stride) for row in range(count)]
-        return np.array(rows).reshape(count, columns)
+        return [row.unpack_from(data, start + index * stride) for index in range(count)]
 
     def numbers(self, index):
+        """The rows of an accessor."""
         accessor = self.json["accessors"][index]
         kind, columns, count = TYPES[accessor["componentType"]], COLUMNS[accessor["type"]], accessor["count"]
         if "bufferView" in accessor:
-            values = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, columns, count).astype(float)
+            values = self.rows(accessor["bufferView"], accessor.get("byteOffset", 0), kind, columns, count)
         else:
-            values = np.zeros((count, columns))
+            values = [(0,) * columns] * count
         if "sparse" in accessor:
             sparse = accessor["sparse"]
-            indices, new = sparse["indices"], sparse["values"]
-            places = self.rows(
-                indices["bufferView"], indices.get("byteOffset", 0), TYPES[indices["componentType"]], 1, sparse["count"]
-            )
-            values[places[:, 0]] = self.rows(new["bufferView"], new.get("byteOffset", 0), kind, columns, sparse["count"])
+            at, new = sparse["indices"], sparse["values"]
+            places = self.rows(at["bufferView"], at.get("byteOffset", 0), TYPES[at["componentType"]], 1, sparse["count"])
+            others = self.rows(new["bufferView"], new.get("byteOffset", 0), kind, columns, sparse["count"])
+            for (place,), value in zip(places, others):
+                values[place] = value
         if accessor.get("normalized"):
-            values = np.maximum(values / LARGEST[kind], -1)
+            values = [tuple(max(number / LARGEST[kind], -1.0) for number in value) for value in values]
         return values
 
 
+def unit(quaternion):
+    length = math.sqrt(sum(number * number for number in quaternion))
+    return tuple(number / length for number in quaternion)
+
+
+def mixed(a, b, share):
+    return tuple(x + share * (y - x) for x, y in zip(a, b))
+
+
 def slerp(a, b, share):
-    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
-    dot = a @ b
+    a, b = unit(a), unit(b)
+    dot = sum(x * y for x, y in zip(a, b))
     if dot < 0:
-        b, dot = -b, -dot
-    angle = np.arccos(min(dot, 1.0))
+        b, dot = tuple(-y for y in b), -dot
+    angle = math.acos(min(dot, 1.0))
     if angle < 1e-9:
-        return a + share * (b - a)
-    return (np.sin((1 - share) * angle) * a + np.sin(share * angle) * b) / np.sin(angle)
+        return mixed(a, b, share)
+    left, right = math.sin((1 - share) * angle) / math.sin(angle), math.sin(share * angle) / math.sin(angle)
+    return tuple(left * x + right * y for x, y in zip(a, b))
 
 
-def sample(times, values, way, path, seconds):
-    curve = way == "CUBICSPLINE"
-    value = (lambda key: values[3 * key + 1]) if curve else (lambda key: values[key])
+def sample(times, values, interpolation, path, seconds):
+    is_curve = interpolation == "CUBICSPLINE"
+    value = (lambda key: values[3 * key + 1]) if is_curve else (lambda key: values[key])
     if seconds <= times[0] or len(times) == 1:
         return value(0)
     if seconds >= times[-1]:
         return value(len(times) - 1)
-    key = int(np.searchsorted(times, seconds, side="right")) - 1
+    key = bisect_right(times, seconds) - 1
     duration = times[key + 1] - times[key]
     t = (seconds - times[key]) / duration
-    if way == "STEP":
+    if interpolation == "STEP":
         return value(key)
-    if curve:
-        return (
-            (2 * t**3 - 3 * t**2 + 1) * value(key)
-            + duration * (t**3 - 2 * t**2 + t) * values[3 * key + 2]
-            + (3 * t**2 - 2 * t**3) * value(key + 1)
-            + duration * (t**3 - t**2) * values[3 * key + 3]
+    if is_curve:
+        columns = zip(value(key), values[3 * key + 2], value(key + 1), values[3 * key + 3])
+        return tuple(
+            (2 * t**3 - 3 * t**2 + 1) * start
+            + duration * (t**3 - 2 * t**2 + t) * out
+            + (3 * t**2 - 2 * t**3) * end
+            + duration * (t**3 - t**2) * into
+            for start, out, end, into in columns
         )
-    if path == "rotation":
-        return slerp(value(key), value(key + 1), t)
-    return value(key) + t * (value(key + 1) - value(key))
+    return (slerp if path == "rotation" else mixed)(value(key), value(key + 1), t)
 
 
 def matrix(node, driven):
+    """The local transform as the rows of a matrix, without the last."""
     if "matrix" in node and not driven:
-        return np.array(node["matrix"], float).reshape(4, 4).T
-    x, y, z, w = (lambda q: q / np.linalg.norm(q))(np.array(driven.get("rotation", node.get("rotation", [0, 0, 0, 1])), float))
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+        return [tuple(float(node["matrix"][4 * column + row]) for column in range(4)) for row in range(3)]
+    x, y, z, w = unit(driven.get("rotation", node.get("rotation", (0, 0, 0, 1))))
+    turn = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
     )
-    result = np.eye(4)
-    result[:3, :3] = turn * np.array(driven.get("scale", node.get("scale", [1, 1, 1])), float)
-    result[:3, 3] = driven.get("translation", node.get("translation", [0, 0, 0]))
-    return result
+    scale = driven.get("scale", node.get("scale", (1, 1, 1)))
+    place = driven.get("translation", node.get("translation", (0, 0, 0)))
+    return [tuple(a * b for a, b in zip(row, scale)) + (place[at],) for at, row in enumerate(turn)]
+
+
+def product(left, right):
+    right = [*right, (0.0, 0.0, 0.0, 1.0)]
+    return [tuple(sum(row[i] * right[i][column] for i in range(4)) for column in range(4)) for row in left]
 
 
 def listed(gltf):
@@ -144,75 +163,115 @@ def listed(gltf):
         roots = [node for node in range(len(nodes)) if node not in children]
     found, todo = [], [(root, None) for root in reversed(roots)]
     while todo:
+        if len(found) == len(nodes):
+            raise ValueError("a node has more than one parent")
         index, parent = todo.pop()
         found.append((index, parent))
         todo += [(child, index) for child in reversed(nodes[index].get("children", []))]
     return found
 
 
+def target(channel):
+    """The node and the property that a channel moves, or None where it moves something else."""
+    at = channel["target"]
+    pointer = at.get("extensions", {}).get("KHR_animation_pointer", {}).get("pointer", "").split("/")
+    if at["path"] == "pointer" and len(pointer) == 4 and pointer[1] == "nodes" and pointer[3] in PATHS:
+        return int(pointer[2]), pointer[3]
+    return (at["node"], at["path"]) if at["path"] in PATHS and "node" in at else None
+
+
 def left_out(gltf):
     """Nodes that only show something, in a file with joints."""
     joints = {joint for skin in gltf.get("skins", []) for joint in skin["joints"]}
-    moved = {c["target"].get("node") for a in gltf.get("animations", []) for c in a["channels"] if c["target"]["path"] != "weights"}
+    moved = {target(c)[0] for a in gltf.get("animations", []) for c in a["channels"] if target(c)}
     shows = lambda node: ("mesh" in node or "camera" in node) and not node.get("children")
     return {i for i, node in enumerate(gltf.get("nodes", [])) if joints and shows(node) and i not in joints | moved}
 
 
-def compare(path):
-    file = File(path)
+def run(*arguments):
+    return json.loads(subprocess.run([MOCAP, *arguments, "--json"], capture_output=True, check=True).stdout)
+
+
+def distance(gltf, nodes, driven, posed):
+    """How far `mocap` is off at most, as a share of the figure's size."""
+    world = {}
+    for index, parent in nodes:
+        local = matrix(gltf["nodes"][index], driven.get(index, {}))
+        world[index] = local if parent is None else product(world[parent], local)
+    places = [[row[3] for row in world[index]] for index, _ in nodes]
+    theirs = [[node["matrix"][at] for at in (3, 7, 11)] for node in posed[len(posed) - len(nodes) :]]
+    if len(theirs) != len(places):
+        raise ValueError(f"mocap has {len(posed)} nodes where {len(nodes)} were expected")
+    size = max((abs(number) for place in places for number in place), default=0.0)
+    off = [abs(a - b) for place, other in zip(places, theirs) for a, b in zip(place, other)]
+    return max(off, default=0.0) / max(size, 1e-9)
+
+
+def compare(path, twin):
+    """The largest distance, and the number of clips."""
+    file = File(twin)
     gltf = file.json
-    run = lambda *args: json.loads(subprocess.run([MOCAP, *args, "--json"], capture_output=True, check=True).stdout)
-    nodes = [(index, parent) for index, parent in listed(gltf) if index not in left_out(gltf)]
-    worst = 0.0
+    without = left_out(gltf)
+    nodes = [(index, parent) for index, parent in listed(gltf) if index not in without]
+    pose = lambda *more: run("pose", str(path), "--world", *more)["nodes"]
+    worst, clips = 0.0, 0
     for clip, animation in enumerate(gltf.get("animations", [])):
         tracks = []
         for channel in animation["channels"]:
-            target, sampler = channel["target"], animation["samplers"][channel["sampler"]]
-            if target["path"] in ("translation", "rotation", "scale") and "node" in target:
-                times, values = file.numbers(sampler["input"])[:, 0], file.numbers(sampler["output"])
-                tracks.append((target["node"], target["path"], times, values, sampler.get("interpolation", "LINEAR")))
+            sampler = animation["samplers"][channel["sampler"]]
+            if target(channel):
+                times = [time for (time,) in file.numbers(sampler["input"])]
+                values = file.numbers(sampler["output"])
+                tracks.append((*target(channel), times, values, sampler.get("interpolation", "LINEAR")))
         if not tracks:
             continue
+        clips += 1
         start, end = min(track[2][0] for track in tracks), max(track[2][-1] for track in tracks)
         rate = run("info", str(path), "--clip", str(clip))["ticks_per_second"]
-        # The last moment is after the end: at its very key a step is one or the other within a float's rounding.
-        for share in (0.0, 0.123, 0.31, 0.5, 0.777, 1.00001):
+        for share in MOMENTS:
             seconds = start + share * (end - start)
             driven = {}
-            for node, name, times, values, way in tracks:
-                driven.setdefault(node, {})[name] = sample(times, values, way, name, seconds)
-            world, places = {}, []
-            for index, parent in nodes:
-                local = matrix(gltf["nodes"][index], driven.get(index, {}))
-                world[index] = world[parent] @ local if parent is not None else local
-                places.append(world[index][:3, 3])
-            posed = run("pose", str(path), "--clip", str(clip), "--world", "--tick", repr(float(seconds * rate)))["nodes"]
-            posed = posed[len(posed) - len(nodes) :]
-            theirs = np.array([[node["matrix"][3], node["matrix"][7], node["matrix"][11]] for node in posed])
-            places = np.array(places)
-            size = max(np.ptp(places, axis=0).max(), np.abs(places).max(), 1e-9)
-            worst = max(worst, np.abs(places - theirs).max() / size)
-    return worst
+            for node, name, times, values, interpolation in tracks:
+                driven.setdefault(node, {})[name] = sample(times, values, interpolation, name, seconds)
+            posed = pose("--clip", str(clip), "--tick", repr(float(seconds * rate)))
+            worst = max(worst, distance(gltf, nodes, driven, posed))
+    if clips == 0 and nodes:
+        worst = distance(gltf, nodes, {}, pose("--tick", "0"))
+    return worst, clips
+
+
+def judge(argument):
+    path, _, twin = argument.partition("=")
+    result = {"file": path, "clips": 0, "off": None, "error": None}
+    try:
+        result["off"], result["clips"] = compare(Path(path), Path(twin or path))
+    except subprocess.CalledProcessError as error:
+        result["error"] = error.stderr.decode(errors="replace").strip() or str(error)
+    except Exception as error:  # A file that the sampler cannot read is told, and the others go on.
+        result["error"] = f"the sampler: {type(error).__name__}: {error}"
+    return result
 
 
 def main():
-    paths = []
-    for argument in map(Path, sys.argv[1:]):
-        paths += sorted(p for p in argument.rglob("*") if p.suffix in (".glb", ".gltf")) if argument.is_dir() else [argument]
+    arguments = [argument for argument in sys.argv[1:] if argument != "--json"]
+    files = []
+    for argument in arguments:
+        found = Path(argument).rglob("*") if Path(argument).is_dir() else [argument]
+        files += sorted(str(path) for path in found if Path(path).suffix in (".glb", ".gltf") or path == argument)
     failed = 0
-    for path in paths:
-        try:
-            worst = compare(path)
-        except Exception as error:  # A file that one side cannot read is told, and the others go on.
-            detail = getattr(error, "stderr", b"") or b""
-            print(f"{path}: {type(error).__name__}: {error} {detail.decode(errors='replace').strip()}")
-            failed += 1
-            continue
-        is_off = not worst <= 1e-5
-        failed += is_off
-        print(f"{path}: {worst:.2e} of its size{' - OFF' if is_off else ''}")
-    print(f"{len(paths) - failed} passed, {failed} failed")
-    sys.exit(1 if failed or not paths else 0)
+    for argument in files:
+        result = judge(argument)
+        is_right = result["error"] is None and result["off"] <= TOLERANCE
+        failed += not is_right
+        if "--json" in sys.argv:
+            print(json.dumps(result), flush=True)
+        elif result["error"]:
+            print(f"{result['file']}: {result['error']}")
+        else:
+            print(f"{result['file']}: {result['clips']} clips, {result['off']:.2e} of its size{'' if is_right else ' - OFF'}")
+    if "--json" not in sys.argv:
+        print(f"{len(files) - failed} passed, {failed} failed")
+    sys.exit(1 if failed or not files else 0)
 
 
 main()

@@ -14,7 +14,7 @@ const NOT_OF_MOTION: &[&str] = &[
     "KHR_mesh_quantization",
     "KHR_gaussian_splatting",
     "KHR_xmp",
-    "KHR_techniques_webgl",
+    "KHR_technique",
     "KHR_node_",
     "KHR_audio",
     "KHR_physics",

@@ -382,6 +382,7 @@ fn required_extensions_refuse_a_file_only_where_they_change_motion() {
     for harmless in [
         "KHR_mesh_quantization",
         "KHR_materials_unlit",
+        "KHR_technique_webgl",
         "VRM",
         "VRMC_vrm",
         "KHR_lights_punctual",
