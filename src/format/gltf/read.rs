@@ -16,13 +16,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::Mat4;
-
 use super::file::{File, Transform, implausible};
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::{self, limit_exceeded};
+use crate::pose::Pose;
 use crate::scene::{
     Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis,
 };
@@ -154,19 +153,12 @@ fn build_nodes(
     }
     let group = (!scene.nodes.is_empty()).then_some(NodeId(0));
     let mut ids = vec![None; listed.len()];
-    let mut world: Vec<Mat4> = vec![Mat4::IDENTITY; scene.nodes.len()];
     let mut placed = HashMap::new();
     for (place, node) in kept() {
         let index = node.index;
         let transform = file.transform(index)?;
         let id = NodeId::new(scene.nodes.len());
         let parent = node.parent.and_then(|parent| ids[parent]).or(group);
-        // Each number may be in bounds and their product not.
-        let node_to_world = parent.map_or(Mat4::IDENTITY, |parent: NodeId| world[parent.index()]) * transform.matrix;
-        if let Some(number) = node_to_world.to_cols_array().iter().find(|number| !number.is_finite()) {
-            return Err(implausible(format!("/nodes/{index}"), *number).into());
-        }
-        world.push(node_to_world);
         ids[place] = Some(id);
         scene.nodes.push(Node {
             name: file.source_name(index),
@@ -180,6 +172,14 @@ fn build_nodes(
             ..Node::default()
         });
         placed.insert(index, Placed { id, transform });
+    }
+    // Each number may be in bounds and their product not.
+    let rest = Pose::rest(scene);
+    for (_, node) in kept() {
+        let node_to_world = rest.node_to_world[placed[&node.index].id.index()].to_cols_array();
+        if let Some(number) = node_to_world.into_iter().find(|number| !number.is_finite()) {
+            return Err(implausible(format!("/nodes/{}", node.index), number).into());
+        }
     }
     Ok(placed)
 }
