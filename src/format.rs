@@ -79,6 +79,8 @@ pub(crate) struct ReadOptions {
     pub all_rows: bool,
     /// Leave out the meshes of the file.
     pub without_meshes: bool,
+    /// Keep the unit and the axes of a file that states them.
+    pub file_units: bool,
     /// Upper bounds.
     pub limits: Limits,
     /// Threads that may read one file; `None` means the number of cores.

@@ -141,6 +141,25 @@ impl Importer {
         self
     }
 
+    /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres and
+    /// the axes to +Y up. [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit) and
+    /// [`Metadata::up`](crate::scene::Metadata::up) say which they are. Other formats are read in the units of the file.
+    ///
+    /// ```
+    /// # #[cfg(feature = "fbx")] {
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let scene = mocap::Importer::new().file_units(true).import("fixtures/made/tiny.fbx")?;
+    /// assert_eq!((scene.metadata.metres_per_unit, scene.metadata.up), (Some(0.01), Some(UpAxis::Z)));
+    /// # }
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn file_units(mut self, keep: bool) -> Self {
+        self.read.file_units = keep;
+        self
+    }
+
     /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond them fails with
     /// [`Code::LimitExceeded`] before memory is taken for it. [`Limits`] has an example.
     #[must_use]

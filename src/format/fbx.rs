@@ -2,7 +2,8 @@
 //!
 //! Bones, nodes that deform a mesh, and their ancestors become nodes; without any of them, all nodes do. Pivots,
 //! pre-rotations and rotation orders become one transform per node. Lengths are converted to metres and the axes to +Y
-//! up. An animation stack becomes an animation: its curves, of any kind, are sampled at the file's frame rate.
+//! up, unless those of the file are to be kept. An animation stack becomes an animation: its curves, of any kind, are
+//! sampled at the file's frame rate.
 //!
 //! | in the file | in the scene |
 //! |---|---|
@@ -65,8 +66,12 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         ..Scene::default()
     };
     scene.metadata.format = Some(Format::Fbx);
-    scene.metadata.metres_per_unit = Some(1.0);
-    scene.metadata.up = Some(UpAxis::Y);
+    let (metres_per_unit, up) = match options.file_units {
+        false => (Some(1.0), Some(UpAxis::Y)),
+        true => file_units(&file.settings),
+    };
+    scene.metadata.metres_per_unit = metres_per_unit;
+    scene.metadata.up = up;
     let mut values_left = options.limits.expanded_values(bytes.len() as u64);
     for stack in &file.anim_stacks {
         let animation = read_stack(stack, &file, &nodes, options, &mut values_left, warnings)?;
@@ -112,12 +117,32 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
         // Converts nodes that inherit scale in another way to the usual one.
         inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
-        space_conversion: ufbx::SpaceConversion::ModifyGeometry,
-        target_axes: ufbx::axes_right_handed_y_up(),
-        target_unit_meters: 1.0,
         ..LoadOpts::default()
     };
+    let load = if options.file_units {
+        load
+    } else {
+        LoadOpts {
+            space_conversion: ufbx::SpaceConversion::ModifyGeometry,
+            target_axes: ufbx::axes_right_handed_y_up(),
+            target_unit_meters: 1.0,
+            ..load
+        }
+    };
     ufbx::load_memory(bytes, load).map_err(|error| Box::new(refusal(&error, bytes)))
+}
+
+/// The unit and the up axis that a file states, as far as a scene can say them.
+fn file_units(settings: &ufbx::SceneSettings) -> (Option<f64>, Option<UpAxis>) {
+    let metres_per_unit = Some(settings.unit_meters).filter(|metres| metres.is_finite() && *metres > 0.0);
+    let up = match settings.axes.up {
+        ufbx::CoordinateAxis::PositiveY => Some(UpAxis::Y),
+        ufbx::CoordinateAxis::PositiveZ => Some(UpAxis::Z),
+        ufbx::CoordinateAxis::NegativeY => Some(UpAxis::NegY),
+        ufbx::CoordinateAxis::NegativeZ => Some(UpAxis::NegZ),
+        _ => None,
+    };
+    (metres_per_unit, up)
 }
 
 /// A node of the file that the scene keeps.

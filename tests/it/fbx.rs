@@ -3,7 +3,7 @@
 use std::fs;
 
 use mocap::glam::{DVec3, Vec3};
-use mocap::scene::{Mesh, NodeId, NodeKind, RotationOrder, Scene};
+use mocap::scene::{Mesh, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 use mocap::{Code, Importer, Limits, Pose, SkeletonMesh};
 
 fn position(scene: &Scene, pose: &Pose, name: &str) -> Vec3 {
@@ -215,6 +215,31 @@ fn units_axes_and_pre_rotations_are_resolved() {
     assert_eq!(scene.nodes[2].rotation_order, Some(RotationOrder::Yxz));
     let warnings: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
     assert_eq!(warnings, [Code::NoMotion]);
+}
+
+#[test]
+fn units_and_axes_of_the_file_can_be_kept() {
+    for (stated, metres) in [("1", 0.01), ("2.54", 0.0254), ("100", 1.0)] {
+        let unit = "\"UnitScaleFactor\", \"double\", \"Number\", \"\",";
+        let text = TINY.replace(&format!("{unit}1"), &format!("{unit}{stated}"));
+        let scene = Importer::new()
+            .file_units(true)
+            .read(text.as_bytes(), "tiny.fbx")
+            .unwrap();
+        let found = scene.metadata.metres_per_unit.unwrap();
+        assert!((found - metres).abs() < 1e-12, "{stated}: {found}");
+        assert_eq!(scene.metadata.up, Some(UpAxis::Z));
+        let pose = Pose::rest(&scene);
+        for (name, expected) in [
+            ("hip", Vec3::new(0.0, 0.0, 100.0)),
+            ("knee", Vec3::new(10.0, 0.0, 100.0)),
+            // The pre-rotation turns the link from x to y.
+            ("toe", Vec3::new(10.0, 10.0, 100.0)),
+        ] {
+            let found = position(&scene, &pose, name);
+            assert!(found.abs_diff_eq(expected, 1e-4), "{name}: {found}");
+        }
+    }
 }
 
 #[test]
