@@ -352,7 +352,9 @@ pub(crate) const PROPERTY_DOUBLE: u32 = 2;
 pub(crate) const PROPERTY_STRING: u32 = 3;
 pub(crate) const PROPERTY_INTEGER: u32 = 4;
 
-/// `aiMetadataType`: an `aiString`, and metadata within metadata.
+/// `aiMetadataType`: numbers, an `aiString`, and metadata within metadata.
+pub(crate) const METADATA_I32: i32 = 1;
+pub(crate) const METADATA_FLOAT: i32 = 3;
 pub(crate) const METADATA_STRING: i32 = 5;
 pub(crate) const METADATA_METADATA: i32 = 7;
 

@@ -7,7 +7,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use crate::c_files;
-use crate::import::{Input, Request, unable_to_open};
+use crate::request::{Input, Request, unable_to_open};
 
 /// What to do with a file.
 pub(crate) enum Contents {

@@ -4,13 +4,14 @@ use std::ffi::c_void;
 use std::ptr;
 
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Node, Primitive};
+use mocap::scene::{Animation, Bone, Channel, Keys, Material, Mesh, Metadata, Node, Primitive, UpAxis};
 use mocap::{Format, Scene};
 
 use crate::abi::{
-    METADATA_STRING, PRIMITIVE_POINT, PRIMITIVE_TRIANGLE, PROPERTY_INTEGER, PROPERTY_STRING, ScenePrivate, aiAnimation,
-    aiBone, aiFace, aiMaterial, aiMaterialProperty, aiMatrix4x4, aiMesh, aiMetadata, aiMetadataEntry, aiNode,
-    aiNodeAnim, aiQuatKey, aiScene, aiString, aiVector3D, aiVectorKey, aiVertexWeight,
+    METADATA_FLOAT, METADATA_I32, METADATA_STRING, PRIMITIVE_POINT, PRIMITIVE_TRIANGLE, PROPERTY_INTEGER,
+    PROPERTY_STRING, ScenePrivate, aiAnimation, aiBone, aiFace, aiMaterial, aiMaterialProperty, aiMatrix4x4, aiMesh,
+    aiMetadata, aiMetadataEntry, aiNode, aiNodeAnim, aiQuatKey, aiScene, aiString, aiVector3D, aiVectorKey,
+    aiVertexWeight,
 };
 use crate::{destroy, heap};
 
@@ -30,7 +31,7 @@ pub(crate) fn scene(scene: &Scene, flags: u32) -> *mut aiScene {
         mMaterials: heap::new_pointers(scene.materials.iter().map(material).collect()),
         mNumAnimations: scene.animations.len() as u32,
         mAnimations: heap::new_pointers(scene.animations.iter().map(animation).collect()),
-        mMetaData: metadata(scene.metadata.format),
+        mMetaData: metadata(&scene.metadata),
         mPrivate: heap::new(private),
         ..aiScene::default()
     })
@@ -200,21 +201,42 @@ fn rotation_keys(keys: &Keys<Quat>) -> Vec<aiQuatKey> {
     keys.collect()
 }
 
-/// Says which format the scene was read from. Of BVH it says so in the words of Assimp's importer.
-fn metadata(format: Option<Format>) -> *mut aiMetadata {
-    let format = match format {
+/// Says which format the scene was read from, and of FBX its unit in centimetres and its up axis. Of BVH and FBX it does
+/// so in the words of Assimp's importers.
+fn metadata(metadata: &Metadata) -> *mut aiMetadata {
+    fn entry<T: Copy>(kind: i32, value: T) -> aiMetadataEntry {
+        aiMetadataEntry {
+            mType: kind,
+            mData: heap::new(value).cast::<c_void>(),
+        }
+    }
+    let format = match metadata.format {
         Some(Format::Bvh) => "BVH Importer (MoCap)",
+        Some(Format::Fbx) => "Autodesk FBX Importer",
         Some(other) => other.as_str(),
         None => "",
     };
-    let entry = aiMetadataEntry {
-        mType: METADATA_STRING,
-        mData: heap::new(aiString::new(format)).cast::<c_void>(),
-    };
+    let mut entries = vec![("SourceAsset_Format", entry(METADATA_STRING, aiString::new(format)))];
+    if metadata.format == Some(Format::Fbx) {
+        let up = metadata.up.map(|up| match up {
+            UpAxis::Y => (1, 1),
+            UpAxis::Z => (2, 1),
+            UpAxis::NegY => (1, -1),
+            UpAxis::NegZ => (2, -1),
+        });
+        let unit = metadata.metres_per_unit.map(|metres| (metres * 100.0) as f32);
+        if let Some((axis, sign)) = up {
+            entries.push(("UpAxis", entry(METADATA_I32, axis)));
+            entries.push(("UpAxisSign", entry(METADATA_I32, sign)));
+        }
+        entries.extend(unit.map(|unit| ("UnitScaleFactor", entry(METADATA_FLOAT, unit))));
+    }
+    let keys: Vec<aiString> = entries.iter().map(|(key, _)| aiString::new(key)).collect();
+    let values: Vec<aiMetadataEntry> = entries.into_iter().map(|(_, value)| value).collect();
     heap::new(aiMetadata {
-        mNumProperties: 1,
-        mKeys: heap::new_array(&[aiString::new("SourceAsset_Format")]),
-        mValues: heap::new_array(&[entry]),
+        mNumProperties: values.len() as u32,
+        mKeys: heap::new_array(&keys),
+        mValues: heap::new_array(&values),
     })
 }
 

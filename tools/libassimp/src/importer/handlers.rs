@@ -4,7 +4,8 @@
 use std::ffi::c_void;
 use std::ptr;
 
-use super::{methods, registry};
+use super::registry;
+use super::state::methods;
 use crate::virtual_call::{IoSystem, Progress, delete_object};
 
 methods! {

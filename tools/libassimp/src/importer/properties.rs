@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, c_char, c_void};
 
-use super::methods;
+use super::state::methods;
 use crate::abi::aiMatrix4x4;
 use crate::cpp_string::StdString;
 

@@ -3,9 +3,9 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
 
-use super::{State, methods};
+use super::state::{State, methods};
 use crate::abi::{AI_FAILURE, AI_SUCCESS, aiImporterDesc, aiReturn, aiString};
-use crate::import::{aiGetExtensionList, aiIsExtensionSupported};
+use crate::extensions::{aiGetExtensionList, aiIsExtensionSupported};
 use crate::system::function;
 
 /// Defines methods that the importer of the system's Assimp does, and their value where there is none.

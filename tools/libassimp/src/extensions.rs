@@ -1,0 +1,66 @@
+//! The extensions of the files that are read, here or by the system's Assimp.
+
+use std::ffi::c_char;
+
+use mocap::FORMATS;
+
+use crate::abi::aiString;
+use crate::border::{guard, text};
+use crate::system;
+
+/// 1 if files with this extension are read, with or without its dot, here or by the system's Assimp; else 0.
+///
+/// # Safety
+/// `extension` is NULL or ends with a zero byte.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn aiIsExtensionSupported(extension: *const c_char) -> i32 {
+    guard(0, || {
+        // SAFETY: the caller hands over NULL or a text.
+        let extension = unsafe { text(extension, "the extension") }?;
+        let name = extension.to_string_lossy();
+        let name = name.trim_start_matches(['*', '.']);
+        if extensions().any(|known| known.eq_ignore_ascii_case(name)) {
+            return Ok(1);
+        }
+        // SAFETY: the function of the headers.
+        let asked =
+            unsafe { system::function::<unsafe extern "C" fn(*const c_char) -> i32>(c"aiIsExtensionSupported") };
+        // SAFETY: a text.
+        Ok(asked.map_or(0, |ask| unsafe { ask(extension.as_ptr()) }))
+    })
+}
+
+/// The extensions that are read, here or by the system's Assimp, as in `*.bvh;*.asf`.
+///
+/// # Safety
+/// `list` is NULL or the place of an `aiString`.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn aiGetExtensionList(list: *mut aiString) {
+    if list.is_null() {
+        return;
+    }
+    let mut theirs = aiString::new("");
+    // SAFETY: the function of the headers.
+    if let Ok(get) = unsafe { system::function::<unsafe extern "C" fn(*mut aiString)>(c"aiGetExtensionList") } {
+        // SAFETY: the place of an `aiString`.
+        unsafe { get(&raw mut theirs) };
+    }
+    let theirs = theirs.to_text();
+    let mut patterns: Vec<String> = theirs
+        .split(';')
+        .filter(|it| !it.is_empty())
+        .map(str::to_owned)
+        .collect();
+    for extension in extensions() {
+        let pattern = format!("*.{extension}");
+        if !patterns.contains(&pattern) {
+            patterns.push(pattern);
+        }
+    }
+    // SAFETY: the caller hands over the place of an `aiString`.
+    unsafe { list.write(aiString::new(&patterns.join(";"))) };
+}
+
+fn extensions() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().flat_map(|format| format.extensions.iter().copied())
+}
