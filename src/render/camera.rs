@@ -109,7 +109,8 @@ pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Figu
     }
 }
 
-fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
+/// Paints a pointer from one point to another.
+pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f32, color: Color) {
     /// The position along the bone of its widest point.
     const SHOULDER: f32 = 0.18;
     let (start, end) = (Vec2::from(from), Vec2::from(to));

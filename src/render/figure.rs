@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
-use crate::skeleton::{self, survey};
+use crate::skeleton::{self, Humanoid, survey};
 
 /// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -208,6 +208,22 @@ impl<'a> Figure<'a> {
     pub(super) fn ground_below(&self, point: Vec3) -> Vec3 {
         Vec3::new(point.x, self.floor, point.z)
     }
+}
+
+/// For each node whether it is a part of the figure: the bones of a humanoid with what hangs on them, or else every
+/// node that is drawn.
+pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
+    if humanoid.bones.is_empty() {
+        return scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
+    }
+    let mut in_body = vec![false; scene.nodes.len()];
+    for joint in humanoid.bones.values() {
+        in_body[joint.joint.index()] = true;
+    }
+    for (index, node) in scene.nodes.iter().enumerate() {
+        in_body[index] |= node.parent.is_some_and(|parent| in_body[parent.index()]);
+    }
+    in_body
 }
 
 /// Every node with its parent, except to and from a node that only groups others.

@@ -3,9 +3,11 @@
 use std::fs;
 
 use mocap::render::{
-    Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, page, plot, screen, sheet,
+    Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, page, plot, screen,
+    sheet, t_pose_sheet,
 };
 use mocap::scene::{NodeId, Scene, SourceLines};
+use mocap::skeleton::{Skeleton, TPose};
 
 fn import(name: &str) -> Scene {
     mocap::import(format!("fixtures/real/{name}.bvh")).unwrap()
@@ -240,4 +242,42 @@ fn a_node_knows_its_lines() {
         scene.nodes[1].source.unwrap().offset,
         scene.nodes[0].source.unwrap().offset
     );
+}
+
+#[test]
+fn a_t_pose_has_a_row_a_skeleton_and_the_names_of_its_bones() {
+    let scenes = ["rokoko_dance", "z_up_dab"].map(import);
+    let found: Vec<_> = scenes
+        .iter()
+        .map(|scene| {
+            let skeleton = Skeleton::new(scene);
+            let t_pose = TPose::new(scene, &skeleton).unwrap();
+            (skeleton, t_pose)
+        })
+        .collect();
+    let clips: Vec<_> = scenes
+        .iter()
+        .zip(&found)
+        .map(|(scene, (skeleton, t_pose))| TPoseClip {
+            name: "it",
+            scene,
+            skeleton,
+            t_pose,
+        })
+        .collect();
+    let [one, two] = [&clips[..1], &clips].map(|clips| t_pose_sheet(clips, 1600));
+    assert!(two.height > one.height && two.width == one.width);
+    let svg = two.to_svg();
+    for name in [
+        "hips",
+        "head",
+        "leftUpperArm",
+        "rightLowerArm",
+        "leftFoot",
+        "computed from the bones",
+        "the rest pose is a T-pose",
+    ] {
+        assert!(svg.contains(&format!(">{name}</text>")), "{name}");
+    }
+    assert!(!svg.contains("NaN"));
 }

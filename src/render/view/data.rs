@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
-use super::super::figure::{Clip, Figure, Side};
+use super::super::figure::{Clip, Figure, Side, body};
 use super::pack::{Part, Tracks};
 use crate::error::visible;
 use crate::pose::{Binding, Trs};
@@ -147,22 +147,6 @@ pub(super) fn describe(clip: &Clip<'_>, index: usize, has_glb: bool) -> (Descrip
 /// A text of the file without what would change the text around it.
 fn shown(text: &str) -> String {
     visible(text).into_owned()
-}
-
-/// For each node whether it is a part of the figure: the bones of a humanoid with what hangs on them, or else every
-/// node that is drawn.
-fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
-    if humanoid.bones.is_empty() {
-        return scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
-    }
-    let mut in_body = vec![false; scene.nodes.len()];
-    for joint in humanoid.bones.values() {
-        in_body[joint.joint.index()] = true;
-    }
-    for (index, node) in scene.nodes.iter().enumerate() {
-        in_body[index] |= node.parent.is_some_and(|parent| in_body[parent.index()]);
-    }
-    in_body
 }
 
 /// The hips of a humanoid, or else the joints that hang on no joint: the root, or all markers.

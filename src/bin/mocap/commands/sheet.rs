@@ -1,10 +1,10 @@
-//! `mocap sheet`: draws poses over time, one row per file.
+//! `mocap sheet`: draws poses over time, or the T-pose, one row per file.
 
 use std::path::Path;
 
 use mocap::Scene;
-use mocap::render::{Clip, SheetOptions, sheet};
-use mocap::skeleton::TPose;
+use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip, sheet, t_pose_sheet};
+use mocap::skeleton::{Skeleton, TPose};
 
 use super::{import_motion, mapped_skeleton, short_name, write_drawing};
 use crate::args::{Given, MapArgs, SheetArgs};
@@ -19,30 +19,48 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
     for file in &args.files {
         let mut scene = import_motion(&args.read, file)?;
         args.up.state(&mut scene);
-        let scene = match args.t_pose {
-            true => in_t_pose(scene, file, &args.map)?,
-            false => scene,
-        };
         named_scenes.push((short_name(file), scene));
     }
-    let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
-    let options = SheetOptions {
-        poses: if args.t_pose { 1 } else { args.poses },
-        width: args.width,
+    let drawing = match args.t_pose {
+        true => t_poses(args, &named_scenes)?,
+        false => poses(args, &named_scenes),
     };
-    write_drawing(&sheet(&clips, &options), &args.output)
+    write_drawing(&drawing, &args.output)
 }
 
-/// The scene without motion, its skeleton in T-pose.
-fn in_t_pose(mut scene: Scene, file: &Path, map: &MapArgs) -> Result<Scene, Failure> {
-    let skeleton = mapped_skeleton(&scene, map)?;
-    let Some(found) = TPose::new(&scene, &skeleton) else {
-        let message = format!("{}: there is no T-pose: {}", file.display(), skeleton.humanoid.reason);
-        return Err(Failure::Usage(message));
+fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {
+    let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
+    let options = SheetOptions {
+        poses: args.poses,
+        width: args.width,
     };
-    scene.animations.clear();
-    for (node, node_to_parent) in scene.nodes.iter_mut().zip(found.pose.node_to_parent) {
-        node.transform = node_to_parent;
+    sheet(&clips, &options)
+}
+
+fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing, Failure> {
+    let mut found = Vec::new();
+    for (file, (_, scene)) in args.files.iter().zip(named_scenes) {
+        found.push(t_pose(scene, file, &args.map)?);
     }
-    Ok(scene)
+    let clips = named_scenes.iter().zip(&found);
+    let clips: Vec<TPoseClip<'_>> = clips
+        .map(|((name, scene), (skeleton, t_pose))| TPoseClip {
+            name,
+            scene,
+            skeleton,
+            t_pose,
+        })
+        .collect();
+    Ok(t_pose_sheet(&clips, args.width))
+}
+
+fn t_pose(scene: &Scene, file: &Path, map: &MapArgs) -> Result<(Skeleton, TPose), Failure> {
+    let skeleton = mapped_skeleton(scene, map)?;
+    match TPose::new(scene, &skeleton) {
+        Some(t_pose) => Ok((skeleton, t_pose)),
+        None => {
+            let message = format!("{}: there is no T-pose: {}", file.display(), skeleton.humanoid.reason);
+            Err(Failure::Usage(message))
+        }
+    }
 }

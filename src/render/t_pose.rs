@@ -1,0 +1,325 @@
+//! T-poses: a row for each skeleton, seen from three sides, with the names of its bones.
+
+use glam::{Mat3, Quat, Vec3};
+
+use super::camera::{Camera, paint_bone};
+use super::drawing::{Anchor, Color, Drawing, Point};
+use super::figure::body;
+use super::raster::{shortened, text_width};
+use super::theme;
+use crate::scene::{NodeId, NodeKind, Scene};
+use crate::skeleton::{Axis, Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
+
+/// A skeleton in T-pose, and its name in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct TPoseClip<'a> {
+    /// A short name, such as that of the file.
+    pub name: &'a str,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its skeleton, with the bones of the humanoid.
+    pub skeleton: &'a Skeleton,
+    /// The T-pose.
+    pub t_pose: &'a TPose,
+}
+
+const MARGIN: f32 = 16.0;
+/// The width of the part of a row with the name and the facts.
+const HEAD: f32 = 250.0;
+const CAPTION: f32 = 26.0;
+
+/// Where a T-pose is seen from: degrees around the figure, degrees up.
+const VIEWS: [(&str, f32, f32); 3] = [
+    ("from the front", 0.0, 0.0),
+    ("from its left", 90.0, 0.0),
+    ("from above", 0.0, 90.0),
+];
+
+/// Draws the T-pose of each skeleton as a row: where it comes from, and the figure from the front, from its left and
+/// from above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone grey.
+///
+/// ```
+/// use mocap::render::{TPoseClip, t_pose_sheet};
+/// use mocap::skeleton::{Skeleton, TPose};
+///
+/// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+/// let skeleton = Skeleton::new(&scene);
+/// let t_pose = TPose::new(&scene, &skeleton).unwrap();
+/// let clip = TPoseClip { name: "dance", scene: &scene, skeleton: &skeleton, t_pose: &t_pose };
+/// assert!(t_pose_sheet(&[clip], 1600).to_svg().contains(">leftLowerArm</text>"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn t_pose_sheet(clips: &[TPoseClip<'_>], width: u32) -> Drawing {
+    let width = width.max(640);
+    let cell = (width as f32 - HEAD - 2.0 * MARGIN) / VIEWS.len() as f32;
+    let row = (cell + CAPTION + 24.0).round();
+    let height = (2.0 * MARGIN + row * clips.len() as f32) as u32;
+    let names: Vec<_> = clips.iter().map(|clip| clip.name).collect();
+    let mut drawing = Drawing::new(width, height, theme::PAPER, format!("T-pose: {}", names.join(", ")));
+    for (index, clip) in clips.iter().enumerate() {
+        let top = MARGIN + row * index as f32;
+        if index > 0 {
+            drawing.line(vec![[MARGIN, top], [width as f32 - MARGIN, top]], 1.0, theme::RULE);
+        }
+        paint_head(&mut drawing, clip, top);
+        let figure = TPoseFigure::new(clip);
+        for (view, (caption, around, up)) in VIEWS.into_iter().enumerate() {
+            let left = MARGIN + HEAD + cell * view as f32;
+            let mut camera = Camera::new(around, up);
+            camera.target = figure.middle;
+            camera.scale = 0.9 * cell / figure.extent;
+            camera.middle = [left + 0.5 * cell, top + 0.5 * (row - CAPTION)];
+            figure.paint(&mut drawing, &camera);
+            if view == 0 {
+                figure.paint_names(&mut drawing, &camera);
+            }
+            let at = [left + 0.5 * cell, top + row - 10.0];
+            drawing.text(at, caption, 11.0, Anchor::Middle, theme::FADED);
+        }
+    }
+    drawing
+}
+
+fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
+    const NAME: f32 = 15.0;
+    const FACTS: f32 = 11.0;
+    let width = HEAD - MARGIN;
+    let name = shortened(clip.name, NAME, width);
+    drawing.text([MARGIN, top + 26.0], name, NAME, Anchor::Start, theme::INK);
+    for (line, (text, color)) in facts(clip).into_iter().enumerate() {
+        let at = [MARGIN, top + 46.0 + 16.0 * line as f32];
+        drawing.text(at, shortened(&text, FACTS, width), FACTS, Anchor::Start, color);
+    }
+}
+
+/// Where the T-pose comes from, and how far to trust the bones.
+fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
+    let TPoseClip { skeleton, t_pose, .. } = clip;
+    let source = match t_pose.source {
+        TPoseSource::RestPose => "the rest pose is a T-pose",
+        TPoseSource::FirstFrame => "the first frame is a T-pose",
+        TPoseSource::Computed => "computed from the bones",
+    };
+    let count = |confidence| {
+        let bones = skeleton.humanoid.bones.values();
+        bones.filter(|joint| joint.confidence == confidence).count()
+    };
+    let mut facts = vec![
+        (source.to_owned(), theme::FADED),
+        (
+            format!("{:.0}° from the rest pose at most", t_pose.largest_rotation()),
+            theme::FADED,
+        ),
+        (
+            format!(
+                "up {}, facing {} at rest",
+                skeleton.up.value.as_str(),
+                skeleton.facing.value.as_str()
+            ),
+            theme::FADED,
+        ),
+        (format!("{} bones", skeleton.humanoid.bones.len()), theme::FADED),
+    ];
+    for confidence in [Confidence::Likely, Confidence::Unsure] {
+        let bones = count(confidence);
+        if bones > 0 {
+            facts.push((format!("{bones} of them {}", confidence.as_str()), theme::FADED));
+        }
+    }
+    if skeleton.humanoid.sides == Sides::Opposite {
+        facts.push(("names of left and right are opposite".to_owned(), theme::RIGHT));
+    }
+    let missing = skeleton.humanoid.missing();
+    facts.extend(
+        missing
+            .iter()
+            .map(|bone| (format!("no {}", bone.as_str()), theme::RIGHT)),
+    );
+    facts
+}
+
+/// The nodes of a body with +Y up, facing +Z.
+struct TPoseFigure<'a> {
+    scene: &'a Scene,
+    skeleton: &'a Skeleton,
+    positions: Vec<Vec3>,
+    in_body: Vec<bool>,
+    /// The bone that each node is.
+    bones: Vec<Option<HumanoidBone>>,
+    middle: Vec3,
+    /// The longest side of the box around it.
+    extent: f32,
+}
+
+impl<'a> TPoseFigure<'a> {
+    fn new(clip: &TPoseClip<'a>) -> Self {
+        let TPoseClip {
+            scene,
+            skeleton,
+            t_pose,
+            ..
+        } = *clip;
+        let to_stage = to_stage(skeleton);
+        let nodes = 0..scene.nodes.len();
+        let positions: Vec<Vec3> = nodes
+            .map(|node| to_stage * t_pose.pose.position(NodeId::new(node)))
+            .collect();
+        let in_body = body(scene, &skeleton.humanoid);
+        let shown = || {
+            positions
+                .iter()
+                .zip(&in_body)
+                .filter(|(_, in_body)| **in_body)
+                .map(|(position, _)| *position)
+        };
+        let low = shown().fold(Vec3::INFINITY, Vec3::min);
+        let high = shown().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let extent = (high - low).max_element();
+        let mut bones = vec![None; scene.nodes.len()];
+        for (bone, joint) in &skeleton.humanoid.bones {
+            bones[joint.joint.index()] = Some(*bone);
+        }
+        Self {
+            scene,
+            skeleton,
+            in_body,
+            bones,
+            middle: 0.5 * (low + high),
+            extent: if extent > 0.0 && extent.is_finite() {
+                extent
+            } else {
+                1.0
+            },
+            positions,
+        }
+    }
+
+    /// The links from back to front, in the colour of the bone of the joint that they start from, and the joints.
+    fn paint(&self, drawing: &mut Drawing, camera: &Camera) {
+        let parent = |node: usize| self.scene.nodes[node].parent.map(NodeId::index);
+        let links = (0..self.positions.len()).filter_map(|node| Some((parent(node)?, node)));
+        let mut links: Vec<_> = links
+            .filter(|(from, to)| self.in_body[*from] && self.in_body[*to])
+            .collect();
+        let depth =
+            |(from, to): &(usize, usize)| camera.see(self.positions[*from]).z + camera.see(self.positions[*to]).z;
+        links.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+        for (from, to) in links {
+            let color = self.color_above(from);
+            let (start, end) = (self.positions[from], self.positions[to]);
+            let width = (0.17 * start.distance(end)).min(0.035 * self.extent) * camera.scale;
+            paint_bone(drawing, camera.project(start), camera.project(end), width, color);
+        }
+        for node in (0..self.positions.len()).filter(|node| self.in_body[*node]) {
+            if self.scene.nodes[node].kind == NodeKind::Joint {
+                let color = self.bones[node].map_or(theme::MIDDLE, |bone| self.color(bone));
+                let radius = (0.006 * self.extent * camera.scale).max(0.9);
+                drawing.circle(
+                    camera.project(self.positions[node]),
+                    radius,
+                    color.mix(theme::INK, 0.35),
+                );
+            }
+        }
+    }
+
+    /// The colour of the nearest bone from a node upwards.
+    fn color_above(&self, node: usize) -> Color {
+        let above = std::iter::successors(Some(node), |node| self.scene.nodes[*node].parent.map(NodeId::index));
+        let bone = above.into_iter().find_map(|node| self.bones[node]);
+        bone.map_or(theme::MIDDLE, |bone| self.color(bone))
+    }
+
+    /// The colour of a bone; the less sure, the greyer.
+    fn color(&self, bone: HumanoidBone) -> Color {
+        let color = match bone.side() {
+            Some(Side::Left) => theme::LEFT,
+            Some(Side::Right) => theme::RIGHT,
+            None => theme::CURVES[1],
+        };
+        let greyness = match self.skeleton.humanoid.bones[&bone].confidence {
+            Confidence::Sure => 0.0,
+            Confidence::Likely => 0.4,
+            Confidence::Unsure => 0.7,
+        };
+        color.mix(theme::MIDDLE, greyness)
+    }
+
+    /// The names of the bones of trunk and limbs, where they do not cover one another: above and
+    /// below the arms, beside the rest.
+    fn paint_names(&self, drawing: &mut Drawing, camera: &Camera) {
+        const SIZE: f32 = 10.0;
+        let mut painted: Vec<[Point; 2]> = Vec::new();
+        for &bone in NAMED {
+            let Some(node) = self.skeleton.humanoid.joint(bone) else {
+                continue;
+            };
+            let (start, end) = (self.positions[node.index()], self.end_of(bone));
+            let name = bone.as_str();
+            let width = text_width(name, SIZE);
+            let is_arm = name.ends_with("Arm") || name.ends_with("Hand");
+            let [x, y] = match is_arm {
+                true => camera.project(0.5 * (start + end)),
+                false => camera.project(start),
+            };
+            let is_left_of_middle = bone.side().is_some() && x < camera.middle[0];
+            let (left, bottom) = match (is_arm, is_left_of_middle) {
+                (true, _) if name.ends_with("LowerArm") => (x - 0.5 * width, y + 20.0),
+                (true, _) => (x - 0.5 * width, y - 12.0),
+                (false, true) => (x - 14.0 - width, y + 4.0),
+                (false, false) => (x + 14.0, y + 4.0),
+            };
+            let covers = |[[other_left, other_bottom], [other_right, _]]: &[Point; 2]| {
+                (other_bottom - bottom).abs() < SIZE + 2.0 && left < *other_right && *other_left < left + width
+            };
+            if !painted.iter().any(covers) {
+                drawing.text([left, bottom], name, SIZE, Anchor::Start, theme::INK);
+                painted.push([[left, bottom], [left + width + 4.0, bottom]]);
+            }
+        }
+    }
+
+    /// Where the next bone of an arm begins; of the last bone its own place.
+    fn end_of(&self, bone: HumanoidBone) -> Vec3 {
+        let next = HumanoidBone::ALL.iter().filter(|next| next.parent() == Some(bone));
+        let next = next.into_iter().find_map(|next| self.skeleton.humanoid.joint(*next));
+        let node = next.or_else(|| self.skeleton.humanoid.joint(bone));
+        node.map_or(self.middle, |node| self.positions[node.index()])
+    }
+}
+
+/// The bones whose names are painted, the most wanted first.
+const NAMED: &[HumanoidBone] = &[
+    HumanoidBone::Hips,
+    HumanoidBone::Head,
+    HumanoidBone::LeftUpperArm,
+    HumanoidBone::RightUpperArm,
+    HumanoidBone::LeftLowerArm,
+    HumanoidBone::RightLowerArm,
+    HumanoidBone::LeftHand,
+    HumanoidBone::RightHand,
+    HumanoidBone::LeftUpperLeg,
+    HumanoidBone::RightUpperLeg,
+    HumanoidBone::LeftLowerLeg,
+    HumanoidBone::RightLowerLeg,
+    HumanoidBone::LeftFoot,
+    HumanoidBone::RightFoot,
+    HumanoidBone::LeftToes,
+    HumanoidBone::RightToes,
+    HumanoidBone::Spine,
+    HumanoidBone::Chest,
+    HumanoidBone::UpperChest,
+    HumanoidBone::Neck,
+];
+
+/// From the world of the motion to +Y up, facing +Z.
+fn to_stage(skeleton: &Skeleton) -> Quat {
+    let up = skeleton.up.value.direction().unwrap_or(Vec3::Y);
+    let usual = match skeleton.up.value {
+        Axis::Z | Axis::NegZ => Vec3::NEG_Y,
+        _ => Vec3::Z,
+    };
+    let facing = skeleton.facing.value.direction();
+    let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
+    Quat::from_mat3(&Mat3::from_cols(up.cross(forward), up, forward).transpose())
+}
