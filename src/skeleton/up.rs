@@ -64,7 +64,27 @@ impl Figure<'_> {
                 let reason = format!("the body stands on its head on the floor ({words})");
                 guess(axis.opposite(), Confidence::Likely, reason)
             }
-            None if is_clear => guess(axis, Confidence::Sure, words),
+            // A figure that stands has its feet on the floor; one that lies has all of it there.
+            None if is_clear && motion.floor(axis).abs() < 0.15 => {
+                let reason = format!("{words}, and the feet are on a floor below");
+                guess(axis, Confidence::Sure, reason)
+            }
+            None if is_clear => {
+                let other = if matches!(axis, Axis::Z | Axis::NegZ) {
+                    Axis::Y
+                } else {
+                    Axis::Z
+                };
+                if motion.floor(other).abs() < 0.06 {
+                    guess(
+                        other,
+                        Confidence::Likely,
+                        format!("the body lies on the floor ({words})"),
+                    )
+                } else {
+                    guess(axis, Confidence::Likely, words)
+                }
+            }
             None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
             None => {
                 // What is left of a way along X is noise.

@@ -7,6 +7,10 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use mocap::bvh::{self, BvhOptions};
+use mocap::glam::{Quat, Vec3};
+use mocap::skeleton::{HumanoidBone, humanoid};
+use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -318,4 +322,77 @@ fn check_names_the_file_to_blame() {
     let json: Value = serde_json::from_str(&stdout(&["check", walk.to_str().unwrap(), "--json"])).unwrap();
     assert_eq!(json["file"], walk.to_str().unwrap());
     assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
+}
+
+/// Rokoko's rest pose is no figure, so that one lying body alone says nothing of the up axis; the clip that stands does.
+#[test]
+fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
+    let corpus = Corpus::new(0);
+    let mut standing = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
+    process::trim(&mut standing, 0.0, 40.0);
+    let mut lying = standing.clone();
+    let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let root = &mut lying.animations[0].channels[0];
+    for place in &mut root.position_keys.values {
+        *place = turn * *place + Vec3::new(0.0, 50.0, -80.0);
+    }
+    for rotation in &mut root.rotation_keys.values {
+        *rotation = turn * *rotation;
+    }
+    for (name, scene) in [("1 lying.bvh", &lying), ("2 standing.bvh", &standing)] {
+        corpus.add(
+            name,
+            &bvh::write(scene, &BvhOptions::default())
+                .map(|text| String::from_utf8(text).unwrap())
+                .unwrap(),
+        );
+    }
+    let alone = corpus.output("alone.glb");
+    let input = corpus.inputs().join("1 lying.bvh");
+    assert!(
+        run(&["convert", input.to_str().unwrap(), alone.to_str().unwrap()])
+            .status
+            .success()
+    );
+    for threads in ["1", "4"] {
+        let output = corpus.output(threads);
+        let ended = run(&[
+            "convert",
+            corpus.inputs().to_str().unwrap(),
+            "-o",
+            output.to_str().unwrap(),
+            "--threads",
+            threads,
+        ]);
+        let words = String::from_utf8_lossy(&ended.stderr);
+        assert!(
+            ended.status.success() && words.contains("unit: cm in 2 files"),
+            "{words}"
+        );
+        let records = records(&output);
+        assert_eq!(records[0]["skeleton"], records[1]["skeleton"]);
+        for record in &records {
+            let choice = |topic: &str| {
+                let guesses = record["guesses"].as_array().unwrap();
+                let guess = guesses.iter().find(|guess| guess["topic"] == topic).unwrap();
+                guess["choice"].as_str().unwrap().to_owned()
+            };
+            assert_eq!((choice("unit"), choice("up")), ("cm".to_owned(), "y".to_owned()));
+        }
+        // The lying body is not turned, as it is where nothing is known but itself.
+        let way = |path: &Path| {
+            let scene = mocap::import(path).unwrap();
+            let bones = humanoid(&scene);
+            let pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+            let at = |bone| pose.position(bones.joint(bone).unwrap());
+            at(HumanoidBone::Head) - at(HumanoidBone::LeftFoot)
+        };
+        assert!(
+            way(&output.join("1 lying.glb")).z > 1.0,
+            "{}",
+            way(&output.join("1 lying.glb"))
+        );
+        assert!(way(&output.join("2 standing.glb")).y > 1.0);
+        assert!(way(&alone).y > 1.0);
+    }
 }

@@ -9,6 +9,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::export::write_file;
+use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};
 
 use super::inputs::Input;
@@ -37,6 +38,12 @@ pub(crate) struct Record {
     /// The largest distance of a joint from its position, in metres, for a compressed output.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) max_error: Option<f64>,
+    /// A hash of the joints' names, parents and OFFSETs, by which clips of one skeleton are known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) skeleton: Option<String>,
+    /// The unit and the up axis, where they were guessed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) guesses: Vec<Assumption>,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -55,6 +62,8 @@ impl Record {
             warnings: Vec::new(),
             error: None,
             max_error: None,
+            skeleton: None,
+            guesses: Vec::new(),
             seconds: 0.0,
         }
     }

@@ -1,7 +1,7 @@
 //! What `mocap convert` changes between reading and writing, each decision in words.
 
 use mocap::Conversion;
-use mocap::scene::{Assumption, Scene, Topic};
+use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
 use crate::args::{ConvertArgs, DropArg};
 
@@ -18,14 +18,32 @@ pub(crate) fn conversion(args: &ConvertArgs) -> Conversion {
 }
 
 /// Does what `args` ask for. Returns what was decided, by the reader and here, in words. Where `keeps_units`, the
-/// file's own unit and axes stay unless others are named.
+/// file's own unit and axes stay unless others are named. `of_others` is the up axis of other clips of the same skeleton.
 ///
 /// # Errors
 /// As [`mocap::Conversion::apply`].
-pub(crate) fn apply(scene: &mut Scene, args: &ConvertArgs, keeps_units: bool) -> mocap::Result<Vec<String>> {
+pub(crate) fn apply(
+    scene: &mut Scene,
+    args: &ConvertArgs,
+    keeps_units: bool,
+    of_others: Option<UpAxis>,
+) -> mocap::Result<Vec<String>> {
+    let of_others = of_others.filter(|_| scene.metadata.up.is_none() && args.source.up().is_none());
+    if let Some(up) = of_others {
+        scene.metadata.assumptions.push(Assumption {
+            topic: Topic::Up,
+            choice: up.as_str().to_owned(),
+            reason: "other clips of the same skeleton stand along it".to_owned(),
+            confidence: Some(Confidence::Likely),
+        });
+    }
     // What the reader had to assume, and what of the file has no place in a scene.
     let mut words: Vec<String> = scene.metadata.assumptions.iter().map(Assumption::to_string).collect();
-    let decided = conversion(args).keep_units(keeps_units).apply(scene)?;
+    let mut conversion = conversion(args).keep_units(keeps_units);
+    if let Some(up) = of_others {
+        conversion = conversion.up(up);
+    }
+    let decided = conversion.apply(scene)?;
     words.extend(decided.iter().map(Assumption::to_string));
     let begins_with_rest_pose = decided.iter().any(|assumption| assumption.topic == Topic::FirstFrame);
     if begins_with_rest_pose && matches!(args.change.drop_first_frame, DropArg::No) {

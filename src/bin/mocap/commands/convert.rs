@@ -1,12 +1,13 @@
 //! `mocap convert`: a motion file to animated glTF or to BVH.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use mocap::Diagnostic;
 use mocap::bvh;
 use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
-use mocap::scene::{Animation, Scene};
+use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
 use mocap::verify::{Verification, Verifier};
 
 use super::{change, import_to_resample, verify};
@@ -58,7 +59,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         ));
     }
     let policy = ReplacePolicy::new([input]).force(args.force);
-    let converted = convert(args, input, &output, &policy, &|| false)?;
+    let converted = convert(args, input, &output, &policy, &|| false, Round::Alone)?;
     report::warnings(Some(input), &converted.warnings);
     if !args.batch.spread.quiet {
         tell(input, &output, &converted);
@@ -78,7 +79,7 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
     }
     let is_bvh = matches!(format, FormatArg::Bvh);
     let mut scene = import(args, input)?;
-    let decisions = change::apply(&mut scene, args, is_bvh).map_err(|error| error.with_path(input))?;
+    let decisions = change::apply(&mut scene, args, is_bvh, None).map_err(|error| error.with_path(input))?;
     let (bytes, mut warnings) = match format {
         FormatArg::Bvh => {
             let warning = bvh::scale_warning(&scene, &args.bvh.options())?;
@@ -186,8 +187,26 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
     Ok(())
 }
 
+/// Clips of one skeleton in one run, of which those that stand say which axis points up in the others.
+#[derive(Clone, Copy)]
+pub(crate) enum Round<'a> {
+    /// There are no others.
+    Alone,
+    /// The others are not known yet: a clip whose up axis is not sure waits for the last round.
+    First,
+    /// The up axes of skeletons.
+    Last(&'a BTreeMap<String, UpAxis>),
+}
+
 /// What is worth saying about a file that was written.
+#[derive(Default)]
 pub(crate) struct Converted {
+    /// Whether nothing was written, because the clip waits for [`Round::Last`].
+    pub(crate) waits: bool,
+    /// The hash of the skeleton.
+    pub(crate) skeleton: String,
+    /// The guesses of unit and up axis.
+    pub(crate) guesses: Vec<Assumption>,
     pub(crate) warnings: Vec<Diagnostic>,
     pub(crate) verification: Option<Verification>,
     /// The SHA-256 of a BVH output in a folder: its contents do not say who wrote it.
@@ -213,6 +232,7 @@ pub(crate) fn convert(
     output: &Path,
     policy: &ReplacePolicy,
     is_known: &dyn Fn() -> bool,
+    round: Round<'_>,
 ) -> mocap::Result<Converted> {
     let format = FormatArg::of(output);
     let is_bvh = matches!(format, Some(FormatArg::Bvh));
@@ -228,7 +248,27 @@ pub(crate) fn convert(
         remove_unfinished(output);
     }
     let mut scene = import(args, input)?;
-    let mut decisions = change::apply(&mut scene, args, is_bvh).map_err(|error| error.with_path(input))?;
+    let skeleton = match round {
+        Round::Alone => String::new(),
+        Round::First | Round::Last(_) => skeleton_hash(&scene),
+    };
+    let of_others = match round {
+        Round::Last(axes) => axes.get(&skeleton).copied(),
+        Round::Alone | Round::First => None,
+    };
+    let applied = change::apply(&mut scene, args, is_bvh, of_others);
+    let mut decisions = applied.map_err(|error| error.with_path(input))?;
+    let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
+    let guesses: Vec<Assumption> = scene.metadata.assumptions.iter().filter(is_space).cloned().collect();
+    let is_open = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
+    if matches!(round, Round::First) && guesses.iter().any(is_open) {
+        return Ok(Converted {
+            waits: true,
+            skeleton,
+            guesses,
+            ..Converted::default()
+        });
+    }
     let mut plain_bytes = None;
     let mut written = gltf::GltfReport::default();
     let mut hash = None;
@@ -275,6 +315,9 @@ pub(crate) fn convert(
     // The keys of a long take are better gone before the file is read back.
     drop(scene);
     Ok(Converted {
+        waits: false,
+        skeleton,
+        guesses,
         warnings,
         verification: verifier.map(|verifier| verifier.files(input, output)).transpose()?,
         hash,
@@ -288,6 +331,22 @@ pub(crate) fn convert(
         nodes,
         frames,
     })
+}
+
+/// A hash of the names and parents of all nodes, and of where those below the root are at rest.
+fn skeleton_hash(scene: &Scene) -> String {
+    let mut bytes = Vec::new();
+    for node in &scene.nodes {
+        bytes.extend(node.name.as_bytes());
+        bytes.push(0);
+        let parent = node.parent.map_or(u64::MAX, |parent| parent.index() as u64);
+        bytes.extend(parent.to_le_bytes());
+        if node.parent.is_some() {
+            let place = node.transform.to_cols_array();
+            bytes.extend(place.iter().flat_map(|value| value.to_le_bytes()));
+        }
+    }
+    sha256_of(&bytes)
 }
 
 fn tell(input: &Path, output: &Path, converted: &Converted) {

@@ -1,14 +1,16 @@
 //! `mocap convert -o`: many motion files into a folder.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::export::{ReplacePolicy, has_provenance, unfinished_target};
+use mocap::scene::{Confidence, Topic, UpAxis};
 use walkdir::WalkDir;
 
+use super::convert::Round;
 use super::{convert, verify};
 use crate::args::{ConvertArgs, Given};
 use crate::batch::hash::sha256;
@@ -35,6 +37,86 @@ struct Run<'a> {
 struct Ended {
     outcome: Outcome,
     record: Option<Record>,
+    /// Whether nothing is said of it yet, because it waits for what the other clips of its skeleton say.
+    waits: bool,
+}
+
+/// What has come of the files so far.
+struct Results<'a> {
+    progress: Progress,
+    manifest: Manifest,
+    /// The rows of former runs.
+    former: &'a BTreeMap<String, Record>,
+    /// Inputs that failed, each with its error.
+    failures: Vec<(String, String)>,
+    clips: Clips,
+    /// Inputs that wait for the last round.
+    waiting: Vec<Input>,
+}
+
+impl Results<'_> {
+    fn add(&mut self, input: &Input, ended: Ended) -> io::Result<()> {
+        if ended.waits {
+            self.waiting.push(input.clone());
+            return Ok(());
+        }
+        self.progress.add(input, ended.outcome);
+        if let Some(record) = ended.record.as_ref().or(self.former.get(&input.relative)) {
+            self.clips.add(record);
+        }
+        let Some(record) = ended.record else { return Ok(()) };
+        if let Some(error) = &record.error {
+            self.failures.push((record.input.clone(), error.clone()));
+        }
+        self.manifest.add(record)
+    }
+}
+
+/// What clips say of their skeletons.
+#[derive(Default)]
+struct Clips {
+    /// For each skeleton the up axes of the clips in which it is sure.
+    up: BTreeMap<String, BTreeSet<String>>,
+    /// The number of files in each unit.
+    units: BTreeMap<String, usize>,
+}
+
+impl Clips {
+    fn add(&mut self, record: &Record) {
+        for guess in &record.guesses {
+            if guess.topic == Topic::Unit {
+                *self.units.entry(guess.choice.clone()).or_default() += 1;
+            }
+            if let (Topic::Up, Some(Confidence::Sure), Some(skeleton)) =
+                (guess.topic, guess.confidence, &record.skeleton)
+            {
+                self.up
+                    .entry(skeleton.clone())
+                    .or_default()
+                    .insert(guess.choice.clone());
+            }
+        }
+    }
+
+    /// The skeletons all of whose clips stand along one axis.
+    fn axes(&self) -> BTreeMap<String, UpAxis> {
+        let one = |(skeleton, axes): (&String, &BTreeSet<String>)| {
+            let named = |up: &UpAxis| axes.len() == 1 && axes.contains(up.as_str());
+            let up = UpAxis::ALL.into_iter().find(named)?;
+            Some((skeleton.clone(), up))
+        };
+        self.up.iter().filter_map(one).collect()
+    }
+
+    /// `unit: cm in 12 files, inch in 1 file`.
+    fn units(&self) -> Option<String> {
+        let unit = |(unit, files): (&String, &usize)| {
+            let noun = if *files == 1 { "file" } else { "files" };
+            format!("{unit} in {files} {noun}")
+        };
+        let units: Vec<String> = self.units.iter().map(unit).collect();
+        (!units.is_empty()).then(|| format!("unit: {}", units.join(", ")))
+    }
 }
 
 /// Converts what the arguments name into `folder`.
@@ -53,7 +135,7 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
     fs::create_dir_all(folder).map_err(in_folder)?;
     let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
     let is_input = |input: &str| names.contains(input);
-    let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
+    let manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
     let run = Run {
         args,
         folder,
@@ -62,44 +144,69 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
         former: manifest.records().clone(),
         policy,
     };
-    let mut progress = Progress::new(spread.progress(), &inputs);
-    let mut failures = Vec::new();
-    let end = |index: usize, ended: Ended| {
-        progress.add(&inputs[index], ended.outcome);
-        let Some(record) = ended.record else { return Ok(()) };
-        if let Some(error) = &record.error {
-            failures.push((record.input.clone(), error.clone()));
-        }
-        manifest.add(record)
+    let mut results = Results {
+        progress: Progress::new(spread.progress(), &inputs),
+        former: &run.former,
+        manifest,
+        failures: Vec::new(),
+        clips: Clips::default(),
+        waiting: Vec::new(),
     };
-    let (convert, panicked) = (|input: &Input| run.convert(input), |input: &Input| run.panicked(input));
-    batch::for_each(&inputs, thread_count(spread.threads), convert, panicked, end).map_err(in_folder)?;
+    let threads = thread_count(spread.threads);
+    let panicked = |input: &Input| run.panicked(input);
+    let convert = |input: &Input| run.convert(input, Round::First);
+    let add = |index: usize, ended| results.add(&inputs[index], ended);
+    batch::for_each(&inputs, threads, convert, panicked, add).map_err(in_folder)?;
+    let (mut waiting, axes) = (std::mem::take(&mut results.waiting), results.clips.axes());
+    waiting.sort_by(|a, b| a.relative.cmp(&b.relative));
+    let convert = |input: &Input| run.convert(input, Round::Last(&axes));
+    let add = |index: usize, ended| results.add(&waiting[index], ended);
+    batch::for_each(&waiting, threads, convert, panicked, add).map_err(in_folder)?;
     let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
     let own = own.map(|output| folder.join(output));
     let own = own.chain([Manifest::path(folder, spread.shard)]);
     // Not before, because a `.gltf` that is left says whose its buffer is.
     remove_unfinished(folder, own).map_err(in_folder)?;
+    let Results {
+        progress,
+        manifest,
+        failures,
+        clips,
+        ..
+    } = results;
     let counts = progress.finish();
     manifest.finish(is_input).map_err(in_folder)?;
     if !spread.quiet {
         report::say(&summary(&counts));
+        if let Some(units) = clips.units() {
+            report::say(&units);
+        }
         tell_failures(failures);
     }
     counts.verdict()
 }
 
 impl Run<'_> {
-    fn convert(&self, input: &Input) -> Ended {
+    fn convert(&self, input: &Input, round: Round<'_>) -> Ended {
         let start = Instant::now();
         let mut record = Record::new(input, self.options);
-        let outcome = self.fill(input, &mut record).unwrap_or_else(|error| {
-            record.error = Some(error);
-            Outcome::Failed
-        });
+        let mut waits = false;
+        let outcome = match self.fill(input, &mut record, round) {
+            Ok(Some(outcome)) => outcome,
+            Ok(None) => {
+                waits = true;
+                Outcome::Skipped
+            }
+            Err(error) => {
+                record.error = Some(error);
+                Outcome::Failed
+            }
+        };
         record.seconds = start.elapsed().as_secs_f64();
         Ended {
             outcome,
             record: (outcome != Outcome::Skipped).then_some(record),
+            waits,
         }
     }
 
@@ -112,18 +219,19 @@ impl Run<'_> {
                 error: Some(batch::PANICKED.to_owned()),
                 ..record
             }),
+            waits: false,
         }
     }
 
-    /// Converts a file, and notes in `record` what comes to light.
-    fn fill(&self, input: &Input, record: &mut Record) -> Result<Outcome, String> {
+    /// Converts a file, and notes in `record` what comes to light. `None` where it waits for the last round.
+    fn fill(&self, input: &Input, record: &mut Record, round: Round<'_>) -> Result<Option<Outcome>, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
         let file = input.path().map_err(|error| error.to_string())?;
         record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);
         let output = &self.outputs[&input.relative];
         let path = self.folder.join(output);
         if self.is_done(record, output) && path.exists() {
-            return Ok(Outcome::Skipped);
+            return Ok(Some(Outcome::Skipped));
         }
         let folder = path.parent().unwrap_or(self.folder);
         // Only asking does not lock the folder above, where another thread may be at work.
@@ -131,8 +239,13 @@ impl Run<'_> {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
         let is_known = || self.is_known(input, output, &path);
-        let converted =
-            convert::convert(self.args, file, &path, &self.policy, &is_known).map_err(|error| error.to_string())?;
+        let converted = convert::convert(self.args, file, &path, &self.policy, &is_known, round);
+        let converted = converted.map_err(|error| error.to_string())?;
+        if converted.waits {
+            return Ok(None);
+        }
+        record.skeleton = Some(converted.skeleton);
+        record.guesses = converted.guesses;
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output = Some(output.clone());
         record.output_sha256 = converted.hash;
@@ -141,7 +254,7 @@ impl Run<'_> {
         if let Some(verification) = converted.verification.filter(|found| !found.is_within(allowed)) {
             return Err(verify::difference(&verification, allowed));
         }
-        Ok(Outcome::Done)
+        Ok(Some(Outcome::Done))
     }
 
     /// Whether a former run has written the file at `path`, according to the manifest, and it has not changed since.
