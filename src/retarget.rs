@@ -31,6 +31,7 @@ pub use self::measure::{FeetReport, FootMotion, LimbError, RetargetReport, Verdi
 pub use self::plan::Unmapped;
 use self::plan::{Plan, Twisted};
 use self::root::Root;
+use crate::edit::{ContactOptions, FootLockOptions, FootLockReport, contacts, foot_lock};
 use crate::error::Result;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
@@ -211,6 +212,47 @@ impl Retargeter {
             duration: animation.duration,
             channels: channels.collect(),
         }
+    }
+
+    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and above the
+    /// floor: contacts are found in the source, and [`foot_lock`] lets the legs follow. `animation` is the index of the
+    /// source's animation.
+    ///
+    /// A target with other proportions slides where the source does not, although each of its limbs points where that of
+    /// the source points. [`RetargetReport::slides`] says whether it does.
+    ///
+    /// # Errors
+    /// As [`foot_lock`]; `moved` is then unchanged.
+    pub fn lock_feet(
+        &self,
+        source: &Scene,
+        animation: usize,
+        target: &Scene,
+        moved: &mut Animation,
+    ) -> Result<FootLockReport> {
+        let known = contacts(
+            source,
+            animation,
+            Some(&self.source.humanoid),
+            &ContactOptions::default(),
+        )?;
+        let options = FootLockOptions {
+            known: Some(known),
+            floor: ground::of_rest(&self.target).map(|_| 0.0),
+            humanoid: Some(self.target.humanoid.clone()),
+            ..FootLockOptions::default()
+        };
+        let mut scene = Scene {
+            nodes: target.nodes.clone(),
+            animations: vec![moved.clone()],
+            metadata: target.metadata.clone(),
+            ..Scene::default()
+        };
+        let report = foot_lock(&mut scene, 0, &options)?;
+        if let Some(locked) = scene.animations.pop() {
+            *moved = locked;
+        }
+        Ok(report)
     }
 
     /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of them

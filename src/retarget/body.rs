@@ -22,6 +22,7 @@ const POINTED_FOOT: f32 = 0.9;
 pub(super) struct Body {
     /// Left, up and forward of the figure, from the frame of the T-pose (+X, +Y, +Z) to the world.
     pub(super) axes: Quat,
+    pub(super) humanoid: Humanoid,
     pub(super) hips: NodeId,
     pub(super) bones: BTreeMap<Bone, NodeId>,
     /// For each bone, the rotation from the reference pose to the T-pose.
@@ -104,6 +105,7 @@ impl Body {
             neck: Vec::new(),
             metres_per_unit: skeleton.survey.metres_per_unit,
             leg: 0.0,
+            humanoid: skeleton.humanoid.clone(),
             parents,
             bones,
         };

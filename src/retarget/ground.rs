@@ -67,7 +67,8 @@ fn of_skeleton(body: &Body) -> f32 {
     }
 }
 
-fn of_rest(body: &Body) -> Option<f32> {
+/// The same in the rest pose, if that stands on the ground.
+pub(super) fn of_rest(body: &Body) -> Option<f32> {
     let stands = lowest(body)?.abs() < STANDS * body.leg;
     lowest_ankle(body).filter(|_| stands)
 }

@@ -18,6 +18,15 @@ const CONTACT_HEIGHT: f32 = 0.03;
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
 
+/// How much faster the feet of the target may slide than those of the source, in metres a second.
+const MORE_SKATE: f64 = 0.005;
+
+/// The share of frames in which they may be below the floor.
+const MOST_BELOW: f64 = 0.01;
+
+/// The difference of feet that do the same, in metres or metres a second.
+const SAME_FEET: f64 = 1e-4;
+
 /// How far the directions of a limb are apart on two skeletons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LimbError {
@@ -97,6 +106,19 @@ pub struct RetargetReport {
     pub feet: Option<FeetReport>,
     /// Whether the motion can be used as it is.
     pub verdict: Verdict,
+}
+
+impl RetargetReport {
+    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do what
+    /// those of the source do, on a body of the same size, are left as they are.
+    pub fn slides(&self) -> bool {
+        self.feet.is_some_and(|FeetReport { source, target, .. }| {
+            let is_same = |a: f64, b: f64| (a - b).abs() < SAME_FEET;
+            let moves_alike = is_same(source.skate, target.skate) && is_same(source.deepest, target.deepest);
+            let is_below = target.share_below_floor > MOST_BELOW;
+            !moves_alike && (is_below || target.skate > source.skate + MORE_SKATE)
+        })
+    }
 }
 
 /// A skeleton with a motion, frame by frame.

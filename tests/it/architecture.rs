@@ -21,7 +21,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "process",
         &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
     ),
-    ("retarget", &["error", "limits", "scene", "pose", "skeleton"]),
+    ("retarget", &["error", "limits", "scene", "pose", "skeleton", "edit"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",

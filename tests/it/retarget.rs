@@ -489,3 +489,38 @@ fn the_report_measures_what_is_there() {
         report.unmapped
     );
 }
+
+#[test]
+fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
+    for (file, name) in [
+        ("real/cmu_12_01_walk.bvh", "human_vrm0"),
+        ("real/z_up_dab.bvh", "human_default"),
+    ] {
+        let (source, target) = (motion(file), character(name));
+        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let free = retargeter.animation(&source, &source.animations[0]);
+        let before = retargeter.measure(&source, &source.animations[0], &target, &free);
+        assert!(before.slides(), "{file} on {name}: {:?}", before.feet);
+        let mut locked = free.clone();
+        let report = retargeter.lock_feet(&source, 0, &target, &mut locked).unwrap();
+        assert!(report.slide_after < 0.1 * report.slide_before, "{report:?}");
+        let after = retargeter.measure(&source, &source.animations[0], &target, &locked);
+        let feet = after.feet.unwrap();
+        assert!(
+            feet.target.skate <= feet.source.skate + 0.005,
+            "{file} on {name}: {feet:?}"
+        );
+        assert!(feet.target.share_below_floor <= 0.01, "{file} on {name}: {feet:?}");
+        assert!(
+            after.mean_degrees < 1.0 && !after.slides(),
+            "{file} on {name}: {}",
+            after.mean_degrees
+        );
+    }
+    // On its own body nothing slides that did not.
+    let source = motion("real/cmu_12_01_walk.bvh");
+    let own = retargeted(&source, &source);
+    let retargeter = Retargeter::new(&source, &source, &RetargetOptions::default()).unwrap();
+    let report = retargeter.measure(&source, &source.animations[0], &source, &own.animations[0]);
+    assert!(!report.slides(), "{:?}", report.feet);
+}

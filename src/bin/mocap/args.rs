@@ -25,7 +25,7 @@ pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
-pub(crate) use self::retarget::RetargetArgs;
+pub(crate) use self::retarget::{FeetArg, RetargetArgs};
 pub(crate) use self::source::{MapArgs, OutArgs, SourceArgs, SourceUpArgs};
 
 /// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use mocap::retarget::Scale;
 use mocap::skeleton::HumanoidMap;
 
@@ -27,6 +28,9 @@ pub(crate) struct RetargetArgs {
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
     #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
     pub(crate) scale: ScaleArg,
+    /// Hold feet still while those of the source stand, where they would slide more; free leaves them as they come
+    #[arg(long, value_name = "lock|free", default_value = "lock")]
+    pub(crate) feet: FeetArg,
     /// Leave out the animations that the character has; by default they stay
     #[arg(long)]
     pub(crate) replace_animations: bool,
@@ -49,6 +53,13 @@ pub(crate) struct RetargetArgs {
     pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+}
+
+/// `--feet`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FeetArg {
+    Lock,
+    Free,
 }
 
 /// `--scale`.

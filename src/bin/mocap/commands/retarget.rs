@@ -11,7 +11,7 @@ use mocap::skeleton::{Humanoid, HumanoidMap, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh};
 
 use super::{extension, print_json, short_name, unknown_extension};
-use crate::args::RetargetArgs;
+use crate::args::{FeetArg, RetargetArgs};
 use crate::{Failure, report, streams};
 
 /// Where the motions go.
@@ -64,10 +64,15 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
             Code::NotHumanoid if error.to_string().contains("the target") => error.with_path(&file),
             _ => error.with_path(motion),
         })?;
-        for animation in &source.animations {
+        for (index, animation) in source.animations.iter().enumerate() {
             let mut moved = retargeter.animation(&source, animation);
             moved.name = names.of(motion, &source, animation);
-            reports.push(retargeter.measure(&source, animation, target.scene(), &moved));
+            let mut found = retargeter.measure(&source, animation, target.scene(), &moved);
+            if args.feet == FeetArg::Lock && found.slides() {
+                retargeter.lock_feet(&source, index, target.scene(), &mut moved)?;
+                found = retargeter.measure(&source, animation, target.scene(), &moved);
+            }
+            reports.push(found);
             animations.push(moved);
         }
     }
