@@ -11,6 +11,8 @@ mod fbx;
 pub mod gltf;
 pub(crate) mod text;
 pub(crate) mod warnings;
+#[cfg(not(feature = "fbx"))]
+mod without_fbx;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -65,6 +67,8 @@ pub const FORMATS: &[FormatInfo] = &[
     c3d::FORMAT,
     #[cfg(feature = "fbx")]
     fbx::FORMAT,
+    #[cfg(not(feature = "fbx"))]
+    without_fbx::FORMAT,
     bip::FORMAT,
 ];
 

@@ -341,3 +341,30 @@ fn cells(text: &str) -> Vec<String> {
     }
     cells
 }
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_build_without_parquet_names_the_feature() {
+    let folder = Folder::new();
+    for arguments in [
+        "pack lecture_Test.bvh -o new --rot 6d",
+        "pack",
+        "fk lecture_Test.bvh -o new.parquet",
+    ] {
+        folder.is_wrong_usage(arguments, "build it with `--features parquet`");
+    }
+}
+
+#[cfg(not(feature = "fbx"))]
+#[test]
+fn a_build_without_fbx_names_the_feature() {
+    let folder = Folder::new();
+    std::fs::copy("fixtures/real/huesitos.fbx", folder.path("a.fbx")).unwrap();
+    for arguments in ["info a.fbx", "info a.fbx --from fbx", "convert a.fbx a.glb"] {
+        let output = folder.run(arguments);
+        let words = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {words}");
+        assert!(words.contains("error[missing-feature]"), "{arguments}: {words}");
+        assert!(words.contains("build it with `--features fbx`"), "{arguments}: {words}");
+    }
+}

@@ -49,6 +49,13 @@ pub(crate) enum Command {
     /// Write many motions as arrays into Parquet files
     #[cfg(feature = "parquet")]
     Pack(PackArgs),
+    /// Write many motions as arrays into Parquet files: this build cannot
+    #[cfg(not(feature = "parquet"))]
+    #[command(disable_help_flag = true)]
+    Pack {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+        any: Vec<std::ffi::OsString>,
+    },
     /// Print the node matrices at a tick
     Pose(PoseArgs),
     /// Print unit, axes, rest pose, and which joint is which bone of a humanoid

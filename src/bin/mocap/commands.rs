@@ -110,6 +110,12 @@ fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), cr
     Ok(())
 }
 
+/// The error of a build without the feature.
+#[cfg(not(feature = "parquet"))]
+pub(crate) fn without_parquet() -> Failure {
+    Failure::Usage("this build cannot write Parquet; build it with `--features parquet`".to_owned())
+}
+
 /// The extension in lower case, without the dot; empty if there is none.
 fn extension(path: &Path) -> String {
     let extension = path.extension().and_then(|extension| extension.to_str());

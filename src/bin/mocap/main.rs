@@ -57,6 +57,8 @@ fn main() -> ExitCode {
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]
         Command::Pack(args) => commands::pack::run(args, &given),
+        #[cfg(not(feature = "parquet"))]
+        Command::Pack { .. } => Err(commands::without_parquet()),
         Command::Pose(args) => commands::pose::run(args, &given),
         Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),

@@ -1,8 +1,24 @@
 //! Errors as Python's exceptions.
 
-use mocap::Error;
+use std::error::Error as _;
+use std::io::{self, ErrorKind};
+
+use mocap::{Code, Error};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+
+/// Which exception of Python an error is too, by the names of `mocap._errors.error`.
+fn kind(error: &Error) -> &'static str {
+    let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
+    match (error.code(), source.map(io::Error::kind)) {
+        (_, Some(ErrorKind::NotFound)) => "missing",
+        (_, Some(ErrorKind::IsADirectory)) => "folder",
+        (_, Some(ErrorKind::PermissionDenied)) => "permission",
+        (_, Some(ErrorKind::OutOfMemory)) | (Code::LimitExceeded, _) => "limit",
+        (_, Some(_)) => "file",
+        (_, None) => "",
+    }
+}
 
 /// A `mocap.MocapError` with all fields of the diagnostic.
 pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
@@ -18,8 +34,12 @@ pub(crate) fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         details.set_item("expected", diagnostic.expected.as_deref())?;
         details.set_item("found", diagnostic.found.as_deref())?;
         details.set_item("help", diagnostic.help.as_deref())?;
-        let class = py.import("mocap._errors")?.getattr("MocapError")?;
-        Ok(PyErr::from_value(class.call1((error.to_string(), details))?))
+        let make = py.import("mocap._errors")?.getattr("error")?;
+        Ok(PyErr::from_value(make.call1((
+            kind(error),
+            error.to_string(),
+            details,
+        ))?))
     };
     make().unwrap_or_else(|failure| failure)
 }

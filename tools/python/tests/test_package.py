@@ -68,6 +68,35 @@ def test_an_error_says_where() -> None:
         mocap.read(REAL / "cmu_short.bvh").to_numpy(unit="furlong")
 
 
+def test_errors_are_those_that_python_knows(tmp_path: Path) -> None:
+    many = b"HIERARCHY\n" + b"ROOT a\n{\nOFFSET 0 0 0\n" + b"JOINT a\n{\nOFFSET 0 0 0\n" * 2000
+    walk = REAL / "cmu_short.bvh"
+    for kind, action, path in [
+        (FileNotFoundError, lambda: mocap.read(tmp_path / "no.bvh"), tmp_path / "no.bvh"),
+        (FileNotFoundError, lambda: mocap.convert(walk, tmp_path / "no" / "a.glb"), tmp_path / "no" / "a.glb"),
+        (IsADirectoryError, lambda: mocap.read(tmp_path), tmp_path),
+        (IsADirectoryError, lambda: mocap.convert(walk, tmp_path), tmp_path),
+        (MemoryError, lambda: mocap.read_bytes(many, "deep.bvh"), Path("deep.bvh")),
+        (MemoryError, lambda: mocap.read(walk).to_numpy(fps=1e6, trim=(0, None), joints=None).positions, None),
+    ]:
+        with pytest.raises(kind) as caught:
+            action()
+        error = pickle.loads(pickle.dumps(caught.value))
+        for error in (caught.value, error):
+            assert isinstance(error, mocap.MocapError) and isinstance(error, ValueError)
+            assert type(error) is type(caught.value)
+            if path is not None:
+                assert error.path == str(path)
+                assert str(error).startswith(str(path))
+            if isinstance(error, OSError):
+                assert error.filename == str(path) and error.errno and str(path) in str(error)
+
+
+def test_the_wheel_reads_fbx() -> None:
+    scene = mocap.read(REAL / "animation_with_skeleton.fbx")
+    assert scene.frames > 1
+
+
 def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path: Path) -> None:
     message = "^there is no option 'fsp'; the options are "
     read_options = "format, root_offset, all_rows, frame_rate, strict, hash$"

@@ -51,10 +51,7 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
         #[cfg(feature = "parquet")]
         "parquet" => Ok(mocap::arrays::parquet::write),
         #[cfg(not(feature = "parquet"))]
-        "parquet" => {
-            let message = "this build cannot write Parquet; build it with `--features parquet`";
-            Err(Failure::Usage(message.to_owned()))
-        }
+        "parquet" => Err(super::without_parquet()),
         _ => {
             let message = format!(
                 "{}: the name of the output must end in .npz, .csv or .parquet",

@@ -16,6 +16,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         let does = match (WRITTEN.contains(&row.format), row.format) {
             (true, _) => "read, write",
             (false, Format::Bip) => "-",
+            (false, Format::Fbx) if cfg!(not(feature = "fbx")) => "-",
             (false, _) => "read",
         };
         writeln!(

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from typing import Any, Literal
 
 from . import _mocap
-from ._errors import MocapError
+from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
 from ._scene import Motion, Scene
@@ -24,6 +24,11 @@ from ._scene import Motion, Scene
 __all__ = [
     "ArrowTable",
     "Contacts",
+    "FileError",
+    "FileIsFolderError",
+    "FilePermissionError",
+    "LimitError",
+    "MissingFileError",
     "MocapError",
     "Motion",
     "Node",
@@ -45,7 +50,9 @@ def read(path: str | os.PathLike[str], **options: Any) -> Scene:
     >>> scene = mocap.read("walk.bvh", root_offset="add", strict=True)  # doctest: +SKIP
 
     Raises:
-        MocapError: Where the file cannot be opened, is of no known format, or breaks the rules of its own.
+        MocapError: Where the file is of no known format, or breaks the rules of its own.
+        FileNotFoundError, IsADirectoryError, PermissionError, OSError: Where it cannot be opened.
+        MemoryError: Where it would need more memory than the limits allow.
         TypeError: Where there is no such option.
     """
     return Scene(_mocap.read(path, changed(ReadOptions(), options)))

@@ -1,12 +1,16 @@
-"""The exception of everything that is wrong with a file or an option."""
+"""The exceptions of everything that is wrong with a file or an option."""
 
 from __future__ import annotations
 
+import errno
 from typing import Any
 
 
 class MocapError(ValueError):
     """A file could not be read or written, or an option has no meaning for it.
+
+    What Python has an exception for is that exception too: ``except FileNotFoundError`` and ``except MocapError`` both
+    catch a :class:`MissingFileError`.
 
     ``str(error)`` is the one line that the program prints: file, line and column, code, message, joint, what was
     expected, what was found. The parts are attributes; each is ``None`` where it does not apply.
@@ -37,6 +41,53 @@ class MocapError(ValueError):
         for name, value in details.items():
             setattr(self, name, value)
 
+    def __str__(self) -> str:
+        # That of OSError would add the number and the path.
+        return str(self.args[0])
+
     def __reduce__(self) -> tuple[type[MocapError], tuple[str, dict[str, Any]]]:
         # Worker processes send exceptions to each other.
-        return (MocapError, (str(self), self._details))
+        return (type(self), (str(self), self._details))
+
+
+class FileError(MocapError, OSError):
+    """A file that the operating system does not open, read or write."""
+
+    def __init__(self, message: str, details: dict[str, Any]) -> None:
+        super().__init__(message, details)
+        self.filename = details["path"]
+        self.strerror = message
+
+
+class MissingFileError(FileError, FileNotFoundError):
+    """A file or a folder that is not there."""
+
+    errno = errno.ENOENT
+
+
+class FileIsFolderError(FileError, IsADirectoryError):
+    """A folder in the place of a file."""
+
+    errno = errno.EISDIR
+
+
+class FilePermissionError(FileError, PermissionError):
+    """A file that may not be read or written."""
+
+    errno = errno.EACCES
+
+
+class LimitError(MocapError, MemoryError):
+    """A file that would need more memory than the limits allow, or options that would."""
+
+
+def error(kind: str, message: str, details: dict[str, Any]) -> MocapError:
+    """The exception of a kind."""
+    kinds = {
+        "file": FileError,
+        "missing": MissingFileError,
+        "folder": FileIsFolderError,
+        "permission": FilePermissionError,
+        "limit": LimitError,
+    }
+    return kinds.get(kind, MocapError)(message, details)
