@@ -6,19 +6,33 @@
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
 
+mod blend;
 mod body;
+mod concat;
 mod contacts;
 mod despike;
 mod fill;
 mod foot_lock;
 mod frames;
+mod ground;
+mod in_between;
+mod inertia;
+mod layer;
+mod loop_clip;
 mod mirror;
 mod smooth;
+mod warp_time;
 
+pub use self::blend::{BlendReport, blend};
+pub use self::concat::{ConcatOptions, ConcatReport, concat};
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
 pub(crate) use self::contacts::{Thresholds, level, low_and_slow};
 pub use self::despike::{DespikeOptions, DespikeReport, despike};
 pub use self::fill::{FillOptions, FillReport, fill};
 pub use self::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
+pub use self::in_between::{InBetweenOptions, InBetweenReport, KeyInterpolation, in_between};
+pub use self::layer::{LayerPart, LayerReport, layer};
+pub use self::loop_clip::{LoopOptions, LoopReport, loop_clip};
 pub use self::mirror::{MirrorReport, mirror};
 pub use self::smooth::{SmoothFilter, SmoothOptions, SmoothReport, smooth};
+pub use self::warp_time::{WarpTimeReport, warp_time};

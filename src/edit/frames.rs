@@ -108,6 +108,51 @@ impl Frames {
         }
     }
 
+    /// All transforms of a frame, in the order of [`nodes`](Self::nodes).
+    pub(super) fn row(&self, frame: usize) -> &[Trs] {
+        &self.transforms[frame * self.held..(frame + 1) * self.held]
+    }
+
+    /// The same between two frames, or at the nearest end.
+    pub(super) fn row_at(&self, frame: f64) -> Vec<Trs> {
+        let last = self.len().saturating_sub(1);
+        let frame = frame.clamp(0.0, last as f64);
+        let (before, share) = (frame.floor() as usize, (frame - frame.floor()) as f32);
+        if share == 0.0 {
+            return self.row(before).to_vec();
+        }
+        let pairs = self.row(before).iter().zip(self.row((before + 1).min(last)));
+        pairs.map(|(a, b)| between(*a, *b, share)).collect()
+    }
+
+    /// Frames at whole ticks with the transforms of `rows` instead of these.
+    pub(super) fn with_rows(&self, rows: Vec<Vec<Trs>>) -> Self {
+        Self {
+            ticks: (0..rows.len()).map(|tick| tick as f64).collect(),
+            rate: self.rate,
+            columns: self.columns.clone(),
+            nodes: self.nodes.clone(),
+            transforms: rows.concat(),
+            held: self.held,
+        }
+    }
+
+    /// Makes these frames the whole animation: every key of the nodes that they hold, and the duration.
+    pub(super) fn write_all(&self, scene: &mut Scene, animation: usize) {
+        self.write(scene, animation, &self.nodes, &self.nodes);
+        let driven: Vec<(NodeId, usize)> = Binding::new(scene, &scene.animations[animation]).driven().collect();
+        for (node, channel) in driven {
+            let scales: Vec<Vec3> = (0..self.len())
+                .filter_map(|frame| Some(self.get(frame, node)?.scale))
+                .collect();
+            let keys = &mut scene.animations[animation].channels[channel].scaling_keys;
+            if !keys.is_empty() || scales.iter().any(|scale| *scale != Vec3::ONE) {
+                *keys = self.keys(scales);
+            }
+        }
+        scene.animations[animation].duration = self.ticks.last().copied().unwrap_or(0.0);
+    }
+
     pub(super) fn len(&self) -> usize {
         self.ticks.len()
     }
@@ -183,6 +228,15 @@ impl Frames {
             Some(first) if values.iter().all(|value| value == first) => Keys::constant(*first),
             _ => Keys::at_ticks(values, self.ticks.clone()),
         }
+    }
+}
+
+/// The transform at a share of the way from one to another.
+pub(super) fn between(from: Trs, to: Trs, share: f32) -> Trs {
+    Trs {
+        translation: from.translation.lerp(to.translation, share),
+        rotation: from.rotation.slerp(to.rotation, share),
+        scale: from.scale.lerp(to.scale, share),
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod cleaned;
 mod feet;
+mod joined;
 mod mirrored;
 
 use mocap::glam::Vec3;

@@ -1,0 +1,133 @@
+//! Where a figure stands and looks: the rigid motions over the ground.
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::frames::Frames;
+use crate::pose::{Pose, Trs};
+use crate::scene::Scene;
+use crate::skeleton::Skeleton;
+
+/// The node that carries the figure over the ground.
+pub(super) struct Carrier {
+    /// Its place among the held nodes.
+    pub(super) column: usize,
+    /// Its parent to the world; nothing above it moves.
+    parent: Mat4,
+    turn: Quat,
+    pub(super) up: Vec3,
+}
+
+/// A rotation about the up axis and a translation over the ground.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    turn: Quat,
+    from: Vec3,
+    to: Vec3,
+}
+
+impl Carrier {
+    /// The topmost node with a moving position, or else the topmost.
+    pub(super) fn new(scene: &Scene, frames: &Frames) -> Self {
+        let moves = |column: &usize| {
+            let track = frames.track(*column);
+            track.windows(2).any(|pair| pair[0].translation != pair[1].translation)
+        };
+        let column = (0..frames.nodes().len()).find(moves).unwrap_or(0);
+        let parent = frames
+            .nodes()
+            .get(column)
+            .and_then(|node| scene.nodes[node.index()].parent);
+        let rest = Pose::rest(scene);
+        let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
+        Self {
+            column,
+            turn: Trs::from_matrix(parent).rotation,
+            parent,
+            up: Skeleton::new(scene).up.value.direction().unwrap_or(Vec3::Y),
+        }
+    }
+
+    fn place(&self, row: &[Trs]) -> (Vec3, Quat) {
+        let trs = row[self.column];
+        (self.parent.transform_point3(trs.translation), self.turn * trs.rotation)
+    }
+
+    /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
+    pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
+        let ((from, turned), (to, turned_to)) = (self.place(from), self.place(to));
+        let turn = about(turned_to * turned.inverse(), self.up);
+        Placement {
+            turn,
+            from,
+            to: to - (to - from).project_onto_normalized(self.up),
+        }
+    }
+
+    /// Moves the figure of a row.
+    pub(super) fn apply(&self, placement: &Placement, row: &mut [Trs]) {
+        let (position, rotation) = self.place(row);
+        let position = placement.to + placement.turn * (position - placement.from);
+        let trs = &mut row[self.column];
+        trs.translation = self.parent.inverse().transform_point3(position);
+        trs.rotation = (self.turn.inverse() * placement.turn * rotation).normalize();
+    }
+}
+
+impl Placement {
+    /// The motion back.
+    pub(super) fn inverse(&self) -> Self {
+        Self {
+            turn: self.turn.inverse(),
+            from: self.to,
+            to: self.from,
+        }
+    }
+
+    /// A share of the motion.
+    pub(super) fn part(&self, share: f32) -> Self {
+        Self {
+            turn: Quat::IDENTITY.slerp(self.turn, share),
+            from: self.from,
+            to: self.from.lerp(self.to, share),
+        }
+    }
+
+    /// How far it goes over the ground.
+    pub(super) fn distance(&self) -> f32 {
+        self.from.distance(self.to)
+    }
+}
+
+/// The part of a rotation that turns about `up`.
+fn about(rotation: Quat, up: Vec3) -> Quat {
+    let along = rotation.xyz().dot(up);
+    let v = up * along;
+    let twist = Quat::from_xyzw(v.x, v.y, v.z, rotation.w);
+    // A figure that is turned upside down has no heading.
+    if twist.length_squared() > 1e-9 {
+        twist.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
+
+/// Whether two scenes have the same joints below the same parents, so that a pose of one is a pose of the other.
+pub(super) fn have_the_same_joints(a: &Scene, b: &Scene) -> Result<(), String> {
+    if a.nodes.len() != b.nodes.len() {
+        return Err(format!(
+            "one has {} nodes and the other {}",
+            a.nodes.len(),
+            b.nodes.len()
+        ));
+    }
+    match a
+        .nodes
+        .iter()
+        .zip(&b.nodes)
+        .find(|(a, b)| a.name != b.name || a.parent != b.parent)
+    {
+        Some((a, b)) if a.name != b.name => Err(format!("one has {:?} where the other has {:?}", a.name, b.name)),
+        Some((a, _)) => Err(format!("{:?} has another parent", a.name)),
+        None => Ok(()),
+    }
+}

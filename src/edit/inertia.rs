@@ -1,0 +1,110 @@
+//! Closes a jump by inertialisation (Bollo, 2016): the difference at the seam fades out after it.
+
+use glam::Vec3;
+
+use super::frames::Frames;
+use crate::math::quaternion::{exp, log};
+use crate::pose::Trs;
+
+/// A difference at frame 0 with its change per frame, which the quintic brings to rest at 0 within `steps` frames.
+pub(super) fn fade(offset: Vec3, speed: Vec3, frame: usize, steps: usize) -> Vec3 {
+    if frame >= steps {
+        return Vec3::ZERO;
+    }
+    let (t, length) = (frame as f32 / steps as f32, steps as f32);
+    let (t3, t4, t5) = (t.powi(3), t.powi(4), t.powi(5));
+    offset * (1.0 - 10.0 * t3 + 15.0 * t4 - 6.0 * t5) + speed * (length * (t - 6.0 * t3 + 8.0 * t4 - 3.0 * t5))
+}
+
+/// The differences of one pose from another, joint by joint, with their change per frame.
+pub(super) struct Seam {
+    rotations: Vec<(Vec3, Vec3)>,
+    translations: Vec<(Vec3, Vec3)>,
+}
+
+impl Seam {
+    /// From `new`, the first two rows after the seam, to `old`: the row at the seam, and the one that would follow.
+    pub(super) fn new(old: [&[Trs]; 2], new: [&[Trs]; 2]) -> Self {
+        let mut seam = Self {
+            rotations: Vec::new(),
+            translations: Vec::new(),
+        };
+        for column in 0..old[0].len() {
+            let [at, onward] = old.map(|row| row[column]);
+            let [first, second] = new.map(|row| row[column]);
+            let offset = log(first.rotation.inverse() * at.rotation);
+            let speed = log(second.rotation.inverse() * onward.rotation) - offset;
+            seam.rotations.push((offset, speed));
+            let offset = at.translation - first.translation;
+            seam.translations
+                .push((offset, onward.translation - second.translation - offset));
+        }
+        seam
+    }
+
+    /// Whether both poses are the same: then there is nothing to close.
+    pub(super) fn is_closed(&self) -> bool {
+        let all = self.rotations.iter().chain(&self.translations);
+        all.into_iter().all(|(offset, _)| offset.length() < 1e-5)
+    }
+
+    /// The largest difference of a rotation, in degrees.
+    pub(super) fn largest_rotation(&self) -> f32 {
+        let angles = self.rotations.iter().map(|(offset, _)| offset.length().to_degrees());
+        angles.fold(0.0, f32::max)
+    }
+
+    /// Adds what is left of the differences `frame` frames after the seam.
+    pub(super) fn apply(&self, row: &mut [Trs], frame: usize, steps: usize) {
+        for (column, trs) in row.iter_mut().enumerate() {
+            let (offset, speed) = self.rotations[column];
+            trs.rotation = (trs.rotation * exp(fade(offset, speed, frame, steps))).normalize();
+            let (offset, speed) = self.translations[column];
+            trs.translation += fade(offset, speed, frame, steps);
+        }
+    }
+}
+
+/// The row that follows three others if every joint keeps its acceleration.
+pub(super) fn onward(rows: [&[Trs]; 3]) -> Vec<Trs> {
+    let column = |column: usize| {
+        let [first, second, last] = rows.map(|row| row[column]);
+        let speed = |from: Trs, to: Trs| log(from.rotation.inverse() * to.rotation);
+        let turn = 2.0 * speed(second, last) - speed(first, second);
+        Trs {
+            rotation: (last.rotation * exp(turn)).normalize(),
+            translation: 3.0 * (last.translation - second.translation) + first.translation,
+            ..last
+        }
+    };
+    (0..rows[0].len()).map(column).collect()
+}
+
+/// How far two poses are apart: the sum of the squared angles of all joints but the one at `carrier`, of which only the
+/// tilt and the height count, since where a figure stands and looks is no part of its pose.
+pub(super) fn pose_distance(a: &[Trs], b: &[Trs], carrier: usize, up: Vec3) -> f32 {
+    let mut sum = 0.0;
+    for (column, (a, b)) in a.iter().zip(b).enumerate() {
+        let change = log(a.rotation.inverse() * b.rotation);
+        if column == carrier {
+            let up_of = |trs: &Trs| trs.rotation.inverse() * up;
+            sum += (up_of(a) - up_of(b)).length_squared();
+        } else {
+            sum += change.length_squared();
+        }
+    }
+    sum
+}
+
+/// The speed of a pose: the change of each joint to the next row.
+pub(super) fn speed_distance(frames: &Frames, a: usize, b: usize, carrier: usize) -> f32 {
+    let last = frames.len() - 1;
+    let speed = |frame: usize, column: usize| {
+        let (from, to) = (frame.min(last - 1), frame.min(last - 1) + 1);
+        log(frames.row(from)[column].rotation.inverse() * frames.row(to)[column].rotation)
+    };
+    let columns = (0..frames.nodes().len()).filter(|column| *column != carrier);
+    columns
+        .map(|column| (speed(a, column) - speed(b, column)).length_squared())
+        .sum()
+}

@@ -1,0 +1,178 @@
+//! Makes a motion that can be played over and over.
+
+use serde::{Deserialize, Serialize};
+
+use super::body::Body;
+use super::contacts::{ContactOptions, DetectedContacts, detect};
+use super::frames::Frames;
+use super::ground::Carrier;
+use super::inertia::{self, Seam, pose_distance, speed_distance};
+use crate::error::{Code, Diagnostic, Result};
+use crate::limits::{not_negative, positive};
+use crate::pose::Trs;
+use crate::scene::Scene;
+
+/// Options of [`loop_clip()`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LoopOptions {
+    /// The first and the last frame of the loop. Default: those that fit best.
+    pub frames: Option<[usize; 2]>,
+    /// The shortest loop to look for, in seconds. Default: 0.6.
+    pub shortest: f64,
+    /// The longest loop to look for, in seconds. Default: 4.
+    pub longest: f64,
+    /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+    pub blend: f64,
+    /// Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`.
+    pub in_place: bool,
+}
+
+impl Default for LoopOptions {
+    fn default() -> Self {
+        Self {
+            frames: None,
+            shortest: 0.6,
+            longest: 4.0,
+            blend: 0.3,
+            in_place: false,
+        }
+    }
+}
+
+/// What [`loop_clip()`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LoopReport {
+    /// The first frame of the loop in the earlier motion.
+    pub first: usize,
+    /// The last frame, which shows the same moment of the next cycle.
+    pub last: usize,
+    /// The largest difference of a rotation at the seam that was faded out, in degrees.
+    pub largest_rotation: f32,
+    /// How far the figure goes over the ground in a cycle, in units of the scene; 0 if it stays in place.
+    pub distance: f32,
+    /// Whether the same feet are on the ground at both ends.
+    pub contacts_agree: bool,
+}
+
+/// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
+const CANDIDATES: usize = 500;
+
+/// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose, speed
+/// and contacts, apart from the way that the figure went.
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] where the motion is too short for a loop, or an
+/// option is not valid.
+pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> Result<LoopReport> {
+    positive(Code::UnknownOption, "shortest", options.shortest)?;
+    positive(Code::UnknownOption, "longest", options.longest)?;
+    not_negative(Code::UnknownOption, "blend", options.blend)?;
+    let frames = Frames::new(scene, animation, &[])?;
+    let too_short = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
+    let carrier = Carrier::new(scene, &frames);
+    let contacts = Body::new(scene, None)
+        .ok()
+        .map(|body| detect(scene, &frames, &body, &ContactOptions::default()));
+    let found = match options.frames {
+        Some([first, last]) => Some((first, last)),
+        None => best(&frames, &carrier, contacts.as_ref(), options),
+    };
+    let Some((first, last)) = found else {
+        let seconds = (frames.len() - 1) as f64 / frames.rate;
+        return too_short(format!(
+            "the motion of {seconds:.3} s is too short for a loop of {} s",
+            options.shortest
+        ));
+    };
+    if first + 2 > last || last >= frames.len() {
+        return too_short(format!(
+            "a loop from frame {first} to frame {last} is not possible: the motion has frames 0 to {}",
+            frames.len() - 1
+        ));
+    }
+    let mut rows: Vec<Vec<Trs>> = (first..=last).map(|frame| frames.row(frame).to_vec()).collect();
+    let count = rows.len();
+    // The last pose as it would be at the start of the next cycle.
+    let onward = carrier.placement(&rows[0], &rows[count - 1]);
+    let next = match last + 1 < frames.len() {
+        true => frames.row(last + 1).to_vec(),
+        false => inertia::onward([&rows[count - 3], &rows[count - 2], &rows[count - 1]]),
+    };
+    let mut old = [rows[count - 1].clone(), next];
+    old.iter_mut().for_each(|row| carrier.apply(&onward.inverse(), row));
+    let seam = Seam::new([&old[0], &old[1]], [&rows[0], &rows[1]]);
+    let steps = frames.frames_in(options.blend).min(count - 1);
+    for (frame, row) in rows.iter_mut().enumerate().take(steps) {
+        seam.apply(row, frame, steps);
+    }
+    if options.in_place {
+        for (frame, row) in rows.iter_mut().enumerate() {
+            let part = onward.part(frame as f32 / (count - 1) as f32);
+            carrier.apply(&part.inverse(), row);
+        }
+    }
+    let report = LoopReport {
+        first,
+        last,
+        largest_rotation: seam.largest_rotation(),
+        distance: if options.in_place { 0.0 } else { onward.distance() },
+        contacts_agree: contacts.is_some_and(|contacts| agree(&contacts, first, last)),
+    };
+    frames.with_rows(rows).write_all(scene, animation);
+    Ok(report)
+}
+
+fn agree(contacts: &DetectedContacts, a: usize, b: usize) -> bool {
+    contacts.points.iter().all(|point| point.at_rest[a] == point.at_rest[b])
+}
+
+/// The two frames whose poses, speeds and contacts are most alike.
+fn best(
+    frames: &Frames,
+    carrier: &Carrier,
+    contacts: Option<&DetectedContacts>,
+    options: &LoopOptions,
+) -> Option<(usize, usize)> {
+    let (least, most) = (
+        (options.shortest * frames.rate).ceil() as usize,
+        (options.longest * frames.rate) as usize,
+    );
+    let stride = frames.len().div_ceil(CANDIDATES).max(1);
+    // Speeds count as the poses to which they lead in a tenth of a second.
+    let weight = (0.1 * frames.rate).powi(2) as f32;
+    let cost = |first: usize, last: usize| {
+        let pose = pose_distance(frames.row(first), frames.row(last), carrier.column, carrier.up);
+        let speed = speed_distance(frames, first, last, carrier.column);
+        let feet = if contacts.is_none_or(|contacts| agree(contacts, first, last)) {
+            1.0
+        } else {
+            4.0
+        };
+        feet * (pose + weight * speed)
+    };
+    let mut found: Option<(f32, usize, usize)> = None;
+    let mut consider = |first: usize, last: usize| {
+        let length = last.saturating_sub(first);
+        if last < frames.len() && length >= least.max(2) && length <= most {
+            let cost = cost(first, last);
+            if found.is_none_or(|found| cost < found.0) {
+                found = Some((cost, first, last));
+            }
+        }
+        found
+    };
+    for first in (0..frames.len()).step_by(stride) {
+        for last in (first + least..frames.len()).step_by(stride) {
+            consider(first, last);
+        }
+    }
+    let (_, first, last) = consider(0, 0)?;
+    // Between the candidates.
+    for near_first in first.saturating_sub(stride)..=first + stride {
+        for near_last in last.saturating_sub(stride)..=last + stride {
+            consider(near_first, near_last);
+        }
+    }
+    consider(0, 0).map(|(_, first, last)| (first, last))
+}

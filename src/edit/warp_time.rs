@@ -1,0 +1,105 @@
+//! Makes parts of a motion faster or slower.
+
+use serde::Serialize;
+
+use super::frames::Frames;
+use crate::error::{Code, Diagnostic, Result};
+use crate::limits::Limits;
+use crate::scene::Scene;
+
+/// What [`warp_time()`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct WarpTimeReport {
+    /// Seconds before.
+    pub seconds_before: f64,
+    /// Seconds now.
+    pub seconds: f64,
+    /// The lowest speed.
+    pub slowest: f64,
+    /// The highest speed.
+    pub fastest: f64,
+}
+
+/// Moves moments of `animation`, an index into the animations of `scene`, to other times. `moments` are pairs of a time in
+/// the motion and the time at which it is to be, in seconds, both increasing; between them time runs evenly, and before
+/// the first and after the last as it did. With the two of every pair exchanged it is the inverse.
+///
+/// Frames keep their rate; what is between two of the earlier frames is interpolated.
+///
+/// ```
+/// use mocap::edit::warp_time;
+///
+/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
+/// let report = warp_time(&mut scene, 0, &[(0.0, 0.0), (0.9, 1.8)])?;
+/// assert_eq!((report.seconds, scene.animations[0].frame_count()), (1.8, 19));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] where times are not finite, negative, or do not
+/// increase; [`Code::LimitExceeded`] where the result would be far longer than the motion.
+pub fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) -> Result<WarpTimeReport> {
+    let is_time = |time: f64| time.is_finite() && time >= 0.0;
+    let increase = moments
+        .windows(2)
+        .all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1);
+    if !increase || !moments.iter().all(|(from, to)| is_time(*from) && is_time(*to)) {
+        let message = "the times of a warp must be finite, not negative, and increase";
+        let diagnostic = Diagnostic::new(Code::UnknownOption, message);
+        let found = format!("{moments:?}");
+        return Err(diagnostic.expected_found("pairs of times in seconds", found).into());
+    }
+    let frames = Frames::new(scene, animation, &[])?;
+    let last = (frames.len() - 1) as f64 / frames.rate;
+    let inverse: Vec<(f64, f64)> = moments.iter().map(|(from, to)| (*to, *from)).collect();
+    let seconds = map(moments, last).max(0.0);
+    let count = (seconds * frames.rate + 1e-6).floor() + 1.0;
+    let most = Limits::default().expanded_values((frames.len() * frames.nodes().len()) as u64) as f64;
+    if count * frames.nodes().len() as f64 > most {
+        let message = format!(
+            "{count} frames of {} joints are more than {most} values",
+            frames.nodes().len()
+        );
+        return Err(Diagnostic::new(Code::LimitExceeded, message).into());
+    }
+    let rows = (0..count as usize).map(|frame| {
+        let tick = map(&inverse, frame as f64 / frames.rate) * frames.rate;
+        // A time that was computed there and back is not whole by its last bits.
+        let tick = if (tick - tick.round()).abs() < 1e-6 {
+            tick.round()
+        } else {
+            tick
+        };
+        frames.row_at(tick)
+    });
+    let rows = rows.collect();
+    let speeds = moments
+        .windows(2)
+        .map(|pair| (pair[1].0 - pair[0].0) / (pair[1].1 - pair[0].1));
+    let (slowest, fastest) = speeds.fold((1.0f64, 1.0f64), |(low, high), speed| (low.min(speed), high.max(speed)));
+    frames.with_rows(rows).write_all(scene, animation);
+    Ok(WarpTimeReport {
+        seconds_before: last,
+        seconds,
+        slowest,
+        fastest,
+    })
+}
+
+/// Where a piecewise linear map puts a time.
+fn map(moments: &[(f64, f64)], time: f64) -> f64 {
+    let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
+        return time;
+    };
+    if time <= first.0 {
+        return time + first.1 - first.0;
+    }
+    if time >= last.0 {
+        return time + last.1 - last.0;
+    }
+    let piece = moments.windows(2).find(|pair| time <= pair[1].0);
+    piece.map_or(time, |pair| {
+        let share = (time - pair[0].0) / (pair[1].0 - pair[0].0);
+        pair[0].1 + share * (pair[1].1 - pair[0].1)
+    })
+}

@@ -1,0 +1,274 @@
+//! Loops, and motions made of two.
+
+use mocap::edit::{
+    ConcatOptions, InBetweenOptions, KeyInterpolation, LayerPart, LoopOptions, SmoothOptions, blend, concat,
+    in_between, layer, loop_clip, mirror, smooth, warp_time,
+};
+use mocap::process::{trim, validate};
+use mocap::skeleton::{HumanoidBone, humanoid};
+use proptest::prelude::*;
+
+use super::*;
+
+const WALK: &str = "cmu_12_01_walk.bvh";
+
+fn part(scene: &Scene, first: usize, last: usize) -> Scene {
+    let mut scene = scene.clone();
+    trim(&mut scene, first as f64, last as f64);
+    scene
+}
+
+#[track_caller]
+fn assert_same_motion(a: &Scene, b: &Scene, tolerance: f32) {
+    let (a, b) = (positions(a), positions(b));
+    assert_eq!(a.len(), b.len());
+    for (frame, (a, b)) in a.iter().zip(&b).enumerate() {
+        for (node, (a, b)) in a.iter().zip(b).enumerate() {
+            assert!(a.distance(*b) <= tolerance, "node {node} in frame {frame}: {a} {b}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_clip_that_is_cut_in_two_comes_back(cut in 2usize..520) {
+        let whole = import(WALK);
+        let (mut first, second) = (part(&whole, 0, cut), part(&whole, cut, 522));
+        let report = concat(&mut first, 0, &second, 0, &ConcatOptions::default()).unwrap();
+        prop_assert_eq!((report.seam, report.frames), (cut, 523));
+        assert_same_motion(&whole, &first, 1e-5);
+        prop_assert_eq!(validate(&first), []);
+    }
+
+    #[test]
+    fn a_warp_and_its_inverse_is_nothing(middle in 1u32..5, factor in 2u32..4) {
+        let scene = import(WALK);
+        let mut warped = scene.clone();
+        let rate = scene.animations[0].ticks_per_second;
+        // Whole frames come to stand on whole frames.
+        let moment = |frame: u32, to: u32| (f64::from(frame) / rate, f64::from(to) / rate);
+        let middle = 100 * middle;
+        let moments = [moment(0, 0), moment(middle, middle), moment(522, middle + factor * (522 - middle))];
+        let report = warp_time(&mut warped, 0, &moments).unwrap();
+        prop_assert!((report.slowest - 1.0 / f64::from(factor)).abs() < 1e-9);
+        assert_bones_keep_their_lengths(&part(&scene, 0, 0), &part(&warped, 0, 0));
+        let inverse = moments.map(|(from, to)| (to, from));
+        warp_time(&mut warped, 0, &inverse).unwrap();
+        assert_same_motion(&scene, &warped, 1e-5);
+    }
+}
+
+#[test]
+fn another_motion_begins_where_the_first_ends() {
+    let walk = import(WALK);
+    let mut scene = part(&walk, 0, 200);
+    let other = part(&walk, 37, 237);
+    let report = concat(&mut scene, 0, &other, 0, &ConcatOptions::default()).unwrap();
+    assert!(report.largest_rotation > 1.0 && report.frames == 401, "{report:?}");
+    let at = positions(&scene);
+    // No node jumps farther at the seam than it goes from frame to frame elsewhere.
+    let step = |frame: usize, node: usize| at[frame][node].distance(at[frame + 1][node]);
+    for node in 0..scene.nodes.len() {
+        let fastest = (0..190).map(|frame| step(frame, node)).fold(0.0, f32::max);
+        assert!(
+            (198..204).all(|frame| step(frame, node) < 1.5 * fastest + 1e-4),
+            "{}",
+            scene.nodes[node].name
+        );
+    }
+    assert_bones_keep_their_lengths(&part(&walk, 0, 0), &part(&scene, 0, 0));
+    let error = concat(&mut scene, 0, &import("z_up_dab.bvh"), 0, &ConcatOptions::default()).unwrap_err();
+    assert!(
+        error
+            .diagnostic()
+            .message
+            .starts_with("the two motions have different skeletons: "),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_loop_ends_as_it_begins() {
+    for (file, in_place) in [
+        (WALK, false),
+        (WALK, true),
+        ("motionbuilder_vicon_walk.bvh", true),
+        ("rokoko_dance.bvh", false),
+    ] {
+        let mut scene = import(file);
+        // Without its noise, in which no single frame shows a speed.
+        smooth(&mut scene, 0, &SmoothOptions::default()).unwrap();
+        let report = loop_clip(
+            &mut scene,
+            0,
+            &LoopOptions {
+                in_place,
+                ..LoopOptions::default()
+            },
+        )
+        .unwrap();
+        assert_eq!(validate(&scene), []);
+        let at = positions(&scene);
+        let last = at.len() - 1;
+        assert_eq!(last, report.last - report.first);
+        let seconds = last as f64 / scene.animations[0].ticks_per_second;
+        assert!((0.59..4.01).contains(&seconds), "{file}: {seconds} s");
+        assert!(report.contacts_agree, "{file}: {report:?}");
+        // From the hips, in the directions of the body over the ground, so that the way and the turn of a cycle do not count.
+        let found = humanoid(&scene);
+        let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
+        let seen = |frame: usize| {
+            let at = &at[frame];
+            let left = (at[joint(HumanoidBone::LeftUpperLeg)] - at[joint(HumanoidBone::RightUpperLeg)])
+                .reject_from(Vec3::Y)
+                .normalize();
+            let ahead = left.cross(Vec3::Y);
+            let hips = at[joint(HumanoidBone::Hips)];
+            at.iter()
+                .map(|point| point - hips)
+                .map(|way| Vec3::new(way.dot(left), way.y, way.dot(ahead)))
+                .collect::<Vec<_>>()
+        };
+        let (start, end) = (seen(0), seen(last));
+        // Velocities at both ends, one-sided and of the second order: an acceleration does not count as a jump.
+        let (out, into) = ([seen(1), seen(2)], [seen(last - 1), seen(last - 2)]);
+        let fastest = (1..=last).flat_map(|frame| {
+            let (a, b) = (seen(frame - 1), seen(frame));
+            a.iter().zip(b).map(|(a, b)| a.distance(b)).collect::<Vec<_>>()
+        });
+        let fastest = fastest.fold(0.0, f32::max);
+        for node in 0..start.len() {
+            let name = &scene.nodes[node].name;
+            assert!(
+                start[node].distance(end[node]) < 1e-4,
+                "{file}: {name} is {} off",
+                start[node].distance(end[node])
+            );
+            let out = 2.0 * out[0][node] - 1.5 * start[node] - 0.5 * out[1][node];
+            let into = 1.5 * end[node] - 2.0 * into[0][node] + 0.5 * into[1][node];
+            assert!(out.distance(into) < 0.05 * fastest, "{file}: {name} {out} {into}");
+        }
+        if in_place {
+            assert!(at[0][joint(HumanoidBone::Hips)].distance(at[last][joint(HumanoidBone::Hips)]) < 1e-4);
+        }
+    }
+    let mut short = part(&import(WALK), 0, 30);
+    let error = loop_clip(&mut short, 0, &LoopOptions::default()).unwrap_err();
+    assert_eq!(
+        error.diagnostic().message,
+        "the motion of 0.250 s is too short for a loop of 0.6 s"
+    );
+    let by_hand = LoopOptions {
+        frames: Some([10, 40]),
+        ..LoopOptions::default()
+    };
+    let error = loop_clip(&mut short, 0, &by_hand).unwrap_err();
+    assert_eq!(
+        error.diagnostic().message,
+        "a loop from frame 10 to frame 40 is not possible: the motion has frames 0 to 30"
+    );
+}
+
+#[test]
+fn a_blend_without_weight_is_the_first_and_with_all_weight_the_second() {
+    let walk = import(WALK);
+    let first = part(&walk, 0, 300);
+    let mut second = part(&walk, 120, 380);
+    mirror(&mut second, 0, None).unwrap();
+    for (weight, expected) in [(0.0, &first), (1.0, &second)] {
+        let mut scene = first.clone();
+        blend(&mut scene, 0, &second, 0, weight).unwrap();
+        assert_same_motion(expected, &scene, 1e-5);
+    }
+    let mut scene = first.clone();
+    let report = blend(&mut scene, 0, &second, 0, 0.5).unwrap();
+    assert_eq!(report.frames, 281);
+    assert_bones_keep_their_lengths(&part(&first, 0, 0), &part(&scene, 0, 0));
+    assert_eq!(validate(&scene), []);
+    // A motion that is blended with itself, slower, is itself at a speed between.
+    let mut slow = first.clone();
+    warp_time(&mut slow, 0, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
+    let mut scene = first.clone();
+    blend(&mut scene, 0, &slow, 0, 0.5).unwrap();
+    let (at, was_at) = (positions(&scene), positions(&first));
+    for (frame, at) in at.iter().enumerate() {
+        let was = &was_at[((frame as f32 / 1.5).round() as usize).min(300)];
+        let off = at.iter().zip(was).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(off < 0.05, "{off} m in frame {frame}");
+    }
+}
+
+#[test]
+fn a_layer_changes_its_part_alone() {
+    let walk = import(WALK);
+    let (mut scene, other) = (part(&walk, 0, 200), part(&walk, 150, 300));
+    layer(&mut scene, 0, &other, 0, LayerPart::Arms).unwrap();
+    let found = humanoid(&walk);
+    let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
+    let (old, new, donor) = (positions(&walk), positions(&scene), positions(&other));
+    for frame in 0..=150 {
+        for bone in [HumanoidBone::LeftFoot, HumanoidBone::Head, HumanoidBone::RightToes] {
+            assert!(old[frame][joint(bone)].distance(new[frame][joint(bone)]) < 1e-6);
+        }
+        let reach = |at: &[Vec3]| at[joint(HumanoidBone::LeftHand)].distance(at[joint(HumanoidBone::LeftUpperArm)]);
+        assert!((reach(&new[frame]) - reach(&donor[frame])).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn keys_stay_and_what_lies_between_is_smooth() {
+    let walk = import(WALK);
+    for interpolation in [KeyInterpolation::Slerp, KeyInterpolation::Squad] {
+        let mut all = walk.clone();
+        in_between(
+            &mut all,
+            0,
+            &InBetweenOptions {
+                every: 1,
+                interpolation,
+                ..InBetweenOptions::default()
+            },
+        )
+        .unwrap();
+        assert_same_motion(&walk, &all, 1e-6);
+        let mut scene = walk.clone();
+        let options = InBetweenOptions {
+            keys: vec![7],
+            every: 20,
+            interpolation,
+        };
+        assert_eq!(in_between(&mut scene, 0, &options).unwrap().keys, 29);
+        assert_bones_keep_their_lengths(&walk, &scene);
+        let (old, new) = (positions(&walk), positions(&scene));
+        for frame in [0, 7, 20, 200, 520, 522] {
+            assert!(
+                old[frame].iter().zip(&new[frame]).all(|(a, b)| a.distance(*b) < 1e-5),
+                "{frame}"
+            );
+        }
+    }
+    // At a key the speed jumps with slerp, and hardly with squad.
+    let jump = |interpolation| {
+        let mut scene = walk.clone();
+        in_between(
+            &mut scene,
+            0,
+            &InBetweenOptions {
+                every: 20,
+                interpolation,
+                ..InBetweenOptions::default()
+            },
+        )
+        .unwrap();
+        let at = positions(&scene);
+        let bend =
+            |frame: usize, node: usize| (at[frame + 1][node] - 2.0 * at[frame][node] + at[frame - 1][node]).length();
+        let bends = (20..500)
+            .step_by(20)
+            .flat_map(|frame| (0..at[0].len()).map(move |node| bend(frame, node)));
+        bends.fold(0.0, f32::max)
+    };
+    assert!(jump(KeyInterpolation::Squad) < 0.3 * jump(KeyInterpolation::Slerp));
+}
