@@ -116,7 +116,7 @@ check("play goes at the speed of life, faster and slower, and stops", async (bro
   const atFrame = () => page.evaluate(() => new Promise((done) => requestAnimationFrame((now) => done([window.mocap.state.time, now]))));
   const pace = async () => {
     const [before, start] = await atFrame();
-    await page.waitForTimeout(2500);
+    await page.waitForTimeout(1500);
     const [after, end] = await atFrame();
     return (after - before) / ((end - start) / 1000);
   };
@@ -551,6 +551,7 @@ async function faultOf(run) {
 if (!values.all) console.log(`a sample, MOCAP_SEED=${seed}; --all for everything`);
 let failed = 0;
 for (const [name, run] of checks) {
+  const start = performance.now();
   let fault = await faultOf(run);
   if (fault) {
     // A browser that draws in software on a busy machine loses a touch or a frame now and then. It says so here.
@@ -558,7 +559,8 @@ for (const [name, run] of checks) {
     fault = await faultOf(run);
   }
   if (fault) failed++;
-  console.log(fault ? `FAILED  ${name}\n        ${fault}` : `ok      ${name}`);
+  const seconds = ((performance.now() - start) / 1000).toFixed(1);
+  console.log(fault ? `FAILED  ${name}\n        ${fault}` : `ok      ${name}, ${seconds} s`);
 }
 await browser.close();
 rmSync(folder, { recursive: true });

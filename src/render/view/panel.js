@@ -113,6 +113,7 @@ export class Panel {
     byId("panel").classList.toggle("has-joint", joint >= 0);
     byId("joint").hidden = joint < 0;
     byId("nothing-chosen").hidden = joint >= 0;
+    this.curves = null;
     if (joint < 0) return;
     const item = this.items[joint];
     const { offsetTop, offsetHeight, parentElement: tree } = item;
@@ -143,7 +144,7 @@ export class Panel {
       return values;
     });
     this.letters = letters;
-    this.redraw();
+    this.fillCurves(this.curves);
   }
 
   // T = J0 L1 J1 L2 ...: a row for each matrix, with the lines of the file that say what it is.
@@ -189,13 +190,12 @@ export class Panel {
     this.showTick();
   }
 
-  // Samples more of the curves, if some are missing; whether some still are. Drawn are every doubling and the end.
-  fillCurves() {
-    const { curves } = this;
-    if (this.state.joint < 0 || !curves || this.drawnFrames === curves.frames) return false;
-    curves.fill(12);
+  // Samples the curves in pieces, so that the page stays quick. Drawn are every doubling and the end.
+  fillCurves(curves) {
+    if (this.curves !== curves) return;
+    curves.fill(16);
     if (curves.complete || curves.filled > 2 * this.drawnFrames) this.redraw();
-    return !curves.complete;
+    if (!curves.complete) setTimeout(() => this.fillCurves(curves), 4);
   }
 
   // The values of this tick.

@@ -73,7 +73,7 @@ export class Player {
     this.stage.draw();
     this.showTime();
     this.panel.showTick();
-    if (this.panel.fillCurves() || this.state.playing) this.changed();
+    if (this.state.playing) this.changed();
   }
 
   advance(seconds) {
