@@ -163,7 +163,9 @@ fn build_nodes(
         scene.nodes.push(Node {
             name: file.source_name(index),
             kind: match is_joint(index) {
-                _ if file.is_end_site(index) && !moved.contains(&index) => NodeKind::EndSite,
+                _ if file.is_end_site(index) && !moved.contains(&index) && !file.has_children(index) => {
+                    NodeKind::EndSite
+                }
                 true => NodeKind::Joint,
                 false => NodeKind::Group,
             },

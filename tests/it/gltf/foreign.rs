@@ -623,3 +623,30 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
     assert_eq!(warning(json!([2, 2, 2])), None);
     assert_eq!(warning(json!([1, 1, 1])), None);
 }
+
+#[test]
+fn an_end_site_with_a_child_is_a_joint() {
+    let file = Foreign::new(json!([
+        { "name": "hip", "children": [1] },
+        { "name": "tip", "translation": [0, 1, 0], "extras": { "end_site": true }, "children": [2] },
+        { "name": "toe", "translation": [0, 0, 1] },
+    ]));
+    let scene = file.read();
+    assert_eq!(scene.nodes[1].kind, NodeKind::Joint);
+    // Nothing hangs on an End Site of BVH, whoever made the scene.
+    let mut made = scene.clone();
+    made.nodes[1].kind = NodeKind::EndSite;
+    for scene in [scene, made] {
+        let text = mocap::bvh::write(&scene, &mocap::bvh::BvhOptions::default()).unwrap();
+        let again = Importer::new()
+            .skeleton_mesh(SkeletonMesh::None)
+            .read(&text, "a.bvh")
+            .unwrap();
+        assert!(
+            again.nodes.iter().any(|node| node.name == "toe"),
+            "{}",
+            String::from_utf8_lossy(&text)
+        );
+        assert_eq!(again.warnings, []);
+    }
+}

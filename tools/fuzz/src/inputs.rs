@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{env, fs, process};
 
+use mocap::gltf::Compression;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
 /// Keywords of each format.
@@ -253,8 +254,16 @@ pub const GLB: Input = Input {
     read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.glb"),
 };
 
+/// A glTF file in text, with its buffer in it.
+pub const GLTF: Input = Input {
+    name: "gltf",
+    made: gltf_seeds,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.gltf"),
+    ..GLB
+};
+
 /// All of them.
-pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB];
+pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF];
 
 impl Input {
     /// Bytes as this kind of file. A panic is a finding.
@@ -265,16 +274,42 @@ impl Input {
 
 /// Small motions, as this crate writes them.
 fn glb_seeds() -> Vec<Vec<u8>> {
+    let written = documents().map(|document| document.to_glb().expect("the fixture is written"));
+    written.collect()
+}
+
+/// As above, in text.
+fn gltf_seeds() -> Vec<Vec<u8>> {
+    let written = documents().map(|document| document.to_embedded().expect("the fixture is written"));
+    written.collect()
+}
+
+fn documents() -> impl Iterator<Item = mocap::gltf::Document> {
     let names = [
         "dialects/plain.bvh",
         "dialects/channels_0_to_6.bvh",
         "dialects/two_roots.bvh",
     ];
-    let written = names.map(|name| {
-        let scene = mocap::import(fixture(name)).expect("the fixture is read");
-        mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).expect("the fixture is written")
-    });
-    written.to_vec()
+    let compressions: &[_] = match cfg!(feature = "meshopt") {
+        true => &[
+            Compression::None,
+            Compression::Int16,
+            Compression::Meshopt,
+            Compression::MeshoptKhr,
+        ],
+        false => &[Compression::None, Compression::Int16],
+    };
+    let scenes = names.map(|name| mocap::import(fixture(name)).expect("the fixture is read"));
+    let written = |scene: mocap::Scene| {
+        compressions.iter().map(move |&compression| {
+            let options = mocap::gltf::GltfOptions {
+                compression,
+                ..mocap::gltf::GltfOptions::default()
+            };
+            mocap::gltf::Document::new(&scene, &options).expect("the fixture can be written")
+        })
+    };
+    scenes.into_iter().flat_map(written)
 }
 
 /// The first frames of a walk on the skeleton of `cmu_02.asf`.

@@ -4,10 +4,12 @@ mod inputs;
 
 use std::collections::BTreeSet;
 
+use mocap::arrays::{ArrayOptions, arrays};
 use mocap::process::validate;
+use mocap::scene::Animation;
 use mocap::{Code, Diagnostic, Importer, Pose, Scene, SkeletonMesh, bvh, gltf};
 
-pub use self::inputs::{AMC, ASF, BVH, C3D, FBX, FORMATS, GLB, Input, fixture};
+pub use self::inputs::{AMC, ASF, BVH, C3D, FBX, FORMATS, GLB, GLTF, Input, fixture};
 
 const MESHES: [SkeletonMesh; 3] = [SkeletonMesh::None, SkeletonMesh::Segmented, SkeletonMesh::Skinned];
 
@@ -26,6 +28,7 @@ impl Input {
             export_gltf(&scene);
             if mesh == SkeletonMesh::None {
                 export_bvh(&scene);
+                make_arrays(&scene);
             }
         }
     }
@@ -41,15 +44,23 @@ impl Input {
         let _ = Pose::at_tick(&scene, 0, 0.5);
     }
 
-    /// The codes of an input's error and warnings, by which inputs are distinguished.
-    pub fn outcome(&self, bytes: &[u8]) -> BTreeSet<&'static str> {
-        let codes = |warnings: &[Diagnostic]| warnings.iter().map(|warning| warning.code.as_str()).collect();
+    /// The codes of an input's warnings and what its error says, but for names and numbers, by which inputs are
+    /// distinguished.
+    pub fn outcome(&self, bytes: &[u8]) -> BTreeSet<String> {
+        let codes = |warnings: &[Diagnostic]| {
+            warnings
+                .iter()
+                .map(|warning| warning.code.as_str().to_owned())
+                .collect()
+        };
         match self.read(bytes, SkeletonMesh::None) {
             Ok(scene) => codes(&scene.warnings),
             Err(error) => {
                 let mut codes: BTreeSet<_> = codes(error.warnings());
                 // A code may be a warning in one file and the error of another.
-                codes.extend(["error", error.code().as_str()]);
+                let said = error.diagnostic().message.split('"').step_by(2).collect::<String>();
+                codes.insert("error".to_owned());
+                codes.insert(said.replace(|c: char| !c.is_alphabetic() && c != ' ', ""));
                 codes
             }
         }
@@ -64,15 +75,73 @@ fn export_gltf(scene: &Scene) {
     };
     let file = ::gltf::Gltf::from_slice(&glb).expect("what was exported is valid glTF");
     assert!(file.nodes().len() >= scene.nodes.len());
+    assert_finite(&file, &glb);
     let written = file.animations().len();
     assert!(written <= scene.animations.len() && (written >= 1 || !moves(scene)));
 }
 
-/// An error, or a BVH file that is read back to as many frames, and without a warning but of names and roots.
+/// JSON has no number that is not finite: `null` stands for it, and for nothing else in what is written.
+fn assert_finite(file: &::gltf::Gltf, glb: &[u8]) {
+    let length = glb.get(12..16).and_then(|four| four.first_chunk().copied());
+    let json = &glb[20..20 + u32::from_le_bytes(length.expect("a chunk has a length")) as usize];
+    let json: serde_json::Value = serde_json::from_slice(json).expect("what was exported is JSON");
+    assert!(!has_null(&json), "a number of the JSON is not finite");
+    let bin = file.blob.as_deref().unwrap_or_default();
+    for accessor in file.accessors() {
+        let Some(view) = accessor
+            .view()
+            .filter(|_| accessor.data_type() == ::gltf::accessor::DataType::F32)
+        else {
+            continue;
+        };
+        let start = view.offset() + accessor.offset();
+        let (numbers, _) = bin[start..start + accessor.count() * accessor.size()].as_chunks::<4>();
+        let finite = numbers.iter().all(|number| f32::from_le_bytes(*number).is_finite());
+        assert!(finite, "a number of accessor {} is not finite", accessor.index());
+    }
+}
+
+fn has_null(value: &serde_json::Value) -> bool {
+    match value {
+        serde_json::Value::Null => true,
+        serde_json::Value::Array(values) => values.iter().any(has_null),
+        serde_json::Value::Object(values) => values.values().any(has_null),
+        _ => false,
+    }
+}
+
+/// An error, or arrays of finite numbers.
+fn make_arrays(scene: &Scene) {
+    /// Frames of all joints, beyond which arrays take more memory than an input may.
+    const MOST_ROWS: usize = 2000;
+    let frames = scene.animations.first().map_or(0, Animation::frame_count);
+    if frames.saturating_mul(scene.nodes.len()) > MOST_ROWS {
+        return;
+    }
+    let options = ArrayOptions {
+        velocities: true,
+        ..ArrayOptions::default()
+    };
+    let Ok(motion) = arrays(scene, &options) else { return };
+    let velocities = motion.velocities.as_deref().unwrap_or_default();
+    let all = [motion.positions.as_slice(), &motion.rotations, velocities];
+    assert!(
+        all.into_iter().flatten().all(|value| value.is_finite()),
+        "arrays are not finite"
+    );
+}
+
+/// An error, or a BVH file that is read back to as many frames, and without a warning but of names, roots and far places.
 fn export_bvh(scene: &Scene) {
     let Ok(text) = bvh::write(scene, &bvh::BvhOptions::default()) else {
         return;
     };
+    let motion = text.split(|byte| *byte == b'\n').skip_while(|line| *line != b"MOTION");
+    let is_finite = |line: &[u8]| !line.windows(3).any(|word| word == b"NaN" || word == b"inf");
+    assert!(
+        motion.into_iter().all(is_finite),
+        "a value of the BVH file is not finite"
+    );
     let importer = Importer::new()
         .format(mocap::Format::Bvh)
         .skeleton_mesh(SkeletonMesh::None);
@@ -83,7 +152,12 @@ fn export_bvh(scene: &Scene) {
         Err(error) => panic!("what was written is refused: {error}"),
     };
     let said: Vec<_> = (again.warnings.iter())
-        .filter(|warning| !matches!(warning.code, Code::DuplicateName | Code::SeveralRoots))
+        .filter(|warning| {
+            !matches!(
+                warning.code,
+                Code::DuplicateName | Code::SeveralRoots | Code::WorldPositions
+            )
+        })
         .collect();
     assert!(said.is_empty(), "what was written deviates from the format: {said:?}");
     // Durations that were computed from seconds fall a little short of a whole tick.

@@ -1,9 +1,12 @@
-//! A fuzzer for the stable toolchain: changes the fixtures of one format at random, for a number of seconds, or those
-//! of all formats in turn.
+//! A fuzzer for the stable toolchain: changes the fixtures of one format at random, for a number of seconds or of inputs,
+//! or those of all formats in turn. Half of the changes to glTF and C3D are to their structure.
 //!
 //! It has no coverage to guide it. In its place, an input about which the library says something new joins the seeds.
+//! All memory is limited, so that an allocation without a bound ends the program; the input that was tried is then in
+//! `artifacts`, as it is after a crash in C.
 
 mod mutate;
+mod structure;
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -21,6 +24,12 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// An input that takes longer is taken for an endless loop.
 const PATIENCE: Duration = Duration::from_secs(20);
 
+/// Bytes of memory that the whole program may take.
+const MEMORY: u64 = 1 << 30;
+
+/// One of so many small files has each of its bytes tried, unless all are asked for.
+const SHARE: usize = 4;
+
 /// Bytes of the longest file of which every byte is tried.
 const SHORT: usize = 320;
 
@@ -32,14 +41,23 @@ fn main() -> ExitCode {
     let usage = || {
         let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
         eprintln!(
-            "usage: fuzz SECONDS [all|{}] [SEED], or fuzz every-byte",
+            "usage: fuzz SECONDS|inputs=NUMBER [all|{}] [SEED], or fuzz every-byte [all]",
             names.join("|")
         );
         ExitCode::from(2)
     };
-    if arguments == ["every-byte"] {
+    if let Err(error) = limit_memory() {
+        eprintln!("memory cannot be limited: {error}");
+        return ExitCode::FAILURE;
+    }
+    if arguments.first().is_some_and(|first| first == "every-byte") {
         thread::spawn(watch);
-        return match every_byte() {
+        let share = if arguments.get(1).is_some_and(|second| second == "all") {
+            1
+        } else {
+            SHARE
+        };
+        return match every_byte(share) {
             Ok(()) => ExitCode::SUCCESS,
             Err(finding) => {
                 eprintln!("{finding}");
@@ -47,8 +65,12 @@ fn main() -> ExitCode {
             }
         };
     }
-    let number = |place: usize, default| arguments.get(place).map_or(default, |text| text.parse().ok());
-    let (Some(seconds), Some(seed)) = (number(0, None), number(2, Some(1))) else {
+    let number = |text: &String| text.parse::<u64>().ok();
+    let effort = arguments.first().and_then(|text| match text.strip_prefix("inputs=") {
+        Some(inputs) => inputs.parse().ok().map(Effort::Inputs),
+        None => text.parse().ok().map(Effort::Seconds),
+    });
+    let (Some(effort), Some(seed)) = (effort, arguments.get(2).map_or(Some(1), number)) else {
         return usage();
     };
     let name = arguments.get(1).map_or("all", String::as_str);
@@ -59,7 +81,10 @@ fn main() -> ExitCode {
         return usage();
     }
     thread::spawn(watch);
-    let share = Duration::from_secs(seconds) / chosen.len() as u32;
+    let share = match effort {
+        Effort::Seconds(seconds) => Effort::Seconds(seconds / chosen.len() as u64),
+        inputs @ Effort::Inputs(_) => inputs,
+    };
     for input in chosen {
         if let Err(finding) = fuzz(input, share, seed) {
             eprintln!("{finding}");
@@ -69,11 +94,29 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Tries the small BVH files with each of their bytes replaced by each of the 256 in turn.
-fn every_byte() -> Result<(), String> {
+/// How long to try a format.
+#[derive(Clone, Copy)]
+enum Effort {
+    Seconds(u64),
+    Inputs(u64),
+}
+
+/// Counted for the whole process, C included. Windows has no such limit.
+fn limit_memory() -> std::io::Result<()> {
+    #[cfg(unix)]
+    rlimit::setrlimit(rlimit::Resource::AS, MEMORY, MEMORY)?;
+    Ok(())
+}
+
+/// Tries one of `share` of the small BVH files with each of their bytes replaced by each of the 256 in turn.
+fn every_byte(share: usize) -> Result<(), String> {
     let mut files = 0;
     let mut tried = 0_u64;
-    for original in seeds(&BVH).into_iter().filter(|bytes| bytes.len() <= SHORT) {
+    for original in seeds(&BVH)
+        .into_iter()
+        .filter(|bytes| bytes.len() <= SHORT)
+        .step_by(share)
+    {
         for place in 0..original.len() {
             let mut bytes = original.clone();
             for byte in 0..=u8::MAX {
@@ -93,14 +136,23 @@ fn every_byte() -> Result<(), String> {
 }
 
 /// Tries a format for a while. An error says what was found and where the input is.
-fn fuzz(input: &'static Input, duration: Duration, seed: u64) -> Result<(), String> {
+fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(), String> {
     let mut pool = seeds(input);
-    let mut outcomes: HashSet<BTreeSet<&str>> = pool.iter().map(|bytes| input.outcome(bytes)).collect();
+    let mut outcomes: HashSet<BTreeSet<String>> = pool.iter().map(|bytes| input.outcome(bytes)).collect();
     let mut random = fastrand::Rng::with_seed(seed);
-    let (given, end) = (pool.len(), Instant::now() + duration);
-    let mut tried = 0_u64;
-    while Instant::now() < end {
-        let bytes = mutate::mutate(&pool, input.words, &mut random);
+    let (given, start) = (pool.len(), Instant::now());
+    let (mut tried, mut read) = (0_u64, 0_u64);
+    let goes_on = |tried| match effort {
+        Effort::Seconds(seconds) => start.elapsed() < Duration::from_secs(seconds),
+        Effort::Inputs(inputs) => tried < inputs,
+    };
+    while goes_on(tried) {
+        let seed = &pool[random.usize(..pool.len())];
+        let structured = random.bool().then(|| structure::mutate(input.name, seed, &mut random));
+        let bytes = match structured.flatten() {
+            Some(bytes) => bytes,
+            None => mutate::mutate(&pool, input.words, &mut random),
+        };
         if let Err(finding) = try_input(input, &bytes) {
             let kept = keep(&bytes, input.name);
             return Err(format!(
@@ -108,17 +160,20 @@ fn fuzz(input: &'static Input, duration: Duration, seed: u64) -> Result<(), Stri
                 kept.display()
             ));
         }
-        if outcomes.insert(input.outcome(&bytes)) {
+        let outcome = input.outcome(&bytes);
+        read += u64::from(!outcome.contains("error"));
+        if outcomes.insert(outcome) {
             pool.push(bytes);
         }
         tried += 1;
     }
     println!(
-        "{}: {tried} inputs from {given} seeds in {} s: {} different outcomes, no finding",
+        "{}: {tried} inputs from {given} seeds in {} s: {read} were read, {} different outcomes, no finding",
         input.name,
-        duration.as_secs(),
+        start.elapsed().as_secs(),
         outcomes.len()
     );
+    let _ = fs::remove_file(artifact("running", input.name));
     Ok(())
 }
 
@@ -151,6 +206,8 @@ fn note(input: &'static Input, bytes: &[u8]) {
 
 fn try_input(input: &'static Input, bytes: &[u8]) -> Result<(), String> {
     note(input, bytes);
+    // What ends the program leaves no time to write it.
+    write_artifact(&artifact("running", input.name), bytes);
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();
     panic::catch_unwind(|| input.hold(bytes)).map_err(|_| "the panic is above".to_owned())?;
@@ -183,11 +240,20 @@ fn watch() {
 }
 
 fn keep(bytes: &[u8], extension: &str) -> PathBuf {
+    let path = artifact("finding", extension);
+    write_artifact(&path, bytes);
+    path
+}
+
+fn artifact(name: &str, extension: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("artifacts");
-    let path = folder.join("finding").with_extension(extension);
-    let written = fs::create_dir_all(&folder).and_then(|()| fs::write(&path, bytes));
+    folder.join(name).with_extension(extension)
+}
+
+fn write_artifact(path: &Path, bytes: &[u8]) {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(path, bytes));
     if let Err(error) = written {
         eprintln!("{}: {error}", path.display());
     }
-    path
 }

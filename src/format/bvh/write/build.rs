@@ -185,12 +185,17 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
     let mut start = rest.clone();
     motion.sample(0, &mut start);
     let mut joints: Vec<Joint<'_>> = Vec::with_capacity(rest.len());
+    let mut holds_nodes = vec![false; rest.len()];
+    for parent in motion.scene.nodes.iter().filter_map(|node| node.parent) {
+        holds_nodes[parent.index()] = true;
+    }
     for (index, node) in motion.scene.nodes.iter().enumerate().skip(first) {
         let parent = node.parent.and_then(|parent| parent.index().checked_sub(first));
         let above = parent.map(|parent| &joints[parent]);
         let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
         let offset = scale * rest[index].translation;
-        let is_end_site = node.kind == NodeKind::EndSite;
+        // In BVH nothing hangs on an End Site.
+        let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index];
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
         let place = if keeps_offsets {

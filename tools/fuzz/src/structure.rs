@@ -1,0 +1,64 @@
+//! Changes to what a file says of itself: counts, strides, offsets, references. Random bytes seldom reach them, because
+//! a file with a broken frame is refused before.
+
+mod c3d;
+mod gltf;
+
+use fastrand::Rng;
+
+/// The input with such changes, in the format that its name says; `None` for formats without them, and for inputs that are
+/// too broken to be taken apart.
+pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
+    match format {
+        "glb" | "gltf" => gltf::mutate(bytes, random),
+        "c3d" => c3d::mutate(bytes, random),
+        _ => None,
+    }
+}
+
+/// A number that a count, an offset or an index may have, near `now` or at an edge.
+fn number(now: u64, random: &mut Rng) -> u64 {
+    const EDGES: [u64; 12] = [
+        0,
+        1,
+        2,
+        3,
+        255,
+        256,
+        65_535,
+        65_536,
+        i32::MAX as u64,
+        u32::MAX as u64,
+        1 << 53,
+        u64::MAX,
+    ];
+    match random.u8(..8) {
+        0 => now.wrapping_add(1),
+        1 => now.wrapping_sub(1),
+        2 => now.saturating_mul(2),
+        3 => now / 2,
+        4 => random.u64(..=now.max(1)),
+        _ => EDGES[random.usize(..EDGES.len())],
+    }
+}
+
+/// A number at the edge of what can be computed with.
+fn float(random: &mut Rng) -> f32 {
+    const EDGES: [f32; 14] = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        1e-45,
+        2e-41,
+        1e-13,
+        1e-12,
+        9e17,
+        1.1e18,
+        3e38,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::NAN,
+    ];
+    EDGES[random.usize(..EDGES.len())]
+}
