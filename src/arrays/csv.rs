@@ -26,7 +26,7 @@ pub fn write(arrays: &Arrays) -> String {
     text(arrays, false)
 }
 
-/// As [`write`], but no cell is a formula to a spreadsheet: see [`field`]. The first line is one cell, in quotes.
+/// As [`write()`], but no cell is a formula to a spreadsheet: see [`field`]. The first line is one cell, in quotes.
 pub fn write_for_spreadsheet(arrays: &Arrays) -> String {
     text(arrays, true)
 }
