@@ -1,5 +1,7 @@
 //! What the bones of a humanoid say about its file: unit, up axis, facing, rest pose.
 
+use std::cell::OnceCell;
+
 use glam::Vec3;
 
 use super::axis::{Axis, RestPose};
@@ -16,6 +18,7 @@ pub(super) struct Figure<'a> {
     pub(super) scene: &'a Scene,
     pub(super) humanoid: &'a Humanoid,
     rest: Vec<Vec3>,
+    poses: OnceCell<Vec<Pose>>,
 }
 
 impl<'a> Figure<'a> {
@@ -24,6 +27,7 @@ impl<'a> Figure<'a> {
             scene,
             humanoid,
             rest: rest_positions(scene),
+            poses: OnceCell::new(),
         }
     }
 
@@ -33,7 +37,13 @@ impl<'a> Figure<'a> {
             scene,
             humanoid,
             rest: places,
+            poses: OnceCell::new(),
         }
+    }
+
+    /// A few poses of the motion.
+    pub(super) fn poses(&self) -> &[Pose] {
+        self.poses.get_or_init(|| poses(self.scene))
     }
 
     pub(super) fn joint(&self, bone: Bone) -> Option<usize> {
@@ -115,7 +125,8 @@ impl<'a> Figure<'a> {
         self.scene.animations.first()?;
         let [left, right] = self.feet()?;
         let height = |pose: &Pose, foot: usize| pose.position(NodeId::new(foot)).dot(up);
-        let mut heights: Vec<f32> = poses(self.scene)
+        let mut heights: Vec<f32> = self
+            .poses()
             .iter()
             .map(|pose| height(pose, left).min(height(pose, right)))
             .collect();
@@ -150,13 +161,16 @@ impl<'a> Figure<'a> {
         let all = PAIRS.into_iter().filter_map(difference);
         let (value, bone) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let bone = bone.as_str().trim_start_matches("left");
+        let reason = if value < 5e-4 {
+            "left and right have arms and legs of one length".to_owned()
+        } else {
+            let percent = 100.0 * value;
+            format!("of arms and legs, left and right differ most in {bone}, by {percent:.1} %")
+        };
         Some(Guess {
             value,
             confidence: Confidence::Sure,
-            reason: format!(
-                "of arms and legs, left and right differ most in {bone}, by {:.1} %",
-                100.0 * value
-            ),
+            reason,
         })
     }
 

@@ -5,7 +5,6 @@ use glam::Vec3;
 use super::axis::Axis;
 use super::bone::HumanoidBone as Bone;
 use super::measure::Figure;
-use super::poses::poses;
 use super::{Confidence, Guess};
 use crate::scene::NodeId;
 
@@ -100,7 +99,7 @@ impl Figure<'_> {
         let feet = self.feet()?;
         let head = self.joint(Bone::Head).or(self.joint(Bone::Neck))?;
         let length = self.bone_length()? as f32;
-        let poses = poses(self.scene);
+        let poses = self.poses();
         let mut motion = Motion {
             mean: Vec3::ZERO,
             extended: 0.0,
@@ -110,7 +109,7 @@ impl Figure<'_> {
             frames: self.scene.animations[0].frame_count(),
         };
         let share = 1.0 / poses.len() as f32;
-        for pose in &poses {
+        for pose in poses {
             let at = |node: usize| pose.position(NodeId::new(node));
             let way = at(head) - 0.5 * (at(feet[0]) + at(feet[1]));
             motion.mean += share * way.normalize_or_zero();

@@ -13,6 +13,12 @@ const LONGEST_TRUNK: usize = 24;
 /// What a body without arms costs: more than arms that fit badly.
 const WITHOUT_ARMS: f32 = -10.0;
 
+/// A lead of more than this is clear.
+pub(super) const CLEAR_LEAD: f32 = 1.0;
+
+/// What a trunk is worth at most: names of head, neck, spine and hips, a head with a face, and a neck behind the shoulders.
+const MOST_OF_TRUNK: f32 = 2.5 + 4.0 + 1.0 + 2.5 + 1.2 + 2.0 + 1.5;
+
 /// A tip that is nearer than this, as a share of the leg, does not count: some writers put it a millimetre off.
 const SHORTEST_TIP: f32 = 0.03;
 
@@ -45,13 +51,22 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
     let pairs = pairs(tree, MOST_PAIRS);
     let fits = |kind| -> Vec<Option<Fit>> { pairs.iter().map(|pair| limb::fit(tree, pair, kind)).collect() };
     let (as_legs, as_arms) = (fits(Kind::Leg), fits(Kind::Arm));
-    let mut bodies: Vec<Body> = Vec::new();
+    let mut limbs: Vec<(f32, &Fit, Option<&Fit>)> = Vec::new();
     for legs in as_legs.iter().flatten() {
         let apart = |arms: &&Fit| are_apart(tree, &legs.pair, &arms.pair);
         let arms = as_arms.iter().flatten().filter(apart).map(Some);
-        for arms in arms.chain([None]) {
-            bodies.extend(body(tree, legs, arms));
+        limbs.extend(arms.chain([None]).map(|arms| (score_of_limbs(legs, arms), legs, arms)));
+    }
+    limbs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut bodies: Vec<Body> = Vec::new();
+    let mut best = f32::NEG_INFINITY;
+    for (score, legs, arms) in limbs {
+        // No trunk makes this body the best, or one that the best has to be compared with.
+        if score + MOST_OF_TRUNK < best - CLEAR_LEAD {
+            break;
         }
+        bodies.extend(body(tree, legs, arms));
+        best = bodies.last().map_or(best, |body| best.max(body.score));
     }
     bodies.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut best = bodies.first()?.clone();
@@ -70,21 +85,23 @@ fn are_apart(tree: &Tree, a: &Pair, b: &Pair) -> bool {
         .all(|&a| b.roots.iter().all(|&b| !tree.is_within(a, b) && !tree.is_within(b, a)))
 }
 
+/// What legs and arms are worth without a trunk.
+fn score_of_limbs(legs: &Fit, arms: Option<&Fit>) -> f32 {
+    legs.score
+        + match arms {
+            None => WITHOUT_ARMS,
+            // Upper arm and forearm are two thirds of thigh and shin.
+            Some(arms) => arms.score + 1.5 * limb::near(arms.long_bones / legs.long_bones, 0.67, 0.16),
+        }
+}
+
 fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     let trunk = trunk(tree, legs, arms)?;
-    let mut score = legs.score + trunk.score;
-    match arms {
-        None => score += WITHOUT_ARMS,
-        Some(arms) => {
-            // Upper arm and forearm are two thirds of thigh and shin.
-            score += arms.score + 1.5 * limb::near(arms.long_bones / legs.long_bones, 0.67, 0.16);
-        }
-    }
     Some(Body {
         legs: legs.clone(),
         arms: arms.cloned(),
+        score: score_of_limbs(legs, arms) + trunk.score,
         trunk,
-        score,
         lead: f32::INFINITY,
     })
 }

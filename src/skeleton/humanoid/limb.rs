@@ -1,6 +1,5 @@
 //! Which joints of a chain are the bones of an arm or of a leg: the choice that fits names and lengths best.
 
-use super::names::Name;
 use super::topology::{Pair, Tree};
 use super::words::Part;
 
@@ -52,7 +51,7 @@ pub(super) struct Fit {
 
 /// The best reading of the two limbs of `pair`; none where they have too few joints.
 pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
-    let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root));
+    let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root, kind));
     let [a, b] = &chains;
     let readings = if a.nodes.len() == b.nodes.len() && a.are_joints == b.are_joints {
         let both = best(&[a, b], kind)?;
@@ -83,12 +82,14 @@ struct Chain<'a> {
     are_joints: Vec<bool>,
     /// Length of the path from the branch to each node.
     along: Vec<f32>,
+    /// How well the name of each node fits each of [`Kind::parts`].
+    fits: Vec<[f32; 4]>,
     /// The first node from which three or more chains go on: a hand with fingers.
     fan: Option<usize>,
 }
 
 impl<'a> Chain<'a> {
-    fn new(tree: &'a Tree, branch: usize, root: usize) -> Self {
+    fn new(tree: &'a Tree, branch: usize, root: usize, kind: Kind) -> Self {
         let nodes = tree.chain(root);
         let mut length = tree.at[branch].distance(tree.at[root]);
         let mut along = vec![length];
@@ -102,6 +103,10 @@ impl<'a> Chain<'a> {
         };
         Self {
             fan: nodes.iter().position(fans),
+            fits: nodes
+                .iter()
+                .map(|node| kind.parts().map(|part| tree.names[*node].fits(part)))
+                .collect(),
             are_joints: nodes.iter().map(|node| tree.is_joint[*node]).collect(),
             tree,
             nodes,
@@ -109,8 +114,22 @@ impl<'a> Chain<'a> {
         }
     }
 
-    fn name(&self, place: usize) -> &Name {
-        &self.tree.names[self.nodes[place]]
+    /// How well the names at these places fit, in the sum.
+    fn names(&self, places: [Option<usize>; 4]) -> f32 {
+        let fits = places
+            .iter()
+            .enumerate()
+            .filter_map(|(part, place)| place.map(|place| self.fits[place][part]));
+        fits.sum()
+    }
+
+    /// What a reading without toes or collar bone is worth, but for the way to the upper arm.
+    fn score(&self, kind: Kind, places: [Option<usize>; 4]) -> f32 {
+        let (lengths, bonus, _) = match kind {
+            Kind::Leg => leg(self, places),
+            Kind::Arm => free_arm(self, places),
+        };
+        lengths + bonus + NAME_WEIGHT * self.names(places)
     }
 
     fn length(&self, from: usize, to: usize) -> f32 {
@@ -147,17 +166,26 @@ struct Reading {
 }
 
 /// The best reading of chains that are alike.
+///
+/// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all places of the
+/// fourth, and only where the fourth can still make it the best.
 fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
+    /// What a fourth bone adds at most.
+    const MOST_OF_FOURTH: f32 = BONUS_OF_OPTIONAL + NAME_WEIGHT;
     let first = chains[0];
     let joints: Vec<usize> = (0..first.nodes.len())
         .filter(|&place| first.are_joints[place])
         .collect();
-    let mut best: Option<Reading> = None;
-    let mut consider = |places: [Option<usize>; 4]| {
-        let reading = read(chains, kind, places);
-        if best.is_none_or(|best| reading.score > best.score) {
-            best = Some(reading);
+    let mut best: Option<(f32, [Option<usize>; 4])> = None;
+    let mut consider = |score: f32, places: [Option<usize>; 4]| {
+        if best.is_none_or(|(most, _)| score > most) {
+            best = Some((score, places));
         }
+        best.map_or(score, |(most, _)| most)
+    };
+    let mean = |of: &dyn Fn(&Chain<'_>) -> f32| {
+        let sum: f32 = chains.iter().map(|chain| of(chain)).sum();
+        sum / chains.len() as f32
     };
     let optional = |after: usize| {
         let later = joints.iter().copied().filter(move |joint| *joint > after).map(Some);
@@ -165,27 +193,42 @@ fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
     };
     for (place, &upper) in joints.iter().enumerate() {
         for &lower in &joints[place + 1..] {
-            match kind {
-                Kind::Leg => {
-                    for foot in optional(lower) {
-                        consider([Some(upper), Some(lower), foot, None]);
-                        for toes in foot.iter().flat_map(|foot| optional(*foot)).flatten() {
-                            consider([Some(upper), Some(lower), foot, Some(toes)]);
+            for end in optional(lower) {
+                let three = match kind {
+                    Kind::Leg => [Some(upper), Some(lower), end, None],
+                    Kind::Arm => [None, Some(upper), Some(lower), end],
+                };
+                let base = mean(&|chain| chain.score(kind, three));
+                let most = match kind {
+                    Kind::Leg => consider(base, three),
+                    Kind::Arm => consider(base + mean(&|chain| without_shoulder(chain, upper, lower)), three),
+                };
+                if base + MOST_OF_FOURTH <= most {
+                    continue;
+                }
+                match kind {
+                    Kind::Leg => {
+                        let Some(foot) = end else { continue };
+                        for &toes in joints.iter().filter(|joint| **joint > foot) {
+                            let of_toes = |chain: &Chain<'_>| {
+                                toes_fit(chain, lower, foot, toes) + NAME_WEIGHT * chain.fits[toes][3]
+                            };
+                            consider(base + mean(&of_toes), [three[0], three[1], end, Some(toes)]);
                         }
                     }
-                }
-                Kind::Arm => {
-                    for hand in optional(lower) {
-                        consider([None, Some(upper), Some(lower), hand]);
+                    Kind::Arm => {
                         for &shoulder in &joints[..place] {
-                            consider([Some(shoulder), Some(upper), Some(lower), hand]);
+                            let of_shoulder = |chain: &Chain<'_>| {
+                                shoulder_fits(chain, shoulder, upper, lower) + NAME_WEIGHT * chain.fits[shoulder][0]
+                            };
+                            consider(base + mean(&of_shoulder), [Some(shoulder), three[1], three[2], end]);
                         }
                     }
                 }
             }
         }
     }
-    best
+    best.map(|(_, places)| read(chains, kind, places))
 }
 
 fn read(chains: &[&Chain<'_>], kind: Kind, places: [Option<usize>; 4]) -> Reading {
@@ -203,10 +246,7 @@ fn read(chains: &[&Chain<'_>], kind: Kind, places: [Option<usize>; 4]) -> Readin
             Kind::Leg => leg(chain, places),
             Kind::Arm => arm(chain, places),
         };
-        let bones = kind.parts().into_iter().zip(places);
-        let names: f32 = bones
-            .filter_map(|(part, place)| place.map(|place| chain.name(place).fits(part)))
-            .sum();
+        let names = chain.names(places);
         reading.lengths += share * lengths / found;
         reading.names += share * names / found;
         reading.long_bones += share * long_bones;
@@ -248,17 +288,36 @@ fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f3
                 let turn = chain.turn(lower, foot, (foot + 1).min(tip));
                 bonus += 1.0 - turn.abs().max(0.3);
             }
-            if let Some(toes) = toes {
-                let sole = chain.length(foot, toes);
-                bonus += BONUS_OF_OPTIONAL + 0.7 * near((sole / shin).max(0.02), 0.36, 0.4);
-            }
+            bonus += toes.map_or(0.0, |toes| toes_fit(chain, lower, foot, toes));
         }
     }
     (lengths, bonus, thigh + shin)
 }
 
+/// What toes add to a leg.
+fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize) -> f32 {
+    let (shin, sole) = (chain.length(lower, foot), chain.length(foot, toes));
+    BONUS_OF_OPTIONAL + 0.7 * near((sole / shin).max(0.02), 0.36, 0.4)
+}
+
 /// The same of an arm: upper arm and forearm.
-fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) -> (f32, f32, f32) {
+fn arm(chain: &Chain<'_>, places: [Option<usize>; 4]) -> (f32, f32, f32) {
+    let (lengths, bonus, long_bones) = free_arm(chain, places);
+    match places {
+        [Some(shoulder), Some(upper), Some(lower), _] => {
+            let collar = shoulder_fits(chain, shoulder, upper, lower);
+            (lengths, bonus + collar, long_bones)
+        }
+        [None, Some(upper), Some(lower), _] => {
+            let without = without_shoulder(chain, upper, lower);
+            (lengths + without, bonus, long_bones)
+        }
+        _ => (lengths, bonus, long_bones),
+    }
+}
+
+/// An arm from the upper arm on.
+fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4]) -> (f32, f32, f32) {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return (-MOST_OFF, 0.0, 0.0);
     };
@@ -268,13 +327,6 @@ fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) ->
     let mut lengths = near(upper_arm / forearm, 1.08, 0.16);
     lengths -= 20.0 * (chain.detour(upper, lower) + chain.detour(lower, wrist)).min(0.15);
     let mut bonus = 0.0;
-    match shoulder {
-        Some(shoulder) => {
-            let collar = chain.length(shoulder, upper);
-            bonus += BONUS_OF_OPTIONAL + 0.7 * near((collar / upper_arm).max(0.02), 0.55, 0.35);
-        }
-        None => lengths += 0.5 * near((chain.along[upper] / upper_arm).max(0.02), 0.6, 0.6),
-    }
     match hand {
         None => bonus -= 3.0,
         Some(hand) => {
@@ -292,4 +344,16 @@ fn arm(chain: &Chain<'_>, [shoulder, upper, lower, hand]: [Option<usize>; 4]) ->
         }
     }
     (lengths, bonus, upper_arm + forearm)
+}
+
+/// What a collar bone adds to an arm.
+fn shoulder_fits(chain: &Chain<'_>, shoulder: usize, upper: usize, lower: usize) -> f32 {
+    let (collar, upper_arm) = (chain.length(shoulder, upper), chain.length(upper, lower));
+    BONUS_OF_OPTIONAL + 0.7 * near((collar / upper_arm).max(0.02), 0.55, 0.35)
+}
+
+/// How well the way to an upper arm without a collar bone fits.
+fn without_shoulder(chain: &Chain<'_>, upper: usize, lower: usize) -> f32 {
+    let upper_arm = chain.length(upper, lower);
+    0.5 * near((chain.along[upper] / upper_arm).max(0.02), 0.6, 0.6)
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::super::Confidence;
 use super::super::bone::{HumanoidBone, Side};
 use super::HumanoidJoint;
-use super::body::Body;
+use super::body::{Body, CLEAR_LEAD};
 use super::fingers;
 use super::limb::Kind;
 use super::sides::Found;
@@ -48,7 +48,7 @@ impl Map<'_> {
         let Some(node) = node else { return };
         let name = &self.tree.names[node];
         let fits = name.fits(part);
-        let is_clear = self.body.lead > 1.0;
+        let is_clear = self.body.lead > CLEAR_LEAD;
         let side_is_known = bone.side().is_none() || self.sides.is_named || self.sides.confidence != Confidence::Unsure;
         let (confidence, reason) = if fits >= 0.5 && name.says(part) || fits >= 0.6 {
             match lengths {

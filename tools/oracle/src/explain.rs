@@ -38,6 +38,8 @@ impl Rule {
 pub(crate) const RULES: &[Rule] = &[
     Rule::new("position-channels-dropped", position_channels_dropped),
     Rule::new("root-offset-added", root_offset_added),
+    Rule::new("joint-offset-added", joint_offset_added),
+    Rule::new("world-positions", world_positions),
     Rule::new("hole-held", hole_held),
     Rule::new("no-frames", no_frames),
     Rule::new("quaternion-sign", quaternion_sign),
@@ -51,7 +53,7 @@ pub(crate) const RULES: &[Rule] = &[
     Rule::new("joined-across-bones", meshes::joined_across_bones),
 ];
 
-/// A first root position is near zero up to this share of the OFFSET's length.
+/// A root position is near zero up to this share of the OFFSET's length.
 const NEAR_ZERO: f64 = 0.02;
 
 impl<'a> Case<'a> {
@@ -118,19 +120,30 @@ impl<'a> Case<'a> {
     }
 
     /// Whether the root's positions are relative to its OFFSET: on the axes that have a position channel, the first
-    /// position is near zero beside the OFFSET.
+    /// position or the median of all is near zero beside the OFFSET, or the median is along the OFFSET.
     fn adds_root_offset(&self, joint: &Joint) -> bool {
         let offset = self.motion.nodes[joint.node].offset;
         let mut moved_offset = [0.0; 3];
-        let mut farthest: f64 = 0.0;
-        for (channel, value) in self.motion.held_row(joint, 0) {
+        for channel in &joint.channels {
             if let Channel::Position(axis) = channel {
-                moved_offset[axis] = offset[axis];
-                farthest = farthest.max(value.abs());
+                moved_offset[*axis] = offset[*axis];
             }
         }
         let size = length(&moved_offset);
-        joint.node == 0 && size > 0.0 && farthest <= NEAR_ZERO * size
+        let positions: Vec<[f64; 3]> = (0..self.frames())
+            .map(|frame| position(&self.motion.held_row(joint, frame), [0.0; 3]))
+            .collect();
+        let median = |measure: &dyn Fn(&[f64; 3]) -> f64| {
+            let mut values: Vec<f64> = positions.iter().map(measure).collect();
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
+        };
+        let near = |place: [f64; 3]| place.iter().all(|part| part.abs() <= NEAR_ZERO * size);
+        let dot = |place: &[f64; 3]| place.iter().zip(moved_offset).map(|(a, b)| a * b).sum::<f64>();
+        let along = median(&dot) / (size * size);
+        let is_near = positions.first().is_some_and(|first| near(*first))
+            || near([0, 1, 2].map(|axis| median(&|place| place[axis])));
+        joint.node == 0 && size > 0.0 && ((is_near && along.abs() <= 0.5) || along.abs() <= 0.05)
     }
 }
 
@@ -185,6 +198,42 @@ fn root_offset_added(case: &Case<'_>, place: Place) -> bool {
         .map(|(part, offset)| part + offset)
         .collect();
     joint.channels.len() == 6 && case.adds_root_offset(joint) && all_close(&sum, case.our_value(channel, track, key))
+}
+
+/// Position channels below the root that stay near zero beside the OFFSET: here they are added to it.
+fn joint_offset_added(case: &Case<'_>, place: Place) -> bool {
+    let Place::Key(channel, track @ Track::Position, key) = place else {
+        return false;
+    };
+    let Some(joint) = case.joint(channel) else { return false };
+    let offset = case.motion.nodes[joint.node].offset;
+    let stays_near = (0..case.frames()).all(|frame| {
+        let place = position(&case.motion.held_row(joint, frame), [0.0; 3]);
+        length(&place) <= 0.05 * length(&offset)
+    });
+    let assimp = case.assimp_value(channel, track, key).iter();
+    let sum: Vec<f64> = assimp.zip(offset).map(|(part, offset)| part + offset).collect();
+    joint.node != 0 && joint.channels.len() == 6 && stays_near && all_close(&sum, case.our_value(channel, track, key))
+}
+
+/// Places in the world: ours is as far from the parent as both are from each other in the file.
+fn world_positions(case: &Case<'_>, place: Place) -> bool {
+    let Place::Key(channel, track @ Track::Position, key) = place else {
+        return false;
+    };
+    let Some(joint) = case.joint(channel) else { return false };
+    let parent = case.ours.nodes.get(joint.node).and_then(|node| node.parent);
+    let parent = case.motion.joints.iter().find(|other| Some(other.node) == parent);
+    let Some(parent) = parent.filter(|parent| parent.channels.len() == 6 && joint.channels.len() == 6) else {
+        return false;
+    };
+    let at = |joint: &Joint| position(&case.motion.held_row(joint, key), [0.0; 3]);
+    let (here, above) = (at(joint), at(parent));
+    let bone = length(&[0, 1, 2].map(|axis| here[axis] - above[axis]));
+    let is_far = length(&here) > 3.0 * length(&case.motion.nodes[joint.node].offset);
+    is_far
+        && all_close(&here, case.assimp_value(channel, track, key))
+        && close(bone, length(case.our_value(channel, track, key)))
 }
 
 fn hole_held(case: &Case<'_>, place: Place) -> bool {

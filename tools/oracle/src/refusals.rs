@@ -45,6 +45,12 @@ pub(crate) const REFUSALS: &[Refusal] = &[
         holds: end_site_name,
     },
     Refusal {
+        id: "nested-end-site",
+        by: Program::Assimp,
+        words: &["Unknown keyword \"End\""],
+        holds: nested_end_site,
+    },
+    Refusal {
         id: "name-with-space",
         by: Program::Assimp,
         words: &["Expected opening brace"],
@@ -209,8 +215,18 @@ fn letter_case(source: &Source) -> bool {
 fn end_site_name(source: &Source) -> bool {
     lines(source).any(|line| match *words_of_line(line) {
         ["End", "Site"] => false,
-        ["End", site, ..] => site.starts_with("Site") || site.starts_with("site"),
+        ["End", _, ..] => true,
         _ => false,
+    })
+}
+
+/// An End Site that begins before the one before is closed.
+fn nested_end_site(source: &Source) -> bool {
+    let mut is_open = false;
+    words(source).any(|word| {
+        let nests = word == "End" && is_open;
+        is_open = word == "End" || (is_open && word != "}");
+        nests
     })
 }
 

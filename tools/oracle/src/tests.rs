@@ -165,8 +165,12 @@ fn the_root_offset_may_be_added_where_the_first_position_is_zero() {
     };
     assert_eq!(added(assimp(RAW), PROBE), [None, None]);
     let mut starts_at_zero = assimp(RAW);
-    starts_at_zero.animations[0].channels[0].positions[0].value = vec![0.0; 3];
-    let relative = PROBE.replace("0.2 0.9 0.1 5", "0 0 0 5");
+    let positions = &mut starts_at_zero.animations[0].channels[0].positions;
+    positions[0].value = vec![0.0; 3];
+    positions[1].value = vec![0.0, 0.001, 0.0];
+    let relative = PROBE
+        .replace("0.2 0.9 0.1 5", "0 0 0 5")
+        .replace("0.3 0.9 0.1 6", "0 0.001 0 6");
     assert_eq!(added(starts_at_zero, &relative), [Some("root-offset-added"); 2]);
 }
 
