@@ -156,7 +156,7 @@ impl Header {
 /// [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not finite.
 pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let mut provenance = Provenance::of(scene);
-    let frame = frame::Frame::new(scene, options, &mut provenance.assumptions)?;
+    let frame = frame::Frame::new(scene, options, &mut provenance)?;
     let joints = joints::Selection::new(scene, options, frame.scale)?;
     let timeline = timeline::Timeline::new(scene, options, &mut provenance.steps)?;
     let width = 6 + options.rotation.width();

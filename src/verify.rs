@@ -11,9 +11,11 @@
 //! joints that are missing, renamed or too many, joints on another parent, keys that step. A file is what its source is
 //! where there is no finding and no distance beyond the allowed; [`Verification::is_within`] says so.
 
+mod arrays;
 mod chain;
 mod change;
 mod clip;
+mod npz;
 mod pairs;
 
 use std::fmt;
@@ -24,6 +26,7 @@ use serde::Serialize;
 use self::chain::Skeleton;
 use self::change::{Change, Timeline};
 use self::clip::Errors;
+use self::npz::Npz;
 use self::pairs::Pairs;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::{File, Provenance};
@@ -269,7 +272,8 @@ impl Verifier {
         self
     }
 
-    /// Compares a written file with its source file.
+    /// Compares a written file with its source file. Arrays (`.npz`) are compared in the space that they have; of several
+    /// animations they have the first.
     ///
     /// # Errors
     /// As [`verify_files`].
@@ -277,6 +281,12 @@ impl Verifier {
         let path = output.as_ref();
         let opener = Importer::new();
         let bytes = opener.open(path)?;
+        if npz::sniff(&bytes) {
+            let npz = Npz::read(&bytes).map_err(|error| error.with_path(path))?;
+            let importer = npz.header.provenance.importer(self.importer.clone());
+            let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
+            return arrays::compare(&scene, &npz).map_err(|error| error.with_path(path));
+        }
         let output = Output::read(&bytes, path, &|sibling| opener.open(&path.with_file_name(sibling)))
             .map_err(|error| error.with_path(path))?;
         let importer = match self.provenance_of(&output) {

@@ -5,8 +5,9 @@ use glam::{Mat4, Vec3};
 use crate::arrays::ArrayOptions;
 use crate::convert::{Needs, Space, skeleton_of};
 use crate::error::Result;
+use crate::format::gltf::Provenance;
 use crate::math::up_axis;
-use crate::scene::{Assumption, Scene, Topic, UpAxis};
+use crate::scene::{AppliedStep, Scene, Topic, UpAxis};
 
 /// How the coordinates of a scene become those of the output.
 pub(super) struct Frame {
@@ -21,8 +22,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Guesses only what is needed, and adds each guess to `assumptions`.
-    pub(super) fn new(scene: &Scene, options: &ArrayOptions, assumptions: &mut Vec<Assumption>) -> Result<Self> {
+    /// Guesses only what is needed, and adds each guess and the conversion to `provenance`.
+    pub(super) fn new(scene: &Scene, options: &ArrayOptions, provenance: &mut Provenance) -> Result<Self> {
         let output = Space {
             metres_per_unit: options.out_metres_per_unit,
             up: options.out_up,
@@ -43,8 +44,24 @@ impl Frame {
             let survey = skeleton_of(scene, &options.bones)?.survey;
             let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
             let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
-            assumptions.extend(needed.filter_map(|(_, topic)| named.guess(topic, &survey)));
+            provenance
+                .assumptions
+                .extend(needed.filter_map(|(_, topic)| named.guess(topic, &survey)));
             file = named.or_found(&scene.metadata, &survey, needs);
+        }
+        let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
+        let scales =
+            matches!((file.metres_per_unit, output.metres_per_unit), (Some(file), Some(output)) if file != output);
+        if turns || scales {
+            // What stays is written as from 1 m to 1 m, or from +Y to +Y.
+            let (from, to) = (file.metres_per_unit.zip(output.metres_per_unit)).unwrap_or((1.0, 1.0));
+            let (up, out_up) = (file.up.zip(output.up)).unwrap_or_default();
+            provenance.steps.push(AppliedStep::ConvertUnits {
+                metres_per_unit: from,
+                up,
+                out_metres_per_unit: to,
+                out_up,
+            });
         }
         Ok(Self {
             scale: match (file.metres_per_unit, output.metres_per_unit) {

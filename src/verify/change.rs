@@ -243,6 +243,25 @@ impl Timeline {
         (tick - self.first) / self.file_rate
     }
 
+    /// The tick of a frame of evenly spaced ones. Within one of `cuts` the nearer side is taken.
+    pub(super) fn tick(&self, frame: usize, cuts: &[usize]) -> f64 {
+        let tick = self.first + frame as f64 * self.frame;
+        match cuts.contains(&(tick as usize)) {
+            true => tick.round(),
+            false => tick,
+        }
+    }
+
+    /// How many evenly spaced frames there are.
+    pub(super) fn whole_frames(&self) -> usize {
+        ((self.last - self.first) / self.frame + SAME_TICK).floor() as usize + 1
+    }
+
+    /// Frames per second.
+    pub(super) fn frame_rate(&self) -> f64 {
+        self.file_rate / self.frame
+    }
+
     /// How many frames the file is to have, as it says so itself.
     pub(super) fn frame_count(&self) -> u64 {
         let last = self.moments.last().copied().unwrap_or(self.first);

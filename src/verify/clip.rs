@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::scene::{NodeKind, Scene};
 
 /// How far from a joint the points are that tell how it is turned, in metres: about as far as the skin around it.
-const SKIN: f64 = 0.03;
+pub(super) const SKIN: f64 = 0.03;
 
 /// Which clip of the source is which of the file. A source without a clip is a skeleton at rest, and so is a file.
 pub(super) fn matched(
@@ -183,7 +183,7 @@ impl Errors {
         }
     }
 
-    fn add_turn(&mut self, error: f64) {
+    pub(super) fn add_turn(&mut self, error: f64) {
         if self.turn.is_none_or(|turn| is_worse(error, turn)) {
             self.turn = Some(error);
         }
@@ -213,7 +213,7 @@ fn is_worse(error: f64, most: f64) -> bool {
 }
 
 /// Of every joint the root above it: the highest node that is not a mere group.
-fn roots(skeleton: &Skeleton) -> Vec<usize> {
+pub(super) fn roots(skeleton: &Skeleton) -> Vec<usize> {
     let mut roots: Vec<usize> = Vec::with_capacity(skeleton.joints.len());
     for (index, joint) in skeleton.joints.iter().enumerate() {
         let is_below_root = |parent: &usize| skeleton.joints[*parent].kind != NodeKind::Group;

@@ -41,7 +41,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "verify",
         &[
-            "error", "limits", "scene", "pose", "skeleton", "process", "format", "import",
+            "error", "limits", "scene", "pose", "skeleton", "process", "format", "import", "arrays",
         ],
     ),
 ];

@@ -348,3 +348,146 @@ fn files_are_read_as_the_conversion_read_them() {
     let error = verify_files(&source, folder.path().join("none.glb")).unwrap_err();
     assert_eq!(error.code().as_str(), "io");
 }
+
+mod of_arrays {
+    use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays, npz};
+    use mocap::scene::UpAxis;
+    use mocap::verify::{FindingKind, Verification, verify_files};
+
+    fn bytes(file: &str, options: &ArrayOptions) -> Vec<u8> {
+        let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
+        npz::write(&arrays(&scene, options).unwrap())
+    }
+
+    fn verified(file: &str, bytes: &[u8]) -> mocap::Result<Verification> {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.npz");
+        std::fs::write(&output, bytes).unwrap();
+        verify_files(format!("fixtures/real/{file}"), output)
+    }
+
+    #[test]
+    fn whatever_they_hold_is_right() {
+        let rotations = [Rotation::Quaternion, Rotation::SixD, Rotation::Matrix, Rotation::Euler];
+        let spaces = [Space::World, Space::Root, Space::Local];
+        let others = [
+            ArrayOptions::default(),
+            ArrayOptions {
+                out_metres_per_unit: Some(0.01),
+                out_up: Some(UpAxis::Z),
+                ..ArrayOptions::default()
+            },
+            ArrayOptions {
+                up: Some(UpAxis::Z),
+                out_up: Some(UpAxis::Y),
+                joints: Some("Hips|Foot|Head|Hand|Arm".to_owned()),
+                ..ArrayOptions::default()
+            },
+            ArrayOptions {
+                frames_per_second: Some(50.0),
+                first: Some(Moment::Seconds(0.05)),
+                last: Some(Moment::Seconds(0.3)),
+                ..ArrayOptions::default()
+            },
+        ];
+        let files = ["cmu_short.bvh", "rotation_before_position.bvh", "z_up_dab.bvh"];
+        for (index, rotation) in rotations.into_iter().enumerate() {
+            for (place, space) in spaces.into_iter().enumerate() {
+                for (number, other) in others.iter().enumerate() {
+                    let options = ArrayOptions {
+                        rotation,
+                        space,
+                        rotation_space: [RotationSpace::Local, RotationSpace::World][(index + place) % 2],
+                        ..other.clone()
+                    };
+                    let file = files[(index + place + number) % files.len()];
+                    let found = verified(file, &bytes(file, &options)).unwrap();
+                    assert!(found.is_within(1e-5), "{file} {options:?}: {found:?}");
+                    assert!(found.frames > 0 && found.joints > 2, "{file} {options:?}: {found:?}");
+                    assert_eq!(found.missing.is_empty(), options.joints.is_none(), "{file} {options:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_found() {
+        let file = "cmu_short.bvh";
+        let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
+        let right = arrays(&scene, &ArrayOptions::default()).unwrap();
+        let with = |change: &dyn Fn(&mut mocap::arrays::Arrays)| {
+            let mut wrong = right.clone();
+            change(&mut wrong);
+            verified(file, &npz::write(&wrong)).unwrap()
+        };
+        // A tenth of a unit is 5.6 mm.
+        let found = with(&|wrong| wrong.positions[3 * (40 * 38 + 7) + 1] += 0.1);
+        assert!((found.max_error - 0.00564).abs() < 1e-4, "{found:?}");
+        let worst = found.worst.unwrap();
+        assert_eq!((worst.frame, &worst.joint), (40, &right.joints()[7].name));
+        let found = with(&|wrong| wrong.rotations[4 * (40 * 38 + 7)] += 0.2);
+        assert!(found.max_error < 1e-6 && found.turn_error.unwrap() > 1e-3, "{found:?}");
+        let found = with(&|wrong| wrong.positions[5] = f32::NAN);
+        assert!(!found.is_within(1.0), "{found:?}");
+        let found = with(&|wrong| {
+            wrong.frames -= 1;
+            wrong.positions.truncate(74 * 38 * 3);
+            wrong.rotations.truncate(74 * 38 * 4);
+        });
+        assert_eq!(found.findings[0].kind, FindingKind::MissingFrames);
+        let found = with(&|wrong| wrong.header.joints[9].parent = Some(2));
+        assert_eq!(found.findings[0].kind, FindingKind::MovedJoint);
+        let found = with(&|wrong| wrong.header.frame_rate = 60.0);
+        assert_eq!(found.findings[0].kind, FindingKind::Provenance);
+        let found = verified("cmu_12_01_walk.bvh", &npz::write(&right)).unwrap();
+        assert!(!found.is_within(1e-3), "{found:?}");
+        let error = verified("lecture_Test.bvh", &npz::write(&right)).unwrap_err();
+        assert!(error.to_string().contains("is not in its source"), "{error}");
+    }
+
+    #[test]
+    fn a_broken_archive_is_an_error() {
+        let whole = bytes("lecture_Test.bvh", &ArrayOptions::default());
+        for length in (4..whole.len()).step_by(97) {
+            let error = verified("lecture_Test.bvh", &whole[..length]).unwrap_err();
+            assert_eq!(error.code().as_str(), "invalid-arrays", "{length}: {error}");
+        }
+        // A flipped byte is an error or other numbers, but no panic; zip has a sum for what is stored.
+        for at in (4..whole.len()).step_by(31) {
+            let mut broken = whole.clone();
+            broken[at] ^= 0x41;
+            let _ = verified("lecture_Test.bvh", &broken);
+        }
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn the_program_says_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("out.npz");
+        let run = |arguments: &[&str]| {
+            let output = std::process::Command::new(env!("CARGO_BIN_EXE_mocap"))
+                .args(arguments)
+                .output()
+                .unwrap();
+            let words = String::from_utf8(output.stderr).unwrap();
+            assert!(output.status.success(), "{arguments:?}: {words}");
+            String::from_utf8(output.stdout).unwrap()
+        };
+        let (source, output) = ("fixtures/real/cmu_short.bvh", output.to_str().unwrap());
+        run(&[
+            "fk",
+            source,
+            "-o",
+            output,
+            "--unit",
+            "inch",
+            "--out-unit",
+            "m",
+            "--fps",
+            "30",
+        ]);
+        let said = run(&["verify", source, output]);
+        assert!(said.starts_with("19 frames, 38 joints: 0.0"), "{said}");
+    }
+}

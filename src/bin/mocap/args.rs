@@ -64,7 +64,7 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
-    /// Compare a written glTF file with its source: the position of every joint in every frame
+    /// Compare a written file with its source: the position of every joint in every frame
     Verify(VerifyArgs),
     /// Write a page with a player for the motion, and open it
     View(ViewArgs),
@@ -133,7 +133,7 @@ pub(crate) struct ToleranceArgs {
 pub(crate) struct VerifyArgs {
     /// The motion file
     pub(crate) source: PathBuf,
-    /// The .glb or .gltf that was made from it
+    /// The file that was made from it: any that is read, or the .npz of `mocap fk`
     pub(crate) output: PathBuf,
     /// Print JSON
     #[arg(long)]

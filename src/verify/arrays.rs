@@ -1,0 +1,202 @@
+//! The comparison of arrays with their source: every position and every rotation as the file gives it, in its space.
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+use super::chain::Skeleton;
+use super::change::{Change, Timeline};
+use super::clip::{Errors, SKIN, name_of, roots};
+use super::npz::Npz;
+use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
+use crate::arrays::{Rotation, RotationSpace, Space};
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::{NodeKind, Scene};
+use crate::skeleton;
+
+/// Compares the arrays of a file with the first clip of their source. Joints that the file does not have are listed, and are
+/// no finding: arrays may have a choice of them.
+pub(super) fn compare(source: &Scene, npz: &Npz) -> Result<Verification> {
+    let clip = (!source.animations.is_empty()).then_some(0);
+    let ours = Skeleton::of_scene(source, clip);
+    let places = places(&ours, npz)?;
+    let change = Change::recorded(&npz.header.provenance.steps);
+    let timeline = Timeline::new(source, clip, &change)?;
+    let mut verification = Verification {
+        joints: places.len(),
+        metres_per_unit: change.metres_per_unit,
+        has_provenance: true,
+        ..Verification::default()
+    };
+    let joints = ours.joints.iter().enumerate();
+    for (_, joint) in joints.filter(|(place, _)| !places.contains(place)) {
+        match joint.kind {
+            NodeKind::Joint => verification.missing.push(joint.name.clone()),
+            NodeKind::EndSite => verification.missing_end_sites.push(joint.name.clone()),
+            NodeKind::Group => {}
+        }
+    }
+    find(source, npz, &ours, &places, &timeline, &mut verification.findings);
+
+    let metres = match npz.header.metres_per_unit {
+        Some(metres) => metres,
+        None => skeleton::survey(source).metres_per_unit / change.metres_per_unit,
+    };
+    let roots = roots(&ours);
+    let cuts = match clip.filter(|_| timeline.is_resampled) {
+        Some(clip) => skeleton::cuts(source, clip),
+        None => Vec::new(),
+    };
+    let mut errors = Errors::default();
+    errors.turn = Some(0.0);
+    let mut world = Vec::new();
+    let frames = if clip.is_some() { npz.frames } else { 0 };
+    for frame in 0..frames {
+        let tick = timeline.tick(frame, &cuts);
+        ours.world(tick / timeline.rate, &mut world);
+        for (joint, &place) in places.iter().enumerate() {
+            let parent = npz.parents[joint].map(|parent| &world[places[parent]]);
+            let row = frame * places.len() + joint;
+            let (position, rotation) = expected(&change, npz, &world[place], parent, &world[roots[place]]);
+            let found = &npz.positions[3 * row..][..3];
+            let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
+            errors.add(position.distance(found) * metres, || Worst {
+                clip: 0,
+                joint: npz.names[joint].clone(),
+                frame: tick as usize,
+                seconds: frame as f64 / npz.frame_rate,
+            });
+            let found = decoded(npz, row, &npz.rotation_orders[joint]);
+            errors.add_turn(
+                (0..3)
+                    .map(|axis| rotation.col(axis).distance(found.col(axis)) * SKIN)
+                    .fold(0.0, worse),
+            );
+        }
+        errors.frames += 1;
+    }
+    verification.frames = errors.frames;
+    verification.max_error = errors.max;
+    verification.rms_error = errors.rms();
+    verification.turn_error = errors.turn;
+    verification.clips.extend(clip.map(|clip| VerifiedClip {
+        name: source.animations[clip].name.clone(),
+        frames: errors.frames,
+        max_error: errors.max,
+    }));
+    verification.worst = errors.worst;
+    Ok(verification)
+}
+
+/// The greater of two errors; a NaN stays.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+/// The joint of the source for each of the file: the next of its name and kind, in the order of both.
+fn places(ours: &Skeleton, npz: &Npz) -> Result<Vec<usize>> {
+    let mut places: Vec<usize> = Vec::with_capacity(npz.names.len());
+    for (name, is_end_site) in std::iter::zip(&npz.names, &npz.end_sites) {
+        let next = places.last().map_or(0, |last| last + 1);
+        let is_it = |place: &usize| {
+            let joint = &ours.joints[*place];
+            joint.name == *name && joint.kind != NodeKind::Group && (joint.kind == NodeKind::EndSite) == *is_end_site
+        };
+        let place = (next..ours.joints.len()).find(is_it);
+        places.push(place.ok_or_else(|| {
+            let message = format!("the joint {name:?} of the file is not in its source, or not in this order");
+            Diagnostic::new(Code::Unrepresentable, message).help("compare it with the file it was made from")
+        })?);
+    }
+    Ok(places)
+}
+
+/// Finds joints on other parents, and frames that are too few or too many.
+fn find(
+    source: &Scene,
+    npz: &Npz,
+    ours: &Skeleton,
+    places: &[usize],
+    timeline: &Timeline,
+    findings: &mut Vec<Finding>,
+) {
+    for (joint, &place) in places.iter().enumerate() {
+        let mut above = ours.joints[place].parent;
+        while let Some(place) = above.filter(|place| !places.contains(place)) {
+            above = ours.joints[place].parent;
+        }
+        if above != npz.parents[joint].map(|parent| places[parent]) {
+            let message = format!("\"{}\" hangs on another joint in the file", npz.names[joint]);
+            findings.push(Finding::new(FindingKind::MovedJoint, message));
+        }
+    }
+    let name = match source.animations.is_empty() {
+        true => "the motion".to_owned(),
+        false => name_of(source, 0),
+    };
+    let expected = if source.animations.is_empty() {
+        0
+    } else {
+        timeline.whole_frames()
+    };
+    let message = format!(
+        "{name} has {} frames in the file, and would have {expected}",
+        npz.frames
+    );
+    match npz.frames.cmp(&expected) {
+        std::cmp::Ordering::Less => findings.push(Finding::new(FindingKind::MissingFrames, message)),
+        std::cmp::Ordering::Greater => findings.push(Finding::new(FindingKind::ExtraFrames, message)),
+        std::cmp::Ordering::Equal => {}
+    }
+    let rate = timeline.frame_rate();
+    if !source.animations.is_empty() && (npz.frame_rate / rate - 1.0).abs() > 1e-9 {
+        let message = format!(
+            "{name} has {} frames a second in the file, and would have {rate}",
+            npz.frame_rate
+        );
+        findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+}
+
+/// The position and the rotation that the file should have. `world` and the others are those of the source.
+fn expected(change: &Change, npz: &Npz, world: &DMat4, parent: Option<&DMat4>, root: &DMat4) -> (DVec3, DMat3) {
+    let place = |matrix: &DMat4| matrix.w_axis.truncate();
+    let in_parent = parent.map(|parent| parent.inverse() * *world);
+    let position = match (npz.header.space, &in_parent) {
+        (Space::World, _) | (Space::Local, None) => change.place(place(world)),
+        (Space::Root, _) => change.place(place(world)) - change.place(place(root)),
+        // Lengths have another unit, but the axes are the parent's.
+        (Space::Local, Some(matrix)) => place(matrix) * change.metres_per_unit,
+    };
+    let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize());
+    let [x, y, z] = match (npz.header.rotation_space, &in_parent) {
+        (RotationSpace::Local, Some(matrix)) => axes(matrix),
+        _ => axes(world).map(|axis| change.turn(axis)),
+    };
+    (position, DMat3::from_cols(x, y, z))
+}
+
+/// A rotation of the file as a matrix.
+fn decoded(npz: &Npz, row: usize, order: &str) -> DMat3 {
+    let values = npz.rotations[npz.width * row..][..npz.width]
+        .iter()
+        .map(|value| f64::from(*value));
+    let values: Vec<f64> = values.collect();
+    match npz.header.rotation {
+        Rotation::Quaternion => DMat3::from_quat(DQuat::from_slice(&values).normalize()),
+        Rotation::SixD => {
+            let (x, y) = (DVec3::from_slice(&values), DVec3::from_slice(&values[3..]));
+            DMat3::from_cols(x, y, x.cross(y))
+        }
+        Rotation::Matrix => DMat3::from_cols_slice(&values).transpose(),
+        Rotation::Euler => {
+            let order = if order.is_empty() { "XYZ" } else { order };
+            order.chars().fold(DMat3::IDENTITY, |matrix, axis| {
+                matrix
+                    * match axis {
+                        'X' => DMat3::from_rotation_x(values[0].to_radians()),
+                        'Y' => DMat3::from_rotation_y(values[1].to_radians()),
+                        _ => DMat3::from_rotation_z(values[2].to_radians()),
+                    }
+            })
+        }
+    }
+}
