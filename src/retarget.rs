@@ -49,7 +49,7 @@ pub enum Scale {
     Factor(f64),
 }
 
-/// RetargetOptions of a [`Retargeter`].
+/// How a [`Retargeter`] moves a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RetargetOptions {
     /// How large the steps of the target are.
