@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, NodeKind, Scene};
+use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
 use crate::skeleton::{self, Humanoid, survey};
 
 /// A scene, and its name in a picture.
@@ -138,6 +138,11 @@ pub(super) struct Figure<'a> {
 
 impl<'a> Figure<'a> {
     pub(super) fn new(clip: Clip<'a>) -> Self {
+        Self::with_up(clip, survey(clip.scene).up.value)
+    }
+
+    /// A figure whose up axis is known.
+    pub(super) fn with_up(clip: Clip<'a>, up: UpAxis) -> Self {
         let scene = clip.scene;
         let links = links(scene);
         let mut is_lone: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
@@ -155,7 +160,7 @@ impl<'a> Figure<'a> {
                 .iter()
                 .position(|node| node.kind == NodeKind::Joint)
                 .unwrap_or(0),
-            to_stage: turn_to_y_up(survey(scene).up.value).as_quat(),
+            to_stage: turn_to_y_up(up).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
         };

@@ -20,12 +20,15 @@ pub use self::listing::{ListingEntry, listing};
 use super::figure::Clip;
 use super::svg::escape;
 use crate::error::visible;
+use crate::skeleton::Skeleton;
 
 /// A clip on a page.
 #[derive(Clone, Copy, Debug)]
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
+    /// Its skeleton; without one it is that of [`Skeleton::new`].
+    pub skeleton: Option<&'a Skeleton>,
     /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb). Without one the
     /// button says how to make it.
     pub glb: Option<&'a [u8]>,
@@ -60,12 +63,15 @@ struct PageData {
 
 /// A page that plays `clips` together, side by side or overlaid.
 ///
+/// The keys of a clip that take more than 4 MiB are packed. The page states how far that puts a joint from its place in
+/// the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person.
+///
 /// ```
 /// use mocap::render::{Clip, PageClip, page};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
-/// let html = page(&[PageClip { clip: Clip { name: "Test", scene: &scene }, glb: Some(&glb) }]);
+/// let html = page(&[PageClip { clip: Clip { name: "Test", scene: &scene }, skeleton: None, glb: Some(&glb) }]);
 /// assert!(html.starts_with("<!doctype html>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
@@ -73,12 +79,12 @@ pub fn page(clips: &[PageClip<'_>]) -> String {
     let mut keys = String::new();
     let mut downloads = String::new();
     let mut descriptions = Vec::new();
-    for (index, PageClip { clip, glb }) in clips.iter().enumerate() {
-        let (description, blocks) = describe(clip, index, glb.is_some());
+    for (index, clip) in clips.iter().enumerate() {
+        let (description, blocks) = describe(clip, index);
         for (id, block) in std::iter::zip(&description.blocks, blocks) {
             push_block(&mut keys, id, &block);
         }
-        if let (Some(id), Some(glb)) = (&description.glb, glb) {
+        if let (Some(id), Some(glb)) = (&description.glb, clip.glb) {
             push_block(&mut downloads, id, glb);
         }
         descriptions.push(description);

@@ -368,3 +368,20 @@ fn a_build_without_fbx_names_the_feature() {
         assert!(words.contains("build it with `--features fbx`"), "{arguments}: {words}");
     }
 }
+
+#[test]
+fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
+    let folder = Folder::new();
+    folder.words("view lecture_Test.bvh -o all.html");
+    // Ten frames a second; from the third to the ninth at five frames a second are four.
+    folder.words("view lecture_Test.bvh -o part.html --trim 2f..8f --fps 5 --unit dm --up z");
+    let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
+    let all = r#""frames":10,"ticksPerSecond":10.0,"metresPerUnit":1.0,"up":"+y""#;
+    assert!(page("all.html").contains(all));
+    let part = r#""frames":4,"ticksPerSecond":5.0,"metresPerUnit":0.1,"up":"+z""#;
+    assert!(page("part.html").contains(part));
+    std::fs::write(folder.path("wrong.json"), r#"{"bones": {"head": "Haed"}}"#).unwrap();
+    let output = folder.run("view cmu_short.bvh -o new.html --map wrong.json");
+    assert!(!output.status.success() && String::from_utf8(output.stderr).unwrap().contains("Haed"));
+    folder.is_wrong_usage("view lecture_Test.bvh -o new.html --fps 0", "frame rate must be");
+}

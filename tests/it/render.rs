@@ -212,6 +212,7 @@ fn a_page_names_no_other_address() {
     let name = "</script><b>";
     let html = page(&[PageClip {
         clip: Clip { name, scene: &scene },
+        skeleton: None,
         glb: Some(&glb),
     }]);
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {

@@ -526,7 +526,7 @@ if (pictures) {
     };
     const seek = (at) => (page) => page.evaluate((tick) => window.mocap.seek(tick), at);
     const phone = { viewport: { width: 390, height: 780 }, hasTouch: true, isMobile: true };
-    const choose = async (page) => { await seek(200)(page); await settled(page); await page.mouse.click(...(await jointPlace(page, 3))); await page.keyboard.press("t"); };
+    const choose = async (page) => { await seek(200)(page); await settled(page); await page.mouse.click(...(await jointPlace(page, 3))); await page.keyboard.press("t"); await page.mouse.move(20, 400); };
     await take("light", ["cmu_12_01_walk"], {}, choose);
     await take("dark", ["cmu_12_01_walk"], { colorScheme: "dark" }, choose);
     await take("phone", ["cmu_12_01_walk"], phone, seek(100));

@@ -1,15 +1,18 @@
 //! The data of a clip for a page: text as JSON, numbers as bytes.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
 use super::super::figure::{Clip, Figure, Side, body};
+use super::PageClip;
 use super::pack::{Part, Tracks};
 use crate::error::visible;
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
-use crate::skeleton::{Confidence, Humanoid, HumanoidBone, Skeleton};
+use crate::skeleton::{Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -87,9 +90,10 @@ struct Size {
 }
 
 /// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
-pub(super) fn describe(clip: &Clip<'_>, index: usize, has_glb: bool) -> (Description, Vec<Vec<u8>>) {
+pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<Vec<u8>>) {
+    let PageClip { clip, skeleton, glb } = page;
     let scene = clip.scene;
-    let skeleton = Skeleton::new(scene);
+    let skeleton = skeleton.map_or_else(|| Cow::Owned(Skeleton::new(scene)), Cow::Borrowed);
     let guesses = &skeleton.survey;
     let frames = clip.frames();
     let root_offset = scene.metadata.root_offset.iter();
@@ -97,7 +101,7 @@ pub(super) fn describe(clip: &Clip<'_>, index: usize, has_glb: bool) -> (Descrip
     let noted = scene.metadata.assumptions.iter().cloned().chain(skeleton.assumptions());
     let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.explanation()));
     let in_body = body(scene, &skeleton.humanoid);
-    let size = measure(clip, &in_body, guesses.metres_per_unit);
+    let size = measure(clip, &in_body, guesses);
     let mut tracks = Tracks::new(scene, frames);
     let still = Channel::default();
     let channels = channels_of_nodes(scene);
@@ -135,7 +139,7 @@ pub(super) fn describe(clip: &Clip<'_>, index: usize, has_glb: bool) -> (Descrip
             .map(|block| format!("clip-{index}-{block}"))
             .collect(),
         packing_error: packed.max_error * guesses.metres_per_unit,
-        glb: has_glb.then(|| format!("glb-{index}")),
+        glb: glb.map(|_| format!("glb-{index}")),
         warnings: scene.warnings.iter().map(with_line).collect(),
         assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
         humanoid: skeleton.humanoid.found,
@@ -163,8 +167,9 @@ fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
 }
 
 /// Measures a few dozen poses.
-fn measure(clip: &Clip<'_>, in_body: &[bool], metres_per_unit: f64) -> Size {
-    let mut figure = Figure::new(*clip);
+fn measure(clip: &Clip<'_>, in_body: &[bool], guesses: &Survey) -> Size {
+    let metres_per_unit = guesses.metres_per_unit;
+    let mut figure = Figure::with_up(*clip, guesses.up.value);
     let mut reach = 0.0_f32;
     for tick in figure.ticks(48) {
         let positions = figure.positions(tick);

@@ -25,13 +25,15 @@ pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) source: SourceArgs,
     #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
     pub(crate) read: ReadArgs,
 }
 
 impl ViewArgs {
     /// The frames to show. The numbers of the file stay as they are: the page has its unit and its up axis.
     pub(crate) fn conversion(&self) -> Conversion {
-        let mut conversion = Conversion::new().keep_units(true);
+        let mut conversion = Conversion::new().keep_units(true).bones(self.map.bones());
         if let Some(TrimArg { first, last }) = self.trim {
             conversion = conversion.trim(first, last);
         }

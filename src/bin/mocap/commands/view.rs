@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
+use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Diagnostic, Scene, SkeletonMesh, gltf};
 
 use super::{extension, import_to_resample, short_name, unknown_extension};
@@ -134,6 +135,7 @@ const LARGE_PAGE: usize = 60 << 20;
 struct Read {
     name: String,
     scene: Scene,
+    skeleton: Skeleton,
     glb: Option<Vec<u8>>,
 }
 
@@ -144,6 +146,7 @@ impl Read {
                 name: &self.name,
                 scene: &self.scene,
             },
+            skeleton: Some(&self.skeleton),
             glb: self.glb.as_deref(),
         }
     }
@@ -155,18 +158,24 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     args.source.state(&mut scene);
     let changed = args.conversion().apply(&mut scene);
     changed.map_err(|error| error.with_path(file))?;
-    let glb = (key_bytes(&scene) <= LARGEST_GLB).then(|| glb(&scene)).transpose()?;
+    let found = humanoid(&scene);
+    // A map that names no joint of the file is refused already.
+    let mapped = found.clone().with_map(&scene, args.map.bones()).unwrap_or(found);
+    let skeleton = Skeleton::of(&scene, mapped);
+    let is_short = key_bytes(&scene) <= LARGEST_GLB;
+    let glb = is_short.then(|| glb(&scene, args.map.bones())).transpose()?;
     Ok(Read {
         name: short_name(file),
         scene,
+        skeleton,
         glb,
     })
 }
 
 /// In metres with +Y up.
-fn glb(scene: &Scene) -> Result<Vec<u8>, mocap::Error> {
+fn glb(scene: &Scene, bones: HumanoidMap) -> Result<Vec<u8>, mocap::Error> {
     let mut in_metres = scene.clone();
-    Conversion::new().apply(&mut in_metres)?;
+    Conversion::new().bones(bones).apply(&mut in_metres)?;
     // The page lists what was assumed.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
     gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
