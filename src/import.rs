@@ -81,7 +81,7 @@ impl Importer {
     }
 
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
-    /// first frame; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states the decision and its reason.
+    /// first frame and from the median of all; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states the decision and its reason.
     ///
     /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
     ///

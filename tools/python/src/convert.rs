@@ -21,12 +21,11 @@ pub(crate) fn convert(
     fps: Option<f64>,
     read: ReadOptions,
 ) -> PyResult<u64> {
-    let up = match up {
-        None => None,
-        Some("y") => Some(UpAxis::Y),
-        Some("z") => Some(UpAxis::Z),
-        Some(other) => return Err(PyValueError::new_err(format!("up must be y or z, got {other:?}"))),
+    let named = |name: &str| {
+        let up = UpAxis::ALL.into_iter().find(|up| up.as_str() == name);
+        up.ok_or_else(|| PyValueError::new_err(format!("up must be y, z, -y or -z, got {name:?}")))
     };
+    let up = up.map(named).transpose()?;
     let mut conversion = Conversion::new();
     if let Some(metres) = metres_per_unit {
         conversion = conversion.metres_per_unit(metres);

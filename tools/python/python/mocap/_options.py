@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeVar
 from . import _mocap
 
 Unit = Literal["m", "dm", "cm", "mm", "inch", "cmu"]
-Axis = Literal["y", "z"]
+Axis = Literal["y", "z", "-y", "-z"]
 
 
 @dataclass(frozen=True)
