@@ -38,13 +38,14 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
     }
 }
 
-/// The inputs are `walk.bvh` and the folder `clips`.
+/// The inputs are `walk.bvh`, the folder `clips`, and `character.bvh`.
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
     one("convert walk.bvh out.gltf"),
     one("convert walk.bvh out.bvh --force"),
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),
+    one("retarget walk.bvh character.bvh -o out.glb --force"),
     one("fk walk.bvh -o out.npz"),
     one("fk walk.bvh -o out.csv"),
     #[cfg(feature = "parquet")]
@@ -92,11 +93,14 @@ fn folder_with(files: &Files) -> tempfile::TempDir {
 }
 
 fn inputs(source: &str) -> Files {
-    // `plot` needs a joint that both have.
-    let text = fs::read_to_string(format!("fixtures/real/{source}")).unwrap();
-    let bytes = text.replace("Shoulder", "Hips").into_bytes();
+    let bytes = fs::read(format!("fixtures/real/{source}")).unwrap();
     let names = ["walk.bvh", "clips/a.bvh", "clips/below/b.bvh"];
-    names.into_iter().map(|name| (name.into(), bytes.clone())).collect()
+    let mut files: Files = names.into_iter().map(|name| (name.into(), bytes.clone())).collect();
+    files.insert(
+        "character.bvh".into(),
+        fs::read("fixtures/real/biovision_example1.bvh").unwrap(),
+    );
+    files
 }
 
 fn mocap(folder: &Path, arguments: &str) -> Command {
@@ -161,7 +165,7 @@ impl<'a> Tried<'a> {
             succeeds(folder.path(), case.arguments);
             (before, files(folder.path()), start.elapsed())
         };
-        let (_, mut old, _) = run("lecture_Test.bvh");
+        let (_, mut old, _) = run("biovision_example1.bvh");
         let (inputs, new, duration) = run("cmu_short.bvh");
         old.extend(inputs.clone());
         if !case.before.is_empty() {
