@@ -18,6 +18,7 @@
 
 mod body;
 mod ground;
+mod level;
 mod measure;
 mod plan;
 mod root;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Mat3, Quat, Vec3};
 
+use super::level::{self, Foot};
 use super::rotations::{arc, rotation_of};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Pose, Trs};
@@ -16,6 +17,10 @@ const FACING_IS_INEXACT: f32 = 0.09;
 
 /// A foot that points further down than this, as a share of its length, does not stand on its sole at rest.
 const POINTED_FOOT: f32 = 0.9;
+
+/// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.
+const LEVELLED: f32 = 0.5;
+const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
@@ -110,6 +115,7 @@ impl Body {
             bones,
         };
         body.turn_to_t_pose(&skeleton);
+        body.level_feet(scene, if stands { LEVELLED } else { LEVELLED_WITHOUT_REST });
         body.trunk_and_neck(scene);
         body.leg = body.leg_length();
         if !(body.leg.is_finite() && body.leg > 0.0) {
@@ -247,6 +253,35 @@ impl Body {
             turned.insert(bone, rotation.normalize());
         }
         self.to_t_pose = turned;
+    }
+
+    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle.
+    fn level_feet(&mut self, scene: &Scene, largest: f32) {
+        let feet = [Bone::LeftFoot, Bone::RightFoot];
+        let pitches = feet.map(|bone| {
+            let joint = self.joint(bone)?;
+            let foot = Foot {
+                joint,
+                world_to_frame: self.axes.inverse(),
+                joint_to_frame: self.frame_to_joint(bone, joint).inverse(),
+            };
+            level::pitch(scene, &foot, largest)
+        });
+        let [Some(left), Some(right)] = pitches else { return };
+        let turn = Quat::from_rotation_x(-0.5 * (left + right));
+        for foot in feet {
+            let Some(&ankle) = self.bones.get(&foot) else { continue };
+            let to_t_pose = self.to_t_pose.get(&foot).copied().unwrap_or(Quat::IDENTITY);
+            let axes = to_t_pose.inverse() * self.axes;
+            let turn = axes * turn * axes.inverse();
+            let here = self.positions[ankle.index()];
+            for index in ankle.index()..self.parents.len() {
+                if index == ankle.index() || self.hangs_on(NodeId::new(index), ankle) {
+                    self.positions[index] = here + turn * (self.positions[index] - here);
+                    self.rotations[index] = (turn * self.rotations[index]).normalize();
+                }
+            }
+        }
     }
 
     /// The rotation about the up axis that makes the figure of the reference pose face along an axis.

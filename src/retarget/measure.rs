@@ -109,6 +109,19 @@ pub struct RetargetReport {
 }
 
 impl RetargetReport {
+    /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the floor
+    /// more often, neither much worse, and its limbs still point where they should.
+    pub fn is_better_locked_than(&self, free: &Self) -> bool {
+        let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
+            return false;
+        };
+        let (locked, before) = (locked.target, free_feet.target);
+        let less_skate = before.skate - locked.skate;
+        let less_below = before.share_below_floor - locked.share_below_floor;
+        let limbs_stay = self.verdict == free.verdict;
+        limbs_stay && less_skate > -MORE_SKATE && less_below > -MOST_BELOW && (less_skate > 0.0 || less_below > 0.0)
+    }
+
     /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do what
     /// those of the source do, on a body of the same size, are left as they are.
     pub fn slides(&self) -> bool {

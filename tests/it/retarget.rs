@@ -524,3 +524,33 @@ fn feet_that_are_locked_slide_no_more_than_those_of_the_source() {
     let report = retargeter.measure(&source, &source.animations[0], &source, &own.animations[0]);
     assert!(!report.slides(), "{:?}", report.feet);
 }
+
+/// The rest pose of a motion file need not show how a foot stands; the motion does.
+#[test]
+fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
+    let plain = motion("real/cmu_12_01_walk.bvh");
+    let mut pointed = plain.clone();
+    for bone in [Bone::LeftFoot, Bone::RightFoot] {
+        // The joint at rest is turned by 20 degrees about the left-right axis; its keys say what they said.
+        let foot = joints(&plain)(bone).unwrap();
+        pointed.nodes[foot.index()].transform *= Mat4::from_rotation_x(20.0_f32.to_radians());
+    }
+    let target = character("human_vrm1");
+    let toes = [Bone::LeftToes, Bone::RightToes].map(|bone| joints(&target)(bone).unwrap());
+    let moved = [&plain, &pointed].map(|source| retargeted(source, &target));
+    for tick in frames(&plain, 20) {
+        let [a, b] = moved.each_ref().map(|scene| Pose::at_tick(scene, 0, tick).unwrap());
+        for toes in toes {
+            let off = a.position(toes).distance(b.position(toes));
+            assert!(off < 0.01, "{off} at {tick}");
+        }
+    }
+    // And where the body stands, no toe is below the floor.
+    let retargeter = Retargeter::new(&plain, &target, &RetargetOptions::default()).unwrap();
+    let report = retargeter.measure(&plain, &plain.animations[0], &target, &moved[0].animations[0]);
+    assert!(
+        report.feet.unwrap().target.share_below_floor < 0.01,
+        "{:?}",
+        report.feet
+    );
+}

@@ -69,8 +69,12 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
             moved.name = names.of(motion, &source, animation);
             let mut found = retargeter.measure(&source, animation, target.scene(), &moved);
             if args.feet == FeetArg::Lock && found.slides() {
-                retargeter.lock_feet(&source, index, target.scene(), &mut moved)?;
-                found = retargeter.measure(&source, animation, target.scene(), &moved);
+                let mut locked = moved.clone();
+                retargeter.lock_feet(&source, index, target.scene(), &mut locked)?;
+                let after = retargeter.measure(&source, animation, target.scene(), &locked);
+                if after.is_better_locked_than(&found) {
+                    (moved, found) = (locked, after);
+                }
             }
             reports.push(found);
             animations.push(moved);
@@ -117,9 +121,7 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
         Some(_) => importer,
         None => Importer::new().skeleton_mesh(SkeletonMesh::Skinned),
     };
-    let mut scene = importer.import(file)?;
-    scene.animations.clear();
-    Ok(Target::Scene(Box::new(scene)))
+    Ok(Target::Scene(Box::new(importer.import(file)?)))
 }
 
 fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
@@ -156,7 +158,9 @@ struct Names {
 
 impl Names {
     fn new(target: &Target, replace: bool) -> Self {
-        let present = target.scene().animations.iter().filter(|_| !replace);
+        // A scene that is written has the new motions alone.
+        let stay = matches!(target, Target::Character(_)) && !replace;
+        let present = target.scene().animations.iter().filter(|_| stay);
         Self {
             taken: present.map(|animation| animation.name.clone()).collect(),
         }
