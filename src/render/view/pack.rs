@@ -100,9 +100,14 @@ impl<'a> Tracks<'a> {
 
     /// Packs all of them, for a figure of this reach.
     pub(super) fn pack(&self, reach: f64) -> Packed {
+        self.pack_above(EXACT_BYTES, reach)
+    }
+
+    /// The same, exact up to so many bytes.
+    fn pack_above(&self, exact_bytes: usize, reach: f64) -> Packed {
         let components: usize = self.tracks.iter().map(|track| track.part.components()).sum();
         let frames_per_block = (BLOCK_BYTES / (2 * components).max(1)).clamp(64, 1 << 16);
-        let is_exact = 4 * components * self.frames <= EXACT_BYTES;
+        let is_exact = 4 * components * self.frames <= exact_bytes;
         let mut packed = Packed {
             frames_per_block,
             blocks: Vec::new(),
@@ -338,6 +343,44 @@ mod tests {
         let mut bytes = Vec::new();
         assert_eq!(pack_row(&vec![0.25; 1000], 0.0, &mut bytes), [0.25; 1000]);
         assert_eq!(bytes.len(), 13);
+    }
+
+    #[test]
+    fn joints_stay_within_the_bound() {
+        let scene = crate::import::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        let animation = &scene.animations[0];
+        let mut tracks = Tracks::new(&scene, animation.frame_count() as u64);
+        for (node, channel) in Binding::new(&scene, animation).driven() {
+            let channel = &animation.channels[channel];
+            let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
+            for (part, keys) in [
+                (Part::Translation, channel.position_keys.len()),
+                (Part::Rotation, channel.rotation_keys.len()),
+            ] {
+                if keys > 1 {
+                    tracks.push(node.index(), part, channel, rest);
+                }
+            }
+        }
+        let bytes = |packed: &Packed| packed.blocks.iter().map(Vec::len).sum::<usize>();
+        // The walker is about 30 units high.
+        let (exact, packed) = (tracks.pack(15.0), tracks.pack_above(0, 15.0));
+        assert_eq!(exact.max_error, 0.0);
+        assert!(
+            packed.max_error > 0.0 && packed.max_error <= 1.5e-3,
+            "{}",
+            packed.max_error
+        );
+        assert!(
+            bytes(&packed) * 5 < bytes(&exact) * 2,
+            "{} of {}",
+            bytes(&packed),
+            bytes(&exact)
+        );
+        // A bound that two bytes cannot hold takes finer steps, and an impossible one exact values.
+        let (fine, exact_too) = (tracks.pack_above(0, 0.15), tracks.pack_above(0, 1e-9));
+        assert!(fine.max_error <= 1.5e-5 && bytes(&fine) > bytes(&packed));
+        assert_eq!((exact_too.max_error, bytes(&exact_too)), (0.0, bytes(&exact)));
     }
 
     #[test]
