@@ -147,11 +147,13 @@ fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(), String> 
         Effort::Inputs(inputs) => tried < inputs,
     };
     while goes_on(tried) {
-        let seed = &pool[random.usize(..pool.len())];
+        // What was found on the way is broken for the most part.
+        let from = if random.bool() { &pool[..given] } else { &pool[..] };
+        let seed = &from[random.usize(..from.len())];
         let structured = random.bool().then(|| structure::mutate(input.name, seed, &mut random));
         let bytes = match structured.flatten() {
             Some(bytes) => bytes,
-            None => mutate::mutate(&pool, input.words, &mut random),
+            None => mutate::mutate(from, input.words, &mut random),
         };
         if let Err(finding) = try_input(input, &bytes) {
             let kept = keep(&bytes, input.name);
