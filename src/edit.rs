@@ -21,6 +21,7 @@ mod layer;
 mod loop_clip;
 mod mirror;
 mod smooth;
+mod step;
 mod warp_time;
 
 pub use self::blend::{BlendReport, blend};
@@ -35,4 +36,5 @@ pub use self::layer::{LayerPart, LayerReport, layer};
 pub use self::loop_clip::{LoopOptions, LoopReport, loop_clip};
 pub use self::mirror::{MirrorReport, mirror};
 pub use self::smooth::{SmoothFilter, SmoothOptions, SmoothReport, smooth};
+pub use self::step::{EDIT_STEPS, EditReport, EditStep};
 pub use self::warp_time::{WarpTimeReport, warp_time};

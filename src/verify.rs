@@ -3,7 +3,7 @@
 //! Both sides are computed in double precision by kinematics of their own, and the file is read back by a reader, which
 //! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
 //!
-//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place) is in the [`Provenance`] of glTF files of
+//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place, edits) is in the [`Provenance`] of glTF files of
 //! this crate and is done to the source as well. A file of another program has none, nor has BVH: there the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the
 //! motion is said to be whole.
 //!
@@ -303,11 +303,18 @@ impl Verifier {
 
     fn compare(&self, source: &Scene, output: &Output<'_>) -> Result<Verification> {
         let provenance = self.provenance_of(output);
+        let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
+        let original = source;
+        let edited = change::edited(original, steps)?;
+        let (source, steps) = match &edited {
+            Some((scene, done)) => (scene, &steps[*done..]),
+            None => (source, steps),
+        };
         let ours = Skeleton::of_scene(source, None);
         let theirs = output.skeleton(None)?;
         let pairs = Pairs::new(&ours, &theirs)?;
         let change = match &provenance {
-            Some(provenance) => Change::recorded(&provenance.steps),
+            Some(_) => Change::recorded(steps),
             None => Change::guessed(&Skeleton::of_scene(source, Some(0)), &output.skeleton(Some(0))?, &pairs),
         };
         let mut verification = Verification {
@@ -327,7 +334,7 @@ impl Verifier {
             &mut verification.findings,
         );
         if let Some(provenance) = output.provenance() {
-            claims(source, &provenance, &change, &mut verification.findings)?;
+            claims(original, source, &provenance, &change, &mut verification.findings)?;
         }
         let compared = clip::Compared {
             pairs: &pairs,
@@ -396,7 +403,13 @@ impl Provenance {
 }
 
 /// Holds what a file says of its frames against what is to be in it.
-fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &mut Vec<Finding>) -> Result<()> {
+fn claims(
+    original: &Scene,
+    source: &Scene,
+    provenance: &Provenance,
+    change: &Change,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
     let mut claim = |what: &str, claimed: u64, found: u64| {
         if claimed != found {
             let message = format!("the file says that {what} {claimed} frames, but there are {found}");
@@ -405,7 +418,7 @@ fn claims(source: &Scene, provenance: &Provenance, change: &Change, findings: &m
     };
     let frames = |scene: &Scene| scene.animations.first().map_or(0, |clip| clip.frame_count() as u64);
     if let Some(origin) = &provenance.source {
-        claim("its source has", origin.frames, frames(source));
+        claim("its source has", origin.frames, frames(original));
     }
     if !source.animations.is_empty() {
         let timeline = Timeline::new(source, Some(0), change)?;

@@ -23,6 +23,7 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 use zip::{CompressionMethod, result::ZipResult};
 
 use crate::arrays::{Arrays, Rotation};
+use crate::edit::DetectedContacts;
 use crate::scene::RotationOrder;
 
 /// The bytes of the file. The same arrays give the same bytes.
@@ -38,6 +39,17 @@ pub fn write(arrays: &Arrays) -> Vec<u8> {
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
     archive
         .add_all(arrays)
+        .and_then(|()| archive.0.finish())
+        .map(Cursor::into_inner)
+        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+}
+
+/// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32, points)
+/// in metres above the floor, `floor` (float32) and `frame_rate` (float64).
+pub fn write_contacts(contacts: &DetectedContacts) -> Vec<u8> {
+    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+    archive
+        .add_contacts(contacts)
         .and_then(|()| archive.0.finish())
         .map(Cursor::into_inner)
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
@@ -75,6 +87,20 @@ impl Archive {
         self.bools("end_sites", &[count], joints.iter().map(|joint| joint.end_site))?;
         self.array("frame_rate", "<f8", &[], &arrays.frame_rate().to_le_bytes())?;
         self.strings("header", &[], &[&arrays.header.to_json()])
+    }
+
+    fn add_contacts(&mut self, contacts: &DetectedContacts) -> ZipResult<()> {
+        let (frames, points) = (contacts.frames, &contacts.points);
+        let at_rest = (0..frames).flat_map(|frame| points.iter().map(move |point| point.at_rest[frame]));
+        self.bools("at_rest", &[frames, points.len()], at_rest)?;
+        let bones: Vec<&str> = points.iter().map(|point| point.bone.as_str()).collect();
+        self.strings("bones", &[points.len()], &bones)?;
+        let names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
+        self.strings("names", &[points.len()], &names)?;
+        let heights: Vec<f32> = points.iter().map(|point| point.height).collect();
+        self.floats("heights", &[points.len()], &heights)?;
+        self.floats("floor", &[], &[contacts.floor])?;
+        self.array("frame_rate", "<f8", &[], &contacts.frame_rate.to_le_bytes())
     }
 
     fn floats(&mut self, name: &str, shape: &[usize], values: &[f32]) -> ZipResult<()> {

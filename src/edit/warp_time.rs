@@ -76,7 +76,12 @@ pub fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) ->
     let speeds = moments
         .windows(2)
         .map(|pair| (pair[1].0 - pair[0].0) / (pair[1].1 - pair[0].1));
-    let (slowest, fastest) = speeds.fold((1.0f64, 1.0f64), |(low, high), speed| (low.min(speed), high.max(speed)));
+    // Without two moments nothing changes its speed.
+    let (slowest, fastest) = speeds
+        .fold(None, |range: Option<(f64, f64)>, speed| {
+            Some(range.map_or((speed, speed), |(low, high)| (low.min(speed), high.max(speed))))
+        })
+        .unwrap_or((1.0, 1.0));
     frames.with_rows(rows).write_all(scene, animation);
     Ok(WarpTimeReport {
         seconds_before: last,

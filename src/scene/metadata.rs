@@ -219,6 +219,11 @@ pub enum AppliedStep {
     InPlace,
     /// [`process::root_motion`](crate::process::root_motion).
     RootMotion,
+    /// A step of [`edit`](crate::edit), which cannot be undone.
+    Edit {
+        /// Its name and all its parameters, as [`EditStep`](crate::edit::EditStep) parses it.
+        edit: String,
+    },
 }
 
 /// How a root's OFFSET and its position channels combine.

@@ -5,6 +5,7 @@ use glam::{DMat4, DVec3};
 use super::chain::Skeleton;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
+use crate::edit::EditStep;
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::process;
@@ -13,6 +14,41 @@ use crate::skeleton;
 
 /// How near, in ticks, two moments are that are one.
 const SAME_TICK: f64 = 1e-6;
+
+/// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
+/// source too. `None` where there is none.
+pub(super) fn edited(source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Scene, usize)>> {
+    let is_edit = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. });
+    let Some(last) = steps.iter().rposition(is_edit) else {
+        return Ok(None);
+    };
+    let mut scene = source.clone();
+    for step in &steps[..=last] {
+        match step {
+            AppliedStep::ConvertUnits {
+                metres_per_unit,
+                up,
+                out_metres_per_unit,
+                out_up,
+            } => {
+                process::convert_units_to(&mut scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
+                scene.metadata.metres_per_unit = Some(*out_metres_per_unit);
+                scene.metadata.up = Some(*out_up);
+            }
+            AppliedStep::Trim { first, last } => process::trim(&mut scene, *first, *last),
+            AppliedStep::Resample { frames_per_second } => {
+                process::resample(&mut scene, *frames_per_second, &Limits::default())?;
+            }
+            AppliedStep::InPlace => process::in_place(&mut scene),
+            AppliedStep::RootMotion => process::root_motion(&mut scene),
+            AppliedStep::SelectClip { .. } => {}
+            AppliedStep::Edit { edit } => {
+                edit.parse::<EditStep>()?.apply(&mut scene, 0, None)?;
+            }
+        }
+    }
+    Ok(Some((scene, last + 1)))
+}
 
 /// What lies on purpose between a source and a file.
 pub(super) struct Change {
@@ -60,7 +96,7 @@ impl Change {
                 AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
                 AppliedStep::InPlace => change.in_place = true,
                 AppliedStep::RootMotion => change.has_root_motion = true,
-                AppliedStep::SelectClip { .. } => {}
+                AppliedStep::SelectClip { .. } | AppliedStep::Edit { .. } => {}
             }
         }
         change

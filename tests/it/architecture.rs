@@ -41,7 +41,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "verify",
         &[
-            "error", "limits", "scene", "pose", "skeleton", "process", "format", "import", "arrays",
+            "error", "limits", "scene", "pose", "skeleton", "edit", "process", "format", "import", "arrays",
         ],
     ),
 ];

@@ -1,6 +1,8 @@
 //! Changes of a motion: the laws that every step keeps, and what each does to real files.
 
 mod cleaned;
+#[cfg(feature = "cli")]
+mod command;
 mod feet;
 mod joined;
 mod mirrored;

@@ -5,6 +5,7 @@ mod batch;
 mod bvh;
 mod change;
 mod compress;
+mod edit;
 mod given;
 mod pictures;
 mod read;
@@ -22,6 +23,7 @@ pub(crate) use self::batch::{BatchArgs, FormatArg, InputArgs, MergeManifestArgs,
 pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
+pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
@@ -42,6 +44,8 @@ pub(crate) enum Command {
     Convert(ConvertArgs),
     /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),
+    /// Change a motion: foot lock, mirror, smooth, loop, join, blend, warp
+    Edit(EditArgs),
     /// Summarise a file
     Info(InfoArgs),
     /// Write a motion as arrays: positions and rotations of all joints in all frames

@@ -5,6 +5,7 @@ pub(crate) mod check;
 pub(crate) mod convert;
 pub(crate) mod convert_many;
 pub(crate) mod dump;
+pub(crate) mod edit;
 pub(crate) mod fk;
 pub(crate) mod formats;
 pub(crate) mod gif;

@@ -53,6 +53,7 @@ fn main() -> ExitCode {
             None => commands::convert::run(args, &given),
         },
         Command::Retarget(args) => commands::retarget::run(args),
+        Command::Edit(args) => commands::edit::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]

@@ -1,0 +1,137 @@
+//! `mocap edit`: changes a motion.
+
+use mocap::convert::FirstFrame;
+use mocap::edit::{ContactOptions, EditReport, contacts};
+use mocap::export::ReplacePolicy;
+use mocap::gltf::{self, GltfOptions};
+use mocap::scene::Scene;
+use mocap::{Conversion, SkeletonMesh, arrays, bvh};
+use serde_json::Value;
+
+use super::{extension, print_json, unknown_extension};
+use crate::args::EditArgs;
+use crate::{Failure, report, streams};
+
+pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
+    let is_bvh = match extension(&args.output).as_str() {
+        "bvh" => true,
+        "glb" | "gltf" => false,
+        _ => return Err(unknown_extension(&args.output, ".glb, .gltf or .bvh")),
+    };
+    if let Some(file) = &args.contacts
+        && !["json", "npz"].contains(&extension(file).as_str())
+    {
+        return Err(unknown_extension(file, ".json or .npz"));
+    }
+    if args.steps.is_empty() && args.contacts.is_none() {
+        return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
+    }
+    let policy = ReplacePolicy::new(&args.inputs).force(args.force);
+    policy.check_inputs(&args.output)?;
+    let mut scenes = args
+        .inputs
+        .iter()
+        .map(|file| import(args, file, is_bvh))
+        .collect::<Result<Vec<Scene>, _>>()?;
+    let mut scene = scenes.remove(0);
+    let mut reports: Vec<EditReport> = Vec::new();
+    let mut next = 0;
+    for step in &args.steps {
+        let other = step.needs_other().then(|| {
+            // The inputs are counted from 1, and the first is the motion itself.
+            let place = step.with().unwrap_or(next + 2);
+            next = place.saturating_sub(1);
+            let other = place.checked_sub(2).and_then(|place| scenes.get(place));
+            other.ok_or_else(|| {
+                let found = args.inputs.len();
+                Failure::Usage(format!(
+                    "the step {} takes motion {place}, and there are {found}",
+                    step.name()
+                ))
+            })
+        });
+        let found = step
+            .apply(&mut scene, 0, other.transpose()?)
+            .map_err(|error| error.with_path(&args.inputs[0]))?;
+        if !args.json {
+            tell(&found);
+        }
+        reports.push(found);
+    }
+    let contact_bytes = match &args.contacts {
+        Some(file) => {
+            policy.check_inputs(file)?;
+            let options = ContactOptions {
+                hands: true,
+                ..ContactOptions::default()
+            };
+            let found = contacts(&scene, 0, None, &options).map_err(|error| error.with_path(&args.inputs[0]))?;
+            let bytes = match extension(file).as_str() {
+                "npz" => arrays::npz::write_contacts(&found),
+                _ => serde_json::to_vec(&found).unwrap_or_default(),
+            };
+            Some((file, bytes))
+        }
+        None => None,
+    };
+    let bytes = match extension(&args.output).as_str() {
+        "bvh" => bvh::write(&scene, &bvh::BvhOptions::default())?,
+        "gltf" => gltf::Document::new(&scene, &GltfOptions::default())?.to_embedded()?,
+        _ => gltf::Document::new(&scene, &GltfOptions::default())?.to_glb()?,
+    };
+    policy.check_bytes(&args.output, &bytes)?;
+    streams::write(&args.output, &bytes)?;
+    if let Some((file, bytes)) = contact_bytes {
+        policy.check_bytes(file, &bytes)?;
+        streams::write(file, &bytes)?;
+    }
+    if args.json {
+        print_json(&reports)?;
+    }
+    Ok(())
+}
+
+/// A motion with one animation, without a rest pose in the first frame; for glTF in metres with +Y up.
+fn import(args: &EditArgs, file: &std::path::Path, is_bvh: bool) -> Result<Scene, Failure> {
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
+    let mut scene = streams::import(&importer, file)?;
+    report::warnings(Some(file), &scene.warnings);
+    report::clip_taken(&scene);
+    if scene.animations.is_empty() {
+        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+    }
+    scene.animations.truncate(1);
+    args.source.state(&mut scene);
+    // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
+    let conversion = Conversion::new()
+        .first_frame(FirstFrame::DropRestPose)
+        .keep_units(is_bvh);
+    let decisions = conversion.apply(&mut scene).map_err(|error| error.with_path(file))?;
+    decisions.iter().for_each(|decision| report::say(&decision.to_string()));
+    Ok(scene)
+}
+
+/// A line for each step: its name, and every number of its report.
+fn tell(found: &EditReport) {
+    let name = found.step.split(':').next().unwrap_or_default();
+    let Value::Object(map) = &found.changed else { return };
+    let parts: Vec<String> = map
+        .iter()
+        .filter_map(|(key, value)| Some(format!("{} {}", key.replace('_', " "), short(value)?)))
+        .collect();
+    report::say(&format!("{name}: {}", parts.join(", ")));
+}
+
+fn short(value: &Value) -> Option<String> {
+    match value {
+        Value::Null => None,
+        Value::String(text) if text.is_empty() => None,
+        Value::String(text) => Some(text.clone()),
+        Value::Array(values) => Some(values.len().to_string()),
+        Value::Number(number) if number.is_f64() => {
+            let number = number.as_f64()?;
+            Some(format!("{}", (number * 1e4).round() / 1e4))
+        }
+        other => Some(other.to_string()),
+    }
+}

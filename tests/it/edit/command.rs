@@ -1,0 +1,144 @@
+//! `mocap edit`: steps in their order, recorded in the file and understood by `verify`.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+fn real(file: &str) -> String {
+    format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mocap"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {
+    let folder = tempfile::tempdir().unwrap();
+    let root: PathBuf = folder.path().to_owned();
+    (folder, move |name: &str| root.join(name).to_str().unwrap().to_owned())
+}
+
+#[test]
+fn steps_are_recorded_and_verified() {
+    let (_folder, path) = folder();
+    let (walk, output, contacts) = (real("cmu_12_01_walk.bvh"), path("walk.glb"), path("contacts.json"));
+    let found = run(&[
+        "edit",
+        &walk,
+        "-o",
+        &output,
+        "--step",
+        "foot-lock:speed=0.3",
+        "--step",
+        "smooth:cut-off=20",
+        "--step",
+        "mirror",
+        "--contacts",
+        &contacts,
+        "--json",
+    ]);
+    assert!(found.status.success(), "{}", words(&found));
+    let reports: serde_json::Value = serde_json::from_slice(&found.stdout).unwrap();
+    let steps: Vec<&str> = reports
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|report| report["step"].as_str().unwrap())
+        .collect();
+    assert!(
+        steps[0].starts_with("foot-lock:blend=0.2,") && steps[0].contains("speed=0.3"),
+        "{steps:?}"
+    );
+    assert_eq!(steps[1..], ["smooth:cut-off=20.0,filter=butterworth", "mirror"]);
+    assert!(reports[0]["changed"]["slide_after"].as_f64() < reports[0]["changed"]["slide_before"].as_f64());
+
+    // The file tells how it was made.
+    let bytes = std::fs::read(&output).unwrap();
+    for step in &steps {
+        let recorded = format!("\"{step}\"");
+        assert!(
+            bytes.windows(recorded.len()).any(|part| part == recorded.as_bytes()),
+            "{recorded}"
+        );
+    }
+
+    let verified = run(&["verify", &walk, &output, "--max-error", "0.01mm"]);
+    assert!(verified.status.success(), "{}", words(&verified));
+    let points: serde_json::Value = serde_json::from_slice(&std::fs::read(&contacts).unwrap()).unwrap();
+    assert_eq!(points["points"].as_array().unwrap().len(), 6);
+
+    // An output of other steps is another motion.
+    let other = path("other.glb");
+    assert!(
+        run(&["edit", &walk, "-o", &other, "--step", "smooth:cut-off=2"])
+            .status
+            .success()
+    );
+    let one = mocap::import(&other).unwrap();
+    let mut scene = mocap::import(&walk).unwrap();
+    mocap::Conversion::new()
+        .first_frame(mocap::convert::FirstFrame::DropRestPose)
+        .apply(&mut scene)
+        .unwrap();
+    assert_ne!(
+        one.animations[0].channels[5].rotation_keys.values[100],
+        scene.animations[0].channels[5].rotation_keys.values[100]
+    );
+}
+
+#[test]
+fn motions_are_joined_in_the_order_of_the_inputs() {
+    let (_folder, path) = folder();
+    let (walk, output) = (real("cmu_12_01_walk.bvh"), path("both.bvh"));
+    let found = run(&[
+        "edit",
+        &walk,
+        &walk,
+        &walk,
+        "-o",
+        &output,
+        "--step",
+        "concat",
+        "--step",
+        "concat",
+        "--step",
+        "warp:speed=2",
+    ]);
+    assert!(found.status.success(), "{}", words(&found));
+    // Three of 523 frames that share two, at twice the speed.
+    assert_eq!(
+        mocap::import(&output).unwrap().animations[0].frame_count(),
+        (523usize * 3 - 2).div_ceil(2)
+    );
+
+    for (step, message) in [
+        ("concat:with=3", "the step concat takes motion 3, and there are 1"),
+        ("shake", "there is no step \"shake\"; the steps are foot-lock, mirror,"),
+        ("smooth:cutoff=8", "unknown field `cutoff`"),
+    ] {
+        let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--step", step]);
+        assert_eq!(refused.status.code(), Some(2), "{step}");
+        assert!(words(&refused).contains(message), "{}", words(&refused));
+    }
+    let refused = run(&[
+        "edit",
+        &real("lecture_Test.bvh"),
+        "-o",
+        &path("x.glb"),
+        "--step",
+        "mirror",
+    ]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        words(&refused).contains("the skeleton is not a humanoid"),
+        "{}",
+        words(&refused)
+    );
+    assert!(!std::fs::exists(path("x.glb")).unwrap());
+}
