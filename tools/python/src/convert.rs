@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use mocap::export::ReplacePolicy;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, SkeletonMesh, gltf};
 use pyo3::exceptions::PyValueError;
@@ -38,6 +39,7 @@ pub(crate) fn convert(
     }
     let importer = read.importer()?.skeleton_mesh(SkeletonMesh::Skinned);
     let written = py.detach(|| {
+        ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
         gltf::export(&scene, &target, &gltf::GltfOptions::default())

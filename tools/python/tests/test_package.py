@@ -183,3 +183,6 @@ def test_convert(walk: Path, tmp_path: Path) -> None:
     with pytest.raises(mocap.MocapError) as caught:
         mocap.convert(REAL / "missing.bvh", output)
     assert caught.value.code == "io"
+    with pytest.raises(mocap.MocapError) as caught:
+        mocap.convert(output, tmp_path / ".." / tmp_path.name / "walk.glb")
+    assert caught.value.code == "output-is-input" and output.stat().st_size == size

@@ -67,13 +67,13 @@ class Options:
         fps: Frames per second; the file's own frames if ``None``. In between, positions move on a line and rotations
             on the shorter arc.
         trim: The part to keep, from and to, in seconds, both included; either may be ``None``.
-        unit: Unit of length of the file, by name or as metres in one; if ``None``, what the file says, else a guess where
-            it is needed.
+        unit: Unit of length of the file, by name or as metres in one; if ``None``, what the file says, else a guess
+            where it is needed.
         up: The axis of the file that points up; if ``None``, what the file says, else a guess where it is needed.
         out_unit: Unit of length of the output; the file's own if ``None``.
         out_up: The axis of the output that points up; the file's own axes if ``None``.
-        bones: Joints of the file for bones of the humanoid, by name, as ``{"head": "Neck"}``; ``None`` in place of a name
-            for a bone that there is not. The unit and the up axis are guessed from the bones.
+        bones: Joints of the file for bones of the humanoid, by name, as ``{"head": "Neck"}``; ``None`` in place of a
+            name for a bone that there is not. The unit and the up axis are guessed from the bones.
         velocities: Give velocities too, in units a second: central differences, one-sided at the first and the last
             frame.
         contacts: Say which feet stand on the ground; ``True`` stands for ``Contacts()``.
