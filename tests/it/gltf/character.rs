@@ -270,3 +270,58 @@ fn a_vrm_file_states_its_bones() {
         .unwrap_err();
     assert_eq!(error.code(), Code::UnknownFormat);
 }
+
+/// Whatever the bytes are, there is an error or a file that reads as the scene with one animation more.
+#[test]
+fn no_byte_that_is_wrong_or_missing_brings_it_down() {
+    let (text, bin) = odd_character();
+    let file = glb(&text, &bin, &[(b"MINE", b"words")]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.glb");
+    let mut read = 0;
+    let mut examine = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        let Ok(character) = Importer::new().import_character(&path) else {
+            return;
+        };
+        let Some(last) = character.scene().nodes.len().checked_sub(1) else {
+            return;
+        };
+        let name = character.scene().nodes[last].name.clone();
+        if let Ok(written) = character.with_animations(&[nod(last, &name)], false) {
+            let again = Importer::new().read(&written, "a.glb").unwrap();
+            assert_eq!(again.animations.len(), character.scene().animations.len() + 1);
+            read += 1;
+        }
+    };
+    for end in (0..file.len()).step_by(7) {
+        examine(&file[..end]);
+    }
+    for place in 0..file.len() {
+        for flip in [1, 0x20] {
+            let mut bytes = file.clone();
+            bytes[place] ^= flip;
+            examine(&bytes);
+        }
+    }
+    assert!(read > 500, "{read}");
+}
+
+#[test]
+fn a_first_buffer_without_bytes_stays_as_it_is() {
+    let text = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"name":"a"}],
+        "buffers":[{"byteLength":4,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]}"#;
+    let mut file = glb(text, b"", &[]);
+    // Without the empty binary chunk.
+    file.truncate(file.len() - 8);
+    let length = (file.len() as u32).to_le_bytes();
+    file[8..12].copy_from_slice(&length);
+    let written = character(&file, "a.glb")
+        .with_animations(&[nod(0, "a")], false)
+        .unwrap();
+    let chunks = chunks(&written);
+    assert_eq!(chunks.len(), 1);
+    let value: Value = serde_json::from_slice(&chunks[0].1).unwrap();
+    assert_eq!(value["buffers"][0]["byteLength"], 4);
+    assert_eq!(value["bufferViews"][0]["buffer"], 1);
+}

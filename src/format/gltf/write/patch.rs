@@ -90,8 +90,9 @@ pub(in super::super) fn with_animations(
     let buffers: Vec<Buffer<'_>> = sections
         .buffers
         .map_or(Ok(Vec::new()), |section| parse(section.get()))?;
-    // The binary chunk of a .glb is its first buffer. Where that is another file, the keys are a buffer of their own.
-    let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none());
+    // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a buffer
+    // of their own.
+    let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
     let (buffer, start) = match in_chunk {
         true => (0, bin.map_or(0, <[u8]>::len).next_multiple_of(4)),
         false => (buffers.len(), 0),
@@ -134,12 +135,13 @@ pub(in super::super) fn with_animations(
         let mark = bytes.len() - bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).len();
         return Ok([&bytes[..mark], text.as_bytes()].concat());
     }
-    let mut chunk = bin.map_or_else(Vec::new, <[u8]>::to_vec);
+    let mut chunk = bin.map(<[u8]>::to_vec);
     if in_chunk {
+        let chunk = chunk.get_or_insert_default();
         chunk.resize(start, 0);
         chunk.extend(added.bytes);
     }
-    glb(text.into_bytes(), &chunk, json::further_chunks(bytes)?)
+    glb(text.into_bytes(), chunk.as_deref(), json::further_chunks(bytes)?)
 }
 
 fn utf8(text: &[u8]) -> Result<&str, Failure> {
@@ -161,10 +163,10 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T> {
 }
 
 /// A `.glb` of these chunks.
-fn glb(mut text: Vec<u8>, bin: &[u8], further: &[u8]) -> Result<Vec<u8>> {
+fn glb(mut text: Vec<u8>, bin: Option<&[u8]>, further: &[u8]) -> Result<Vec<u8>> {
     text.resize(text.len().next_multiple_of(4), b' ');
-    let padded = bin.len().next_multiple_of(4);
-    let length = 12 + 8 + text.len() + 8 + padded + further.len();
+    let padded = bin.map(|bin| bin.len().next_multiple_of(4));
+    let length = 12 + 8 + text.len() + padded.map_or(0, |padded| 8 + padded) + further.len();
     if u32::try_from(length).is_err() {
         let message = "the file would be larger than the 4 GiB that a .glb can hold";
         return Err(Diagnostic::new(Code::LimitExceeded, message)
@@ -179,10 +181,12 @@ fn glb(mut text: Vec<u8>, bin: &[u8], further: &[u8]) -> Result<Vec<u8>> {
     bytes.extend(number(text.len()));
     bytes.extend_from_slice(b"JSON");
     bytes.extend(text);
-    bytes.extend(number(padded));
-    bytes.extend_from_slice(b"BIN\0");
-    bytes.extend_from_slice(bin);
-    bytes.resize(length - further.len(), 0);
+    if let (Some(bin), Some(padded)) = (bin, padded) {
+        bytes.extend(number(padded));
+        bytes.extend_from_slice(b"BIN\0");
+        bytes.extend_from_slice(bin);
+        bytes.resize(length - further.len(), 0);
+    }
     bytes.extend_from_slice(further);
     Ok(bytes)
 }
