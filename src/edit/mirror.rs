@@ -26,8 +26,8 @@ pub struct MirrorReport {
     pub asymmetric_joint: String,
 }
 
-/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure in the first frame: what
-/// the left side does the right one does then. A figure that starts to walk forward still walks forward.
+/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure, as it looks on the average:
+/// what the left side does the right one does then. A figure that walks forward still walks forward.
 ///
 /// Joints are paired by the bones of the humanoid, and below these by their place, not by their names. The motion of each
 /// is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets and rest rotations.
@@ -169,12 +169,20 @@ impl<'a> Mirrored<'a> {
                 .as_dquat()
                 .normalize()
         };
-        let mut first = Pose::rest(scene);
-        frames.pose(0, &mut first);
-        let turned = rotation(&first, hips.index()) * rotation(reference, hips.index()).inverse();
-        // A figure that lies on its side has its left above it: then the plane is that of the T-pose.
-        let left = (turned * normal).reject_from_normalized(up);
-        let plane = if left.length() > 0.1 { left.normalize() } else { normal };
+        let at_reference = rotation(reference, hips.index()).inverse();
+        let mut pose = Pose::rest(scene);
+        let mut left_of = |frame: usize| {
+            frames.pose(frame, &mut pose);
+            (rotation(&pose, hips.index()) * at_reference * normal).reject_from_normalized(up)
+        };
+        // On the average of a few dozen frames, since the hips of a runner swing by 30 degrees. A figure that turns all
+        // round has no average, and one that lies on its side no left.
+        let stride = frames.len().div_ceil(48);
+        let looked: Vec<DVec3> = (0..frames.len()).step_by(stride).map(&mut left_of).collect();
+        let mean = looked.iter().sum::<DVec3>() / looked.len() as f64;
+        let candidates = [mean, looked[0], normal.reject_from_normalized(up)];
+        let clear = candidates.into_iter().find(|left| left.length() > 0.3);
+        let plane = clear.unwrap_or(normal).normalize();
         let turn = DQuat::from_xyzw(0.0, 0.0, 0.0, -plane.dot(normal));
         let cross = plane.cross(normal);
         Self {
