@@ -538,7 +538,7 @@ fn the_size_of_the_file_decides_between_two_numbers_of_analog_samples() {
         scene.warnings[0]
     );
     // Numbers that fit no better leave the header its word.
-    for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (0, 0.0)] {
+    for (used, rate) in [(3, 100.0), (2, 200.0), (-1, 200.0), (3, f32::NAN), (2, 3e38), (0, 0.0)] {
         let scene = read(&analog(used, rate)).unwrap();
         assert!(
             scene.warnings.iter().all(|warning| warning.code != Code::HeaderCount),

@@ -183,7 +183,7 @@ impl Parameters {
         let channels = self.number("ANALOG", "USED")? as i64 as u16;
         let samples = (self.number("ANALOG", "RATE")? / point_rate).round();
         let is_possible = (1.0..=f64::from(u16::MAX)).contains(&samples);
-        is_possible.then_some(usize::from(channels) * samples as usize)
+        is_possible.then(|| usize::from(channels) * samples as usize)
     }
 
     /// Whether the file has events.
