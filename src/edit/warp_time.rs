@@ -31,7 +31,8 @@ pub struct WarpTimeReport {
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
 /// let report = warp_time(&mut scene, 0, &[(0.0, 0.0), (0.9, 1.8)])?;
-/// assert_eq!((report.seconds, scene.animations[0].frame_count()), (1.8, 19));
+/// assert!((report.seconds - 1.8).abs() < 1e-9);
+/// assert_eq!(scene.animations[0].frame_count(), 19);
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
