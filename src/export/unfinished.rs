@@ -68,6 +68,10 @@ impl Unfinished {
     }
 
     /// Gives the file its temporary name.
+    #[cfg_attr(
+        not(target_os = "linux"),
+        expect(unused_variables, reason = "it has that name from the start")
+    )]
     pub(super) fn with_name(self, target: &Path) -> io::Result<Self> {
         match self {
             #[cfg(target_os = "linux")]
