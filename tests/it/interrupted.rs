@@ -45,6 +45,7 @@ const CASES: &[Case] = &[
     one("convert walk.bvh out.bvh --force"),
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),
+    one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     one("fk walk.bvh -o out.npz"),
     one("fk walk.bvh -o out.csv"),

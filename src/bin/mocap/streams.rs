@@ -30,20 +30,18 @@ pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
     importer.read(bytes, path)
 }
 
-/// Refuses an output that would replace an input or a file that may be a source, and removes what a killed process has
-/// left of it.
+/// Refuses an output that would replace an input or a file that may be a source.
 pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path) -> mocap::Result<()> {
     if is_standard(output) {
         return Ok(());
     }
-    ReplacePolicy::new(inputs).check(output)?;
-    remove_unfinished(output);
-    Ok(())
+    ReplacePolicy::new(inputs).check(output)
 }
 
-/// Writes a file, or to standard output.
+/// Writes a file, of which a killed process may have left a part, or to standard output.
 pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if !is_standard(output) {
+        remove_unfinished(output);
         return Ok(write_file(output, bytes)?);
     }
     // Data, and not for a terminal to interpret: what of it could steer one is shown by `report::stdout`.

@@ -105,7 +105,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
         },
     )?;
     let entries: Vec<ListingEntry> = entries.into_values().collect();
-    mocap::export::write_file(output, listing(&title_of(folder), &entries).as_bytes())?;
+    streams::write(output, listing(&title_of(folder), &entries).as_bytes())?;
     report::say(&format!("{}: {} files", output.display(), entries.len()));
     match failed {
         0 => Ok(()),
