@@ -633,7 +633,7 @@ fn an_end_site_with_a_child_is_a_joint() {
     ]));
     let scene = file.read();
     assert_eq!(scene.nodes[1].kind, NodeKind::Joint);
-    // Nothing hangs on an End Site of BVH, whoever made the scene.
+    // An End Site of BVH has no children, whoever made the scene.
     let mut made = scene.clone();
     made.nodes[1].kind = NodeKind::EndSite;
     for scene in [scene, made] {
@@ -649,4 +649,14 @@ fn an_end_site_with_a_child_is_a_joint() {
         );
         assert_eq!(again.warnings, []);
     }
+}
+
+#[test]
+fn an_end_site_without_a_parent_is_written_as_a_root() {
+    let file = Foreign::new(json!([{ "name": "tip", "extras": { "end_site": true } }]));
+    let text = mocap::bvh::write(&file.read(), &mocap::bvh::BvhOptions::default()).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("ROOT tip"), "{text}");
+    let again = Importer::new().read(text.as_bytes(), "a.bvh").unwrap();
+    assert_eq!(again.warnings, []);
 }

@@ -194,8 +194,8 @@ fn joints<'a>(motion: &Motion<'a>, options: &BvhOptions) -> Result<Vec<Joint<'a>
         let above = parent.map(|parent| &joints[parent]);
         let scale = above.map_or(Vec3::ONE, |above| above.scale * start[above.node].scale);
         let offset = scale * rest[index].translation;
-        // In BVH nothing hangs on an End Site.
-        let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index];
+        // In BVH an End Site has no children, and it is the child of a joint.
+        let is_end_site = node.kind == NodeKind::EndSite && !holds_nodes[index] && parent.is_some();
         let channel = motion.channels[index];
         let is_animated = node.kind == NodeKind::Joint || channel.is_some() || rest[index].rotation != Quat::IDENTITY;
         let place = if keeps_offsets {
