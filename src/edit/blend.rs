@@ -20,7 +20,7 @@ pub struct BlendReport {
 }
 
 /// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
-const COMPARED: usize = 400;
+const COMPARED: usize = 160;
 
 /// Mixes an animation of `other`, which has the same joints, into one of `scene`. At weight 0 it is the first, at 1 the
 /// second. The two are aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result

@@ -56,7 +56,7 @@ pub struct LoopReport {
 }
 
 /// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
-const CANDIDATES: usize = 500;
+const CANDIDATES: usize = 200;
 
 /// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose, speed
 /// and contacts, apart from the way that the figure went.
