@@ -2,7 +2,7 @@
 //!
 //! Without limits by FABRIK (Aristidou and Lasenby, 2011), which moves positions along the lines between them: bones stay
 //! of one length, and the bend is shared among them. It comes near quickly and then slowly, so the last step is exact: two
-//! parts of the chain as two rigid bones. With limits by cyclic coordinate descent, one joint after the other, since
+//! parts of the chain as two rigid bones, else one joint after the other. With limits by cyclic coordinate descent, one joint after the other, since
 //! there each joint has its own rotation to clamp.
 
 use glam::{DVec3, Vec3};
@@ -105,7 +105,31 @@ fn fabrik(points: &mut [DVec3], goal: DVec3, tolerance: f64, passes: usize) {
                 points[index] + (points[index + 1] - points[index]).normalize_or(aside) * lengths[index];
         }
     }
-    close(points, goal, tolerance);
+    if !close(points, goal, tolerance) && !is_met(points, &lengths, goal, tolerance) {
+        place_in_turn(points, &lengths, goal, aside);
+    }
+}
+
+/// Places one joint after the other, from the first, as near to where it is as the bones after it can still reach the
+/// goal. Exact where FABRIK comes near too slowly: where the goal is almost as near, or as far, as the bones allow.
+fn place_in_turn(points: &mut [DVec3], lengths: &[f64], goal: DVec3, aside: DVec3) {
+    for (index, &length) in lengths.iter().enumerate() {
+        let (here, next) = (points[index], points[index + 1]);
+        let after = &lengths[index + 1..];
+        let farthest: f64 = after.iter().sum();
+        let longest = after.iter().copied().fold(0.0, f64::max);
+        let distance = here.distance(goal);
+        let least = (2.0 * longest - farthest).max((distance - length).abs());
+        let most = farthest.min(distance + length);
+        let left = next.distance(goal).min(most).max(least);
+        // The two circles about this joint and the goal meet so far along the line between them.
+        let towards = (goal - here).normalize_or(aside);
+        let along = ((distance * distance + length * length - left * left) / (2.0 * distance)).clamp(-length, length);
+        let along = if along.is_nan() { 0.0 } else { along };
+        let side = (next - here).reject_from_normalized(towards);
+        let side = side.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+        points[index + 1] = here + towards * along + side * (length * length - along * along).max(0.0).sqrt();
+    }
 }
 
 /// Whether the end is at the goal, and every bone as long as it was.
