@@ -6,7 +6,7 @@
 
 mod metadata;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use serde::Serialize;
 
 pub(crate) use self::metadata::format_name;
@@ -24,6 +24,9 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// The materials that [`Mesh::material_index`] indexes.
     pub materials: Vec<Material>,
+    /// The textures that [`Surface::texture`] indexes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub textures: Vec<Texture>,
     /// The animations; a BVH file has at most one.
     pub animations: Vec<Animation>,
     /// Where the scene comes from and what was assumed when it was read.
@@ -170,6 +173,9 @@ pub struct Mesh {
     pub vertices: Vec<Vec3>,
     /// Unit normals, one per vertex.
     pub normals: Vec<Vec3>,
+    /// Places on the texture, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub texture_coords: Vec<Vec2>,
     /// Vertex indices, [`Primitive::indices_per_face`] for each face.
     pub indices: Vec<u32>,
     /// The ties of vertices to nodes; empty for a rigid mesh.
@@ -207,13 +213,62 @@ pub struct VertexWeight {
     pub weight: f32,
 }
 
-/// A surface.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+/// What the faces of a mesh are made of.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Material {
     /// The name.
     pub name: String,
     /// Whether back faces are drawn.
     pub two_sided: bool,
+    /// The colour, where the file states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Surface>,
+}
+
+/// The colour of a material, in the terms of glTF.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Surface {
+    /// Red, green, blue and alpha, linear. They multiply those of the texture.
+    pub base_color: Vec4,
+    /// The texture of the colour, an index into [`Scene::textures`].
+    pub texture: Option<usize>,
+    /// What alpha means.
+    pub alpha: AlphaMode,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            base_color: Vec4::ONE,
+            texture: None,
+            alpha: AlphaMode::Opaque,
+        }
+    }
+}
+
+/// What the alpha of a colour means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// Below this alpha there is no surface, and above it is opaque.
+    Mask(f32),
+    /// The share of the colour over what is behind it.
+    Blend,
+}
+
+/// An image, in the bytes of its file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Texture {
+    /// The name.
+    pub name: String,
+    /// The media type, such as `image/png`.
+    pub media_type: String,
+    /// The file of the image.
+    #[serde(skip)]
+    pub bytes: Vec<u8>,
 }
 
 /// Motion over time.

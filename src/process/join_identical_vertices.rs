@@ -15,7 +15,8 @@ const NORMAL_TOLERANCE: f32 = 1e-5;
 /// Before: a joint with three children in one place has three equal pointers of 12 vertices each. After: 12 vertices
 /// that 12 faces share. The first of equal vertices stays, in the same order.
 ///
-/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, and the same
+/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their texture
+/// coordinates are the same, and the same
 /// bones move them by the same weights. Assimp does not have the last condition, and so gives vertices of one bone to
 /// another where two links coincide.
 pub fn join_identical_vertices(scene: &mut Scene) {
@@ -26,11 +27,13 @@ pub fn join_identical_vertices(scene: &mut Scene) {
 
 fn join(mesh: &mut Mesh) {
     let mut kept: Vec<usize> = Vec::new();
-    let mut kept_at: HashMap<(Place, Ties), Vec<usize>> = HashMap::new();
+    let mut kept_at: HashMap<(Place, TexturePlace, Ties), Vec<usize>> = HashMap::new();
     let mut new_index = Vec::with_capacity(mesh.vertices.len());
     for (vertex, ties) in ties(mesh).into_iter().enumerate() {
         let normal = mesh.normals[vertex];
-        let candidates = kept_at.entry((place(mesh.vertices[vertex]), ties)).or_default();
+        let candidates = kept_at
+            .entry((place(mesh.vertices[vertex]), texture_place(mesh, vertex), ties))
+            .or_default();
         let equal = candidates
             .iter()
             .copied()
@@ -45,6 +48,9 @@ fn join(mesh: &mut Mesh) {
     mesh.bones = renumbered_bones(&mesh.bones, &new_ids);
     mesh.vertices = kept.iter().map(|&vertex| mesh.vertices[vertex]).collect();
     mesh.normals = kept.iter().map(|&vertex| mesh.normals[vertex]).collect();
+    if !mesh.texture_coords.is_empty() {
+        mesh.texture_coords = kept.iter().map(|&vertex| mesh.texture_coords[vertex]).collect();
+    }
     for index in &mut mesh.indices {
         *index = new_index[*index as usize] as u32;
     }
@@ -55,6 +61,14 @@ type Place = [u32; 3];
 
 fn place(position: Vec3) -> Place {
     position.to_array().map(f32::to_bits)
+}
+
+/// The bits of a place on the texture.
+type TexturePlace = Option<[u32; 2]>;
+
+fn texture_place(mesh: &Mesh, vertex: usize) -> TexturePlace {
+    let place = mesh.texture_coords.get(vertex)?;
+    Some(place.to_array().map(f32::to_bits))
 }
 
 /// The bones that move a vertex, and the bits of their weights.

@@ -71,6 +71,7 @@ pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
     scene.materials.push(Material {
         name: "SkeletonMaterial".into(),
         two_sided: true,
+        surface: None,
     });
     let held: Vec<(usize, Mesh)> = if is_skinned {
         vec![(0, skinned(&scene.nodes, &pieces))]

@@ -23,6 +23,7 @@ pub(super) fn submesh(mesh: &Mesh, faces: &[usize]) -> (Mesh, NewIds) {
             let id = *new_ids.entry(old).or_insert_with(|| {
                 part.vertices.push(mesh.vertices[old as usize]);
                 part.normals.push(mesh.normals[old as usize]);
+                part.texture_coords.extend(mesh.texture_coords.get(old as usize));
                 part.vertices.len() as u32 - 1
             });
             part.indices.push(id);

@@ -48,9 +48,9 @@ rules! {
     2 DepthFirst "Nodes stand depth-first: each right behind its parent or behind a whole subtree of its siblings."
     3 NodeTransform "A node's transform is finite, and its last row is 0 0 0 1."
     4 NodeMeshes "A node's mesh indices are indices of meshes, each named once."
-    5 MeshMaterial "A mesh's material index is the index of a material."
+    5 MeshMaterial "A mesh's material index is the index of a material, whose texture index is the index of a texture."
     6 MeshNormals "A mesh has one normal a vertex, finite and of unit length."
-    7 MeshVertices "A mesh's vertices are finite."
+    7 MeshVertices "A mesh's vertices are finite, and so are its texture coordinates, one a vertex or none at all."
     8 MeshIndices "A mesh's faces are whole, and their indices are indices of its vertices."
     9 BoneNode "A bone names a node by its place and by its name, and each node has one bone in a mesh at most."
     10 BoneOffset "A bone's offset matrix is finite and can be inverted."
@@ -182,14 +182,16 @@ fn check_nodes(scene: &Scene, check: &mut impl FnMut(bool, Rule, Part)) {
 fn check_mesh(scene: &Scene, mesh: &Mesh, index: usize, check: &mut impl FnMut(bool, Rule, Part)) {
     let part = Part::Mesh(index);
     let count = mesh.vertices.len();
-    check(mesh.material_index < scene.materials.len(), Rule::MeshMaterial, part);
+    let material = scene.materials.get(mesh.material_index);
+    let texture = material.and_then(|material| material.surface?.texture);
+    let has_texture = texture.is_none_or(|texture| texture < scene.textures.len());
+    check(material.is_some() && has_texture, Rule::MeshMaterial, part);
     let unit = mesh.normals.iter().all(|normal| is_unit(normal.length_squared()));
     check(mesh.normals.len() == count && unit, Rule::MeshNormals, part);
-    check(
-        mesh.vertices.iter().all(|vertex| vertex.is_finite()),
-        Rule::MeshVertices,
-        part,
-    );
+    let are_placed = mesh.vertices.iter().all(|vertex| vertex.is_finite());
+    let coords = &mesh.texture_coords;
+    let are_textured = coords.is_empty() || coords.len() == count && coords.iter().all(|place| place.is_finite());
+    check(are_placed && are_textured, Rule::MeshVertices, part);
     let whole = mesh.indices.len().is_multiple_of(mesh.primitive.indices_per_face());
     let in_range = mesh.indices.iter().all(|&vertex| (vertex as usize) < count);
     check(whole && in_range, Rule::MeshIndices, part);

@@ -61,6 +61,7 @@ pub(super) fn read(
         scene.materials.push(Material {
             name: "MeshMaterial".to_owned(),
             two_sided: true,
+            surface: None,
         });
     }
     Ok(rigid)

@@ -150,6 +150,7 @@ pub(crate) fn with_skinned_mesh(mut scene: Scene) -> Scene {
     scene.materials.push(Material {
         name: "SkeletonMaterial".into(),
         two_sided: true,
+        surface: None,
     });
     scene.nodes[0].meshes.push(0);
     scene

@@ -188,6 +188,7 @@ unsafe fn mesh(mesh: &aiMesh, nodes: &[Node]) -> Result<Mesh, String> {
             .iter()
             .map(|&normal| Vec3::from_array(normal).normalize_or(Vec3::X))
             .collect(),
+        texture_coords: Vec::new(),
         indices,
         bones,
         material_index: mesh.mMaterialIndex as usize,
@@ -240,6 +241,7 @@ unsafe fn material(material: &aiMaterial) -> Material {
             String::new()
         },
         two_sided: has_sides == AI_SUCCESS && two_sided != 0,
+        surface: None,
     }
 }
 
