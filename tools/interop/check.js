@@ -36,13 +36,7 @@ if (unknown.length > 0) {
 const folder = values.keep ?? mkdtempSync(join(tmpdir(), "mocap-interop-"));
 mkdirSync(folder, { recursive: true });
 const results = new Results();
-const seed = Number(process.env.MOCAP_SEED ?? Date.now() % 1_000_000);
-if (!Number.isSafeInteger(seed) || seed < 0) {
-  console.error(`MOCAP_SEED must be a whole number from 0, got ${process.env.MOCAP_SEED}`);
-  process.exit(2);
-}
-if (!values.all) console.log(`a sample, MOCAP_SEED=${seed}; --all for everything`);
-const sample = new Sample(values.all, seed);
+const sample = Sample.chosen(values.all);
 for (const part of positionals.length > 0 ? positionals : PARTS) {
   console.log(`\n${part}`);
   const { run } = await import(`./parts/${part}.js`);

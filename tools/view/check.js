@@ -13,9 +13,7 @@ import { launch, open, settled } from "./browser.js";
 const { values } = parseArgs({
   options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" }, pictures: { type: "string" } },
 });
-const seed = Number(process.env.MOCAP_SEED ?? Date.now() % 1_000_000);
-if (!Number.isSafeInteger(seed) || seed < 0) throw new Error(`MOCAP_SEED must be a whole number of at least 0, got ${process.env.MOCAP_SEED}`);
-const sample = new Sample(values.all, seed);
+const sample = Sample.chosen(values.all);
 
 const FILES = ["lecture_Test", "cmu_12_01_walk", "z_up_dab", "mocopi_jump_six_channels", "leap_hand_end_site_lowercase"];
 /** As a share of the figure's height. */
@@ -548,7 +546,6 @@ async function faultOf(run) {
   }
 }
 
-if (!values.all) console.log(`a sample, MOCAP_SEED=${seed}; --all for everything`);
 let failed = 0;
 for (const [name, run] of checks) {
   const start = performance.now();

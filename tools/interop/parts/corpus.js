@@ -107,12 +107,22 @@ function checkInvalid(results, path) {
   results.check(status === 0 || (status === 1 && stderr.includes("error[")), `${path}: ${status}, ${stderr}`);
 }
 
-async function checkFiles(results, what, paths, outputs) {
+/** Those that are valid; the others are checked here. */
+async function validOf(results, paths) {
   const valid = [];
   for (const path of paths) {
     if ((await errorsIn(path)) > 0) checkInvalid(results, path);
     else valid.push(path);
   }
+  return valid;
+}
+
+async function checkFiles(results, what, paths, outputs) {
+  await checkValid(results, what, await validOf(results, paths), paths.length, outputs);
+}
+
+/** `count`: of all files that there were. */
+async function checkValid(results, what, valid, count, outputs) {
   if (!results.check(valid.length > 0, `${what}: no valid file`)) return;
   const pairs = [];
   for (const path of valid) {
@@ -127,8 +137,20 @@ async function checkFiles(results, what, paths, outputs) {
     if (answer.off > worst.off) worst = answer;
   }
   const place = worst.off === 0 ? "" : `, in ${basename(worst.file)}`;
-  const others = paths.length - valid.length;
+  const others = count - valid.length;
   results.note(`${what}: ${valid.length} valid files with ${clips} clips, at most ${worst.off.toExponential(1)} of their size off${place}; ${others} others`);
+}
+
+/** An exporter's files: of all inputs, or of one after the other until one is valid. */
+async function checkExporter(results, exporter, turns, outputs) {
+  let [valid, count] = [[], 0];
+  for (const inputs of turns) {
+    const written = await exported(results, outputs, exporter, inputs);
+    valid = await validOf(results, written);
+    count += written.length;
+    if (valid.length > 0) break;
+  }
+  await checkValid(results, exporter.name, valid, count, outputs);
 }
 
 export async function run(results, folder, sample) {
@@ -147,8 +169,7 @@ export async function run(results, folder, sample) {
   for (const [place, exporter] of sample.some([...exporters.entries()], 2)) {
     await results.guard(exporter.name, async () => {
       const taken = inputs.filter((input) => exporter.takes.includes(extname(input)));
-      const written = await exported(results, outputs, exporter, sample.share(taken, place, taken.length));
-      await checkFiles(results, exporter.name, written, outputs);
+      await checkExporter(results, exporter, sample.turns(taken, place), outputs);
     });
   }
   await checkFiles(results, "made in three.js", made, outputs);
