@@ -236,7 +236,7 @@ impl Conversion {
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
     /// let wrong = HumanoidMap::from([(HumanoidBone::Head, Some("Hat".to_owned()))]);
     /// let error = Conversion::new().bones(wrong).apply(&mut scene).unwrap_err();
-    /// assert_eq!(error.diagnostic().message, "the map of the humanoid: no joint is called \"Hat\", which it names as head");
+    /// assert_eq!(error.diagnostic().message, "no joint is called \"Hat\", which the map names as head");
     /// # Ok::<(), mocap::Error>(())
     /// ```
     #[must_use]

@@ -107,8 +107,7 @@ impl Retargeter {
     /// onto which no pose can be put.
     pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
         let from = Body::new(source, options.source.clone(), "source")?;
-        let to = Body::new(target, options.target.clone(), "target")?;
-        to.check_target(target)?;
+        let to = Body::target(target, options.target.as_ref())?;
         let plan = Plan::new(&from, &to, target);
         let root = Root::new(&from, &to, source, target, options.scale)?;
         Ok(Self {
@@ -280,6 +279,15 @@ impl Retargeter {
             &self.plan.unmapped,
         )
     }
+}
+
+/// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are guessed.
+///
+/// # Errors
+/// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where the skeleton is not a humanoid, or has a hierarchy onto which no
+/// pose can be put.
+pub fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
+    Body::target(target, bones).map(|_| ())
 }
 
 /// The whole ticks of an animation, and its end.

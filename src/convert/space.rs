@@ -1,6 +1,6 @@
 //! The unit and the up axis of a scene.
 
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Result};
 use crate::limits::positive;
 use crate::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
 use crate::skeleton::{self, HumanoidMap, Skeleton, Survey};
@@ -29,12 +29,7 @@ pub(crate) fn skeleton_of(scene: &Scene, bones: &HumanoidMap) -> Result<Skeleton
     if bones.is_empty() {
         return Ok(Skeleton::new(scene));
     }
-    let found = skeleton::humanoid(scene).with_map(scene, bones.clone());
-    let found = found.map_err(|(bone, name)| {
-        let bone = bone.as_str();
-        let message = format!("the map of the humanoid: no joint is called {name:?}, which it names as {bone}");
-        Diagnostic::new(Code::UnknownOption, message)
-    })?;
+    let found = skeleton::humanoid(scene).with_map(scene, bones.clone())?;
     Ok(Skeleton::of(scene, found))
 }
 

@@ -124,8 +124,15 @@ impl Body {
         Ok(body)
     }
 
-    /// Refuses a target whose bones do not all hang on its hips: moving the hips would not move the body.
-    pub(super) fn check_target(&self, scene: &Scene) -> Result<()> {
+    /// The body that is moved.
+    pub(super) fn target(scene: &Scene, known: Option<&Humanoid>) -> Result<Self> {
+        let body = Self::new(scene, known.cloned(), "target")?;
+        body.check_target(scene)?;
+        Ok(body)
+    }
+
+    /// Refuses a target whose bones are not all below its hips: moving the hips would not move the body.
+    fn check_target(&self, scene: &Scene) -> Result<()> {
         for (bone, &joint) in &self.bones {
             if joint != self.hips && !self.hangs_on(joint, self.hips) {
                 let name = |node: NodeId| &scene.nodes[node.index()].name;

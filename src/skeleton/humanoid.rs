@@ -24,6 +24,7 @@ use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
 use super::bone::HumanoidBone;
+use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{NodeId, Scene};
 
 /// Joints, by their names, that are bones of the humanoid; `None` for a bone that the skeleton does not have.
@@ -107,15 +108,17 @@ impl Humanoid {
     /// joint for each required bone is a humanoid then.
     ///
     /// # Errors
-    /// The bone and the name where no joint has the name.
-    pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self, (HumanoidBone, String)> {
+    /// [`Code::UnknownOption`] where no joint has the name.
+    pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
         for (bone, name) in map {
             let Some(name) = name else {
                 self.bones.remove(&bone);
                 continue;
             };
             let Some(joint) = scene.nodes.iter().position(|node| node.name == name) else {
-                return Err((bone, name));
+                let bone = bone.as_str();
+                let message = format!("no joint is called {name:?}, which the map names as {bone}");
+                return Err(Diagnostic::new(Code::UnknownOption, message).into());
             };
             let joint = HumanoidJoint {
                 joint: NodeId::new(joint),

@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &["scene"]),
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
-    ("skeleton", &["scene", "pose"]),
+    ("skeleton", &["error", "scene", "pose"]),
     ("ik", &["scene", "pose"]),
     ("edit", &["error", "limits", "scene", "math", "pose", "skeleton", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),

@@ -393,13 +393,12 @@ fn the_program_and_the_library_write_the_same_bytes() {
     let output = folder.path().join("out.glb");
     for (file, options, conversion) in cases {
         let input = format!("fixtures/real/{file}");
-        let run = std::process::Command::new(env!("CARGO_BIN_EXE_mocap"))
-            .args(["convert", &input])
+        let run = crate::program::command(&["convert", &input])
             .arg(&output)
             .args(options)
             .output()
             .unwrap();
-        let words = String::from_utf8(run.stderr).unwrap();
+        let words = crate::program::words(&run);
         assert!(run.status.success(), "{options:?}: {words}");
         // An AMC file without a frame rate is taken to have the one that is asked for.
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);

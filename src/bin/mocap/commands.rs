@@ -25,8 +25,8 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::scene::{Assumption, Scene, Topic};
-use mocap::skeleton::{Skeleton, humanoid};
-use mocap::{Code, Importer, RootOffset, SkeletonMesh};
+use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
+use mocap::{Code, Conversion, Importer, RootOffset, SkeletonMesh, bvh, gltf};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
@@ -59,16 +59,43 @@ fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
     Ok(scene)
 }
 
+/// Imports a motion that is changed, and prints the warnings.
+fn import_moving(importer: &Importer, file: &Path) -> Result<Scene, Failure> {
+    let scene = streams::import(importer, file)?;
+    report::warnings(Some(file), &scene.warnings);
+    match scene.animations.is_empty() {
+        true => Err(Failure::Usage(format!("{}: there is no motion in it", file.display()))),
+        false => Ok(scene),
+    }
+}
+
+/// Converts a scene, and says what was decided.
+fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> mocap::Result<()> {
+    let decisions = conversion.apply(scene).map_err(|error| error.with_path(file))?;
+    decisions.iter().for_each(|decision| report::say(&decision.to_string()));
+    Ok(())
+}
+
+/// The bytes of a scene in the format of the output's extension: BVH, glTF with its buffer within, or else GLB.
+fn scene_bytes(scene: &Scene, output: &Path) -> mocap::Result<Vec<u8>> {
+    let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
+    match extension(output).as_str() {
+        "bvh" => bvh::write(scene, &bvh::BvhOptions::default()),
+        "gltf" => document()?.to_embedded(),
+        _ => document()?.to_glb(),
+    }
+}
+
 /// The skeleton of `scene`, with the bones of `--map`.
 fn mapped_skeleton(scene: &Scene, map: &MapArgs) -> Result<Skeleton, Failure> {
-    let bones = humanoid(scene).with_map(scene, map.bones());
-    let bones = bones.map_err(|(bone, name)| {
-        let bone = bone.as_str();
-        Failure::Usage(format!(
-            "--map: no joint is called {name:?}, which the file names as {bone}"
-        ))
-    })?;
+    let bones = mapped(humanoid(scene), scene, map.bones(), "--map")?;
     Ok(Skeleton::of(scene, bones))
+}
+
+/// A humanoid with the bones of the map that `option` names.
+fn mapped(found: Humanoid, scene: &Scene, map: HumanoidMap, option: &str) -> Result<Humanoid, Failure> {
+    let mapped = found.with_map(scene, map);
+    mapped.map_err(|error| Failure::Usage(format!("{option}: {}", error.diagnostic().message)))
 }
 
 /// Imports a file at its own frame rate, to be resampled to `rate`. Where the file states none, `rate` is its rate too.

@@ -1,14 +1,15 @@
 //! `mocap edit`: changes a motion.
 
+use std::path::Path;
+
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, contacts};
 use mocap::export::ReplacePolicy;
-use mocap::gltf::{self, GltfOptions};
 use mocap::scene::Scene;
-use mocap::{Conversion, SkeletonMesh, arrays, bvh};
+use mocap::{Conversion, SkeletonMesh, arrays};
 use serde_json::Value;
 
-use super::{extension, print_json, unknown_extension};
+use super::{convert_aloud, extension, import_moving, print_json, scene_bytes, unknown_extension};
 use crate::args::EditArgs;
 use crate::{Failure, report, streams};
 
@@ -74,11 +75,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         }
         None => None,
     };
-    let bytes = match extension(&args.output).as_str() {
-        "bvh" => bvh::write(&scene, &bvh::BvhOptions::default())?,
-        "gltf" => gltf::Document::new(&scene, &GltfOptions::default())?.to_embedded()?,
-        _ => gltf::Document::new(&scene, &GltfOptions::default())?.to_glb()?,
-    };
+    let bytes = scene_bytes(&scene, &args.output)?;
     policy.check_bytes(&args.output, &bytes)?;
     streams::write(&args.output, &bytes)?;
     if let Some((file, bytes)) = contact_bytes {
@@ -92,22 +89,17 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
 }
 
 /// A motion with one animation, without a rest pose in the first frame; for glTF in metres with +Y up.
-fn import(args: &EditArgs, file: &std::path::Path, is_bvh: bool) -> Result<Scene, Failure> {
+fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> {
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
-    let mut scene = streams::import(&importer, file)?;
-    report::warnings(Some(file), &scene.warnings);
+    let mut scene = import_moving(&importer, file)?;
     report::clip_taken(&scene);
-    if scene.animations.is_empty() {
-        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
-    }
     scene.animations.truncate(1);
     args.source.state(&mut scene);
     // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
     let conversion = Conversion::new()
         .first_frame(FirstFrame::DropRestPose)
         .keep_units(is_bvh);
-    let decisions = conversion.apply(&mut scene).map_err(|error| error.with_path(file))?;
-    decisions.iter().for_each(|decision| report::say(&decision.to_string()));
+    convert_aloud(&conversion, &mut scene, file)?;
     Ok(scene)
 }
 

@@ -4,13 +4,13 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use mocap::export::ReplacePolicy;
-use mocap::gltf::{self, Character, GltfOptions};
-use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter};
+use mocap::gltf::Character;
+use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Scene};
-use mocap::skeleton::{Humanoid, HumanoidMap, humanoid};
-use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh};
+use mocap::skeleton::humanoid;
+use mocap::{Code, Conversion, Importer, SkeletonMesh};
 
-use super::{extension, print_json, short_name, unknown_extension};
+use super::{convert_aloud, extension, import_moving, mapped, print_json, scene_bytes, short_name, unknown_extension};
 use crate::args::{FeetArg, RetargetArgs};
 use crate::{Failure, report, streams};
 
@@ -48,6 +48,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         args.character_map.clone().unwrap_or_default(),
         "--character-map",
     )?;
+    check_target(target.scene(), Some(&bones)).map_err(|error| error.with_path(&file))?;
     let mut animations: Vec<Animation> = Vec::new();
     let mut reports: Vec<RetargetReport> = Vec::new();
     let mut names = Names::new(&target, args.replace_animations);
@@ -59,11 +60,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
             target: Some(bones.clone()),
         };
         let retargeter = Retargeter::new(&source, target.scene(), &options);
-        let mut retargeter = retargeter.map_err(|error| match error.code() {
-            // Which of the two it is stands in the words.
-            Code::NotHumanoid if error.to_string().contains("the target") => error.with_path(&file),
-            _ => error.with_path(motion),
-        })?;
+        let mut retargeter = retargeter.map_err(|error| error.with_path(motion))?;
         for (index, animation) in source.animations.iter().enumerate() {
             let mut moved = retargeter.animation(&source, animation);
             moved.name = names.of(motion, &source, animation);
@@ -126,29 +123,10 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
 
 fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let mut scene = streams::import(&importer, motion)?;
-    report::warnings(Some(motion), &scene.warnings);
-    if scene.animations.is_empty() {
-        let message = format!("{}: there is no motion in it", motion.display());
-        return Err(Failure::Usage(message));
-    }
+    let mut scene = import_moving(&importer, motion)?;
     args.source.state(&mut scene);
-    let conversion = Conversion::new().bones(args.map.bones());
-    let decisions = conversion.apply(&mut scene).map_err(|error| error.with_path(motion))?;
-    for decision in decisions {
-        report::say(&decision.to_string());
-    }
+    convert_aloud(&Conversion::new().bones(args.map.bones()), &mut scene, motion)?;
     Ok(scene)
-}
-
-/// A humanoid with the bones of a map.
-fn mapped(found: Humanoid, scene: &Scene, map: HumanoidMap, option: &str) -> Result<Humanoid, Failure> {
-    found.with_map(scene, map).map_err(|(bone, name)| {
-        let bone = bone.as_str();
-        Failure::Usage(format!(
-            "{option}: no joint is called {name:?}, which the file names as {bone}"
-        ))
-    })
 }
 
 /// Names for clips that no other clip of the file has.
@@ -232,17 +210,11 @@ fn write(
                 return Err(Failure::Usage(message));
             }
             scene.animations = animations;
-            match extension(output).as_str() {
-                "bvh" => bvh::write(&scene, &bvh::BvhOptions::default())?,
-                "gltf" => {
-                    Conversion::new().apply(&mut scene)?;
-                    gltf::Document::new(&scene, &GltfOptions::default())?.to_embedded()?
-                }
-                _ => {
-                    Conversion::new().apply(&mut scene)?;
-                    gltf::Document::new(&scene, &GltfOptions::default())?.to_glb()?
-                }
+            // BVH keeps the target's own unit and axes.
+            if extension(output) != "bvh" {
+                Conversion::new().apply(&mut scene)?;
             }
+            scene_bytes(&scene, output)?
         }
     };
     policy.check_bytes(output, &bytes)?;
