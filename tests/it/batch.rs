@@ -14,12 +14,13 @@ use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use crate::program::command;
+
 const MANIFEST: &str = "mocap-manifest.jsonl";
 
 fn mocap(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
+    let mut command = command(args);
     command
-        .args(args)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());

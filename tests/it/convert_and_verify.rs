@@ -1,14 +1,9 @@
 //! `mocap convert` and `mocap verify` from the outside: exit codes, what stands where, what is left behind.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
-fn mocap(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mocap"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+use crate::program::{run, words};
 
 fn fixture(file: &str) -> String {
     format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
@@ -20,12 +15,8 @@ fn convert(file: &str, options: &[&str]) -> (tempfile::TempDir, PathBuf, Output)
     let path = folder.path().join("out.glb");
     let input = fixture(file);
     let arguments = [&["convert", &input, path.to_str().unwrap()], options].concat();
-    let output = mocap(&arguments);
+    let output = run(&arguments);
     (folder, path, output)
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 fn extras(path: &Path) -> serde_json::Value {
@@ -70,7 +61,7 @@ fn a_converted_file_verifies_and_says_how_it_was_made() {
     assert_eq!(extras["steps"][0]["step"], "convert_units");
     assert_eq!(extras["steps"][0]["metres_per_unit"], 0.0254 / 0.45);
 
-    let verdict = mocap(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
+    let verdict = run(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
     assert!(verdict.status.success());
     let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
     assert_eq!(
@@ -117,7 +108,7 @@ fn options_change_the_file_and_verify_knows() {
         let (_folder, path, output) = convert("cmu_short.bvh", options);
         assert!(output.status.success(), "{options:?}: {}", words(&output));
         assert_eq!(extras(&path)["frames"], frames, "{options:?}");
-        let verdict = mocap(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
+        let verdict = run(&["verify", &fixture("cmu_short.bvh"), path.to_str().unwrap(), "--json"]);
         let verdict: serde_json::Value = serde_json::from_slice(&verdict.stdout).unwrap();
         assert_eq!(verdict["frames"], frames, "{options:?}");
         assert!(verdict["max_error"].as_f64().unwrap() < 3e-5, "{options:?}: {verdict}");
@@ -183,7 +174,7 @@ fn every_command_takes_the_rate_that_the_error_asks_for() {
     ];
     for (command, options) in commands {
         let options: Vec<_> = options.iter().map(String::as_str).collect();
-        let run = |more: &[&str]| mocap(&[&[command, input.as_str()], options.as_slice(), more].concat());
+        let run = |more: &[&str]| run(&[&[command, input.as_str()], options.as_slice(), more].concat());
         let refused = run(&[]);
         assert_eq!(refused.status.code(), Some(1), "{command}");
         // What is wrong is what `check` was asked for: it stands in its output.
@@ -259,7 +250,7 @@ fn a_folder_has_what_each_file_reached_in_its_manifest() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let (first, second) = (fixture("cmu_short.bvh"), fixture("lecture_Test.bvh"));
-    let output = mocap(&[
+    let output = run(&[
         "convert",
         &first,
         &second,
@@ -290,7 +281,7 @@ fn bvh_has_no_compression() {
             option[0],
             option[1],
         ];
-        let output = mocap(&arguments);
+        let output = run(&arguments);
         assert_eq!(output.status.code(), Some(2), "{}", words(&output));
         assert!(!path.exists());
     }
@@ -302,7 +293,7 @@ fn a_broken_file_leaves_no_output_and_an_older_one_in_peace() {
     let [broken, output] = ["broken.bvh", "broken.glb"].map(|name| folder.path().join(name));
     let text = std::fs::read_to_string(fixture("lecture_Test.bvh")).unwrap();
     std::fs::write(&broken, text.replacen("OFFSET", "OFFSET x", 1)).unwrap();
-    let run = || mocap(&["convert", broken.to_str().unwrap()]);
+    let run = || run(&["convert", broken.to_str().unwrap()]);
     assert_eq!(run().status.code(), Some(1));
     assert!(words(&run()).contains("error[invalid-number]"));
     assert!(!output.exists());
@@ -316,10 +307,10 @@ fn a_broken_file_leaves_no_output_and_an_older_one_in_peace() {
 fn verify_fails_on_the_wrong_source() {
     let (_folder, path, _) = convert("cmu_short.bvh", &[]);
     let path = path.to_str().unwrap();
-    let far = mocap(&["verify", &fixture("cmu_12_01_walk.bvh"), path]);
+    let far = run(&["verify", &fixture("cmu_12_01_walk.bvh"), path]);
     assert_eq!(far.status.code(), Some(1));
     assert!(words(&far).contains("its source has 75 frames"), "{}", words(&far));
-    let strange = mocap(&["verify", &fixture("lecture_Test.bvh"), path]);
+    let strange = run(&["verify", &fixture("lecture_Test.bvh"), path]);
     assert_eq!(strange.status.code(), Some(1));
     assert!(words(&strange).contains("no joint"), "{}", words(&strange));
 }
@@ -352,8 +343,8 @@ fn a_rate_that_the_file_does_not_state_is_taken_from_the_option() {
     assert!(text.contains("Frame Time: .1"));
     std::fs::write(&input, text.replace("Frame Time: .1", "Frame Time: 0")).unwrap();
     let input = input.to_str().unwrap();
-    assert_eq!(mocap(&["convert", input]).status.code(), Some(1));
-    let output = mocap(&["convert", input, "--fps", "20", "--verify"]);
+    assert_eq!(run(&["convert", input]).status.code(), Some(1));
+    let output = run(&["convert", input, "--fps", "20", "--verify"]);
     assert!(output.status.success(), "{}", words(&output));
     assert_eq!(extras(&folder.path().join("still.glb"))["frames"], 10);
 }
@@ -361,16 +352,16 @@ fn a_rate_that_the_file_does_not_state_is_taken_from_the_option() {
 #[test]
 fn written_files_can_be_looked_into() {
     let (_folder, path, _) = convert("cmu_short.bvh", &[]);
-    let info = mocap(&["info", path.to_str().unwrap(), "--json"]);
+    let info = run(&["info", path.to_str().unwrap(), "--json"]);
     let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     for (field, value) in [("nodes", 38), ("joints", 31), ("end_sites", 7), ("frames", 75)] {
         assert_eq!(info[field], value, "{field}");
     }
     assert_eq!(info["format"], "gltf");
     assert!(
-        mocap(&["pose", path.to_str().unwrap(), "--tick", "3", "--json"])
+        run(&["pose", path.to_str().unwrap(), "--tick", "3", "--json"])
             .status
             .success()
     );
-    assert!(mocap(&["dump", path.to_str().unwrap(), "tree"]).status.success());
+    assert!(run(&["dump", path.to_str().unwrap(), "tree"]).status.success());
 }

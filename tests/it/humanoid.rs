@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::process::Command;
 
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
@@ -422,10 +421,7 @@ fn the_t_pose_is_one() {
 /// What `mocap skeleton --json` prints: the fields that scripts rely on, and further ones behind them.
 #[test]
 fn the_json_has_the_t_pose_beside_the_figure() {
-    let output = Command::new(env!("CARGO_BIN_EXE_mocap"))
-        .args(["skeleton", "--json", "fixtures/real/rokoko_dance.bvh"])
-        .output()
-        .unwrap();
+    let output = crate::program::run(&["skeleton", "--json", "fixtures/real/rokoko_dance.bvh"]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     for field in ["unit", "up", "facing", "root_offset", "rest_pose", "sides"] {
         assert!(

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::program::{command_in, words};
+
 /// Commands of the README's table that write no file unless the shell is told to.
 const WRITE_NOTHING: &[&str] = &["verify", "info", "skeleton", "check", "dump", "pose", "formats"];
 
@@ -104,19 +106,9 @@ fn inputs(source: &str) -> Files {
     files
 }
 
-fn mocap(folder: &Path, arguments: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
-    command.args(arguments.split(' ')).current_dir(folder);
-    command
-}
-
 fn succeeds(folder: &Path, arguments: &str) {
-    let output = mocap(folder, arguments).output().unwrap();
+    let output = command_in(folder, arguments).output().unwrap();
     assert!(output.status.success(), "{arguments}: {}", words(&output));
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// Runs a command that may write no file beyond a size, in units of 1024 bytes. `trap` says what to do at the limit.
@@ -301,7 +293,7 @@ impl<'a> Tried<'a> {
             let moment = self.duration * part / 10;
             let how = format!("killed after {moment:?} of {:?}", self.duration);
             let folder = folder_with(before);
-            let mut child = mocap(folder.path(), self.case.arguments)
+            let mut child = command_in(folder.path(), self.case.arguments)
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();

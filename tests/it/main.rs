@@ -35,6 +35,8 @@ mod options;
 #[cfg(feature = "cli")]
 mod outputs;
 mod process;
+#[cfg(feature = "cli")]
+mod program;
 mod properties;
 #[cfg(feature = "render")]
 mod render;

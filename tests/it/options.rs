@@ -1,85 +1,44 @@
 //! The options of the program: one meaning in every command, every guess said, and none that does nothing.
 
-use std::path::PathBuf;
-use std::process::{Command, Output};
-
 use mocap::Pose;
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;
 
-struct Folder(tempfile::TempDir);
+use crate::program::Folder;
 
-impl Folder {
-    fn new() -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        for name in ["lecture_Test.bvh", "cmu_short.bvh", "z_up_dab.bvh"] {
-            std::fs::copy(format!("fixtures/real/{name}"), folder.path(name)).unwrap();
-        }
-        folder
-    }
+fn folder() -> Folder {
+    Folder::of_real(&["lecture_Test.bvh", "cmu_short.bvh", "z_up_dab.bvh"])
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+/// The JSON in the first line of a CSV file.
+fn header(folder: &Folder, name: &str) -> serde_json::Value {
+    let text = String::from_utf8(folder.read(name)).unwrap();
+    let line = text.lines().next().unwrap();
+    serde_json::from_str(line.strip_prefix("# ").unwrap()).unwrap()
+}
 
-    /// Runs the program with arguments that are separated by spaces.
-    fn run(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_mocap"))
-            .args(arguments.split(' '))
-            .current_dir(self.0.path())
-            .output()
-            .unwrap()
-    }
-
-    /// What a command says that succeeds.
-    fn words(&self, arguments: &str) -> String {
-        let output = self.run(arguments);
-        let words = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.success(), "{arguments}: {words}");
-        words
-    }
-
-    /// Checks that a command is wrong usage for this reason, and writes nothing.
-    fn is_wrong_usage(&self, arguments: &str, reason: &str) {
-        let count = || self.0.path().read_dir().unwrap().count();
-        let before = count();
-        let output = self.run(arguments);
-        let words = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {words}");
-        assert!(words.contains(reason), "{arguments}: {words}");
-        assert_eq!(count(), before, "{arguments}");
-    }
-
-    /// The JSON in the first line of a CSV file.
-    fn header(&self, name: &str) -> serde_json::Value {
-        let text = std::fs::read_to_string(self.path(name)).unwrap();
-        let line = text.lines().next().unwrap();
-        serde_json::from_str(line.strip_prefix("# ").unwrap()).unwrap()
-    }
-
-    /// The position of the elbow in the last frame.
-    fn elbow(&self, name: &str) -> Vec3 {
-        let scene = mocap::import(self.path(name)).unwrap();
-        Pose::at_tick(&scene, 0, 9.0).unwrap().position(NodeId(1))
-    }
+/// The position of the elbow in the last frame.
+fn elbow(folder: &Folder, name: &str) -> Vec3 {
+    let scene = mocap::import(folder.path(name)).unwrap();
+    Pose::at_tick(&scene, 0, 9.0).unwrap().position(NodeId(1))
 }
 
 /// The shoulder of frame n is at (0.1 (n + 1), 0.02 n, 0), the elbow is 2 from it.
 #[test]
 fn unit_and_up_are_those_of_the_input_in_every_command() {
-    let folder = Folder::new();
-    let input = folder.elbow("lecture_Test.bvh");
+    let folder = folder();
+    let input = elbow(&folder, "lecture_Test.bvh");
     // To glTF: inches with +Z up become metres with +Y up.
-    folder.words("convert lecture_Test.bvh out.glb --unit inch --up z");
+    folder.succeeds("convert lecture_Test.bvh out.glb --unit inch --up z");
     let expected = 0.0254 * Vec3::new(input.x, input.z, -input.y);
-    assert!(folder.elbow("out.glb").abs_diff_eq(expected, 1e-6));
+    assert!(elbow(&folder, "out.glb").abs_diff_eq(expected, 1e-6));
     // To BVH and to arrays: inches with +Z up become centimetres with +Y up.
     let expected = 100.0 * expected;
     let options = "--unit inch --up z --out-unit cm --out-up y";
-    let words = folder.words(&format!("convert lecture_Test.bvh out.bvh --verify {options}"));
+    let words = folder.succeeds(&format!("convert lecture_Test.bvh out.bvh --verify {options}"));
     assert!(!words.contains("unit:") && !words.contains("up:"), "{words}");
-    assert!(folder.elbow("out.bvh").abs_diff_eq(expected, 1e-4));
-    let words = folder.words(&format!("fk lecture_Test.bvh -o out.csv {options}"));
+    assert!(elbow(&folder, "out.bvh").abs_diff_eq(expected, 1e-4));
+    let words = folder.succeeds(&format!("fk lecture_Test.bvh -o out.csv {options}"));
     assert!(!words.contains("unit:") && !words.contains("up:"), "{words}");
     let text = std::fs::read_to_string(folder.path("out.csv")).unwrap();
     let row: Vec<&str> = text
@@ -91,8 +50,8 @@ fn unit_and_up_are_those_of_the_input_in_every_command() {
     let found = Vec3::from_array([row[3], row[4], row[5]].map(|cell| cell.parse().unwrap()));
     assert!(found.abs_diff_eq(expected, 1e-4), "{found} {expected}");
     // Where nothing is converted, arrays state what is named.
-    folder.words("fk lecture_Test.bvh -o out.csv --unit inch --up z");
-    let header = folder.header("out.csv");
+    folder.succeeds("fk lecture_Test.bvh -o out.csv --unit inch --up z");
+    let header = header(&folder, "out.csv");
     assert_eq!(
         (&header["metres_per_unit"], &header["up"]),
         (&0.0254.into(), &"z".into())
@@ -108,13 +67,13 @@ fn unit_and_up_are_those_of_the_input_in_every_command() {
 
 #[test]
 fn a_picture_stands_on_the_axis_that_is_named() {
-    let folder = Folder::new();
+    let folder = folder();
     for command in ["sheet", "gif"] {
         let extension = if command == "sheet" { "svg" } else { "gif" };
         let mut files = Vec::new();
         for up in ["auto", "y", "z"] {
             let output = format!("{up}.{extension}");
-            folder.words(&format!("{command} cmu_short.bvh -o {output} --up {up}"));
+            folder.succeeds(&format!("{command} cmu_short.bvh -o {output} --up {up}"));
             files.push(std::fs::read(folder.path(&output)).unwrap());
         }
         assert!(files[0] == files[1] && files[0] != files[2], "{command}");
@@ -123,7 +82,7 @@ fn a_picture_stands_on_the_axis_that_is_named() {
 
 #[test]
 fn every_guess_in_a_header_is_said() {
-    let folder = Folder::new();
+    let folder = folder();
     for (options, unit, up) in [
         ("", false, false),
         ("--out-unit m", true, false),
@@ -137,10 +96,10 @@ fn every_guess_in_a_header_is_said() {
         } else {
             format!(" {options}")
         };
-        let words = folder.words(&format!("fk cmu_short.bvh -o out.csv{options}"));
+        let words = folder.succeeds(&format!("fk cmu_short.bvh -o out.csv{options}"));
         let said = |topic: &str| words.lines().any(|line| line.starts_with(&format!("{topic}: ")));
         assert_eq!((said("unit"), said("up")), (unit, up), "{options}: {words}");
-        let header = folder.header("out.csv");
+        let header = header(&folder, "out.csv");
         // Nobody but a guess or the caller knows them.
         assert_eq!(
             header["metres_per_unit"].is_null(),
@@ -159,16 +118,16 @@ fn every_guess_in_a_header_is_said() {
 
 #[test]
 fn bvh_stays_upright_where_z_is_up() {
-    let folder = Folder::new();
-    let words = folder.words("convert z_up_dab.bvh out.bvh --in-place --verify");
+    let folder = folder();
+    let words = folder.succeeds("convert z_up_dab.bvh out.bvh --in-place --verify");
     assert!(words.contains("up: z, because"), "{words}");
-    let words = folder.words("convert z_up_dab.bvh out.bvh --root-motion --out-up y --out-unit m --verify --force");
+    let words = folder.succeeds("convert z_up_dab.bvh out.bvh --root-motion --out-up y --out-unit m --verify --force");
     assert!(words.contains("unit: "), "{words}");
 }
 
 #[test]
 fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
-    let folder = Folder::new();
+    let folder = folder();
     let map = folder.run("skeleton cmu_short.bvh --json").stdout;
     std::fs::write(folder.path("whole.json"), &map).unwrap();
     let wrong = String::from_utf8(map).unwrap().replace("\"LeftFoot\"", "\"Leftfoot\"");
@@ -186,7 +145,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
         "skeleton cmu_short.bvh",
     ] {
         let plain = folder.run(command);
-        let words = folder.words(&format!("{command} --map whole.json"));
+        let words = folder.succeeds(&format!("{command} --map whole.json"));
         assert_eq!(words, String::from_utf8(plain.stderr).unwrap(), "{command}");
         let output = folder.run(&format!("{command} --map wrong.json"));
         let words = String::from_utf8(output.stderr).unwrap();
@@ -197,7 +156,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
     }
     // A shorter body has greater units.
     let unit = |options: &str| {
-        let words = folder.words(&format!("convert cmu_short.bvh out.glb{options}"));
+        let words = folder.succeeds(&format!("convert cmu_short.bvh out.glb{options}"));
         words
             .lines()
             .find(|line| line.starts_with("unit: "))
@@ -205,17 +164,18 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
             .to_owned()
     };
     assert_ne!(unit(""), unit(" --map short.json"));
-    folder.is_wrong_usage("convert cmu_short.bvh new.glb --map none.json", "No such file");
+    folder.refuses("convert cmu_short.bvh new.glb --map none.json", 2, "No such file");
     std::fs::write(folder.path("empty.json"), "{}").unwrap();
-    folder.is_wrong_usage(
+    folder.refuses(
         "convert cmu_short.bvh new.glb --map empty.json",
+        2,
         "there is no object \"bones\"",
     );
 }
 
 #[test]
 fn an_option_that_would_do_nothing_is_refused() {
-    let folder = Folder::new();
+    let folder = folder();
     let bvh = "lecture_Test.bvh new.bvh";
     let glb = "lecture_Test.bvh new.glb";
     for (arguments, option, advice) in [
@@ -257,11 +217,11 @@ fn an_option_that_would_do_nothing_is_refused() {
             "--csv",
         ),
     ] {
-        folder.is_wrong_usage(&arguments, &format!("{option} would do nothing: "));
-        folder.is_wrong_usage(&arguments, advice);
+        folder.refuses(&arguments, 2, &format!("{option} would do nothing: "));
+        folder.refuses(&arguments, 2, advice);
     }
     // What is the default does something no more than another value.
-    folder.is_wrong_usage(&format!("convert {bvh} --mesh skinned"), "--mesh would do nothing");
+    folder.refuses(&format!("convert {bvh} --mesh skinned"), 2, "--mesh would do nothing");
     std::fs::write(folder.path("map.json"), r#"{"bones": {}}"#).unwrap();
     for arguments in [
         format!("convert {bvh} --map map.json"),
@@ -269,18 +229,19 @@ fn an_option_that_would_do_nothing_is_refused() {
         "fk lecture_Test.bvh -o new.npz --map map.json".to_owned(),
         "sheet lecture_Test.bvh -o new.svg --map map.json".to_owned(),
     ] {
-        folder.is_wrong_usage(&arguments, "--map would do nothing: ");
+        folder.refuses(&arguments, 2, "--map would do nothing: ");
     }
 }
 
 #[cfg(feature = "parquet")]
 #[test]
 fn an_inventory_takes_no_options_of_arrays() {
-    let folder = Folder::new();
+    let folder = folder();
     for option in ["--rot 6d", "--fps 30", "--unit m", "--out-up z", "--velocities"] {
         let name = option.split(' ').next().unwrap();
-        folder.is_wrong_usage(
+        folder.refuses(
             &format!("pack lecture_Test.bvh -o new --inventory {option}"),
+            2,
             &format!("{name} would do nothing: "),
         );
     }
@@ -289,7 +250,7 @@ fn an_inventory_takes_no_options_of_arrays() {
 /// A spreadsheet takes a cell that begins with one of these for a formula, whether it is quoted or not.
 #[test]
 fn no_cell_for_a_spreadsheet_is_a_formula() {
-    let folder = Folder::new();
+    let folder = folder();
     let mut text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
     let names = ["=1+1", "@SUM(A1,\"b\")", "-x"];
     for (name, new) in std::iter::zip(["Shoulder", "Elbow", "Wrist"], names) {
@@ -297,7 +258,7 @@ fn no_cell_for_a_spreadsheet_is_a_formula() {
     }
     std::fs::write(folder.path("names.bvh"), text).unwrap();
     for option in ["", " --spreadsheet"] {
-        folder.words(&format!("fk names.bvh -o out.csv --up z --out-up y{option}"));
+        folder.succeeds(&format!("fk names.bvh -o out.csv --up z --out-up y{option}"));
         let arrays = cells(&std::fs::read_to_string(folder.path("out.csv")).unwrap());
         let pose = folder.run(&format!("pose names.bvh --tick 3 --csv{option}"));
         let pose = cells(&String::from_utf8(pose.stdout).unwrap());
@@ -345,20 +306,20 @@ fn cells(text: &str) -> Vec<String> {
 #[cfg(not(feature = "parquet"))]
 #[test]
 fn a_build_without_parquet_names_the_feature() {
-    let folder = Folder::new();
+    let folder = folder();
     for arguments in [
         "pack lecture_Test.bvh -o new --rot 6d",
         "pack",
         "fk lecture_Test.bvh -o new.parquet",
     ] {
-        folder.is_wrong_usage(arguments, "build it with `--features parquet`");
+        folder.refuses(arguments, 2, "build it with `--features parquet`");
     }
 }
 
 #[cfg(not(feature = "fbx"))]
 #[test]
 fn a_build_without_fbx_names_the_feature() {
-    let folder = Folder::new();
+    let folder = folder();
     std::fs::copy("fixtures/real/huesitos.fbx", folder.path("a.fbx")).unwrap();
     for arguments in ["info a.fbx", "info a.fbx --from fbx", "convert a.fbx a.glb"] {
         let output = folder.run(arguments);
@@ -371,10 +332,10 @@ fn a_build_without_fbx_names_the_feature() {
 
 #[test]
 fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
-    let folder = Folder::new();
-    folder.words("view lecture_Test.bvh -o all.html");
+    let folder = folder();
+    folder.succeeds("view lecture_Test.bvh -o all.html");
     // Ten frames a second; from the third to the ninth at five frames a second are four.
-    folder.words("view lecture_Test.bvh -o part.html --trim 2f..8f --fps 5 --unit dm --up z");
+    folder.succeeds("view lecture_Test.bvh -o part.html --trim 2f..8f --fps 5 --unit dm --up z");
     let page = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
     let all = r#""frames":10,"ticksPerSecond":10.0,"metresPerUnit":1.0,"up":"+y""#;
     assert!(page("all.html").contains(all));
@@ -383,5 +344,5 @@ fn a_page_shows_the_part_and_the_rate_that_are_asked_for() {
     std::fs::write(folder.path("wrong.json"), r#"{"bones": {"head": "Haed"}}"#).unwrap();
     let output = folder.run("view cmu_short.bvh -o new.html --map wrong.json");
     assert!(!output.status.success() && String::from_utf8(output.stderr).unwrap().contains("Haed"));
-    folder.is_wrong_usage("view lecture_Test.bvh -o new.html --fps 0", "frame rate must be");
+    folder.refuses("view lecture_Test.bvh -o new.html --fps 0", 2, "frame rate must be");
 }

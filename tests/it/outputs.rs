@@ -1,94 +1,22 @@
 //! What outputs may replace: never an input, and no file that may be a source. Entries that cannot be read are failed rows.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-/// A folder to run the program in.
-struct Folder(tempfile::TempDir);
+use crate::program::{Folder, words};
 
-impl Folder {
-    /// With copies of real captures under these names.
-    fn with(names: &[&str]) -> Self {
-        let folder = Self(tempfile::tempdir().unwrap());
-        for (index, name) in names.iter().enumerate() {
-            let source = ["lecture_Test.bvh", "cmu_short.bvh"][index % 2];
-            folder.write(name, &fs::read(Path::new("fixtures/real").join(source)).unwrap());
-        }
-        folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) {
-        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
-        fs::write(self.path(name), bytes).unwrap();
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap()
-    }
-
-    /// Runs the program with arguments that are separated by spaces.
-    fn run(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_mocap"))
-            .args(arguments.split(' '))
-            .current_dir(self.0.path())
-            .output()
-            .unwrap()
-    }
-
-    /// Checks that a command succeeds.
-    fn succeeds(&self, arguments: &str) {
-        let output = self.run(arguments);
-        assert!(output.status.success(), "{arguments}: {}", words(&output));
-    }
-
-    /// Checks that a command fails with `code` and changes no file.
-    fn is_refused(&self, arguments: &str, code: &str) {
-        let before = self.contents();
-        let output = self.run(arguments);
-        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", words(&output));
-        assert!(words(&output).contains(code), "{arguments}: {}", words(&output));
-        assert!(self.contents() == before, "{arguments} changed a file");
-    }
-
-    fn contents(&self) -> Vec<(PathBuf, Vec<u8>)> {
-        let mut contents = Vec::new();
-        let mut folders = vec![self.0.path().to_owned()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder).unwrap() {
-                let path = entry.unwrap().path();
-                match path.is_dir() && !path.is_symlink() {
-                    true => folders.push(path),
-                    false => contents.push((path.clone(), fs::read(path).unwrap_or_default())),
-                }
-            }
-        }
-        contents.sort();
-        contents
-    }
-
-    fn manifest(&self, folder: &str) -> Vec<serde_json::Value> {
-        let text = String::from_utf8(self.read(&format!("{folder}/mocap-manifest.jsonl"))).unwrap();
-        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    }
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
+fn manifest(folder: &Folder, name: &str) -> Vec<serde_json::Value> {
+    let text = String::from_utf8(folder.read(&format!("{name}/mocap-manifest.jsonl"))).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
 fn the_second_file_of_a_wildcard_is_not_an_output() {
     let folder = Folder::with(&["a.bvh", "b.bvh"]);
-    folder.is_refused("convert a.bvh b.bvh", "error[output-exists]");
+    folder.refuses("convert a.bvh b.bvh", 1, "error[output-exists]");
     assert!(words(&folder.run("convert a.bvh b.bvh")).contains("a folder, with -o"));
     folder.succeeds("convert a.bvh");
     folder.succeeds("convert b.bvh");
-    folder.is_refused("convert a.glb b.glb", "error[output-exists]");
+    folder.refuses("convert a.glb b.glb", 1, "error[output-exists]");
     folder.succeeds("convert a.bvh b.bvh --force");
     assert!(folder.run("info b.bvh").status.success());
 }
@@ -102,11 +30,11 @@ fn an_output_that_is_an_input_is_refused() {
         "convert w.bvh w.bvh --force",
         "convert w.bvh in/../w.bvh --force",
     ] {
-        folder.is_refused(arguments, code);
+        folder.refuses(arguments, 1, code);
     }
     fs::copy(folder.path("w.bvh"), folder.path("w.html")).unwrap();
-    folder.is_refused("view w.html -o w.html", code);
-    folder.is_refused("view w.bvh w.html -o w.html", code);
+    folder.refuses("view w.html -o w.html", 1, code);
+    folder.refuses("view w.bvh w.html -o w.html", 1, code);
     for output in ["w.csv", "w.npz", "w.png", "w.svg", "w.gif"] {
         fs::rename(folder.path("w.html"), folder.path(output)).unwrap();
         let command = match output {
@@ -115,20 +43,20 @@ fn an_output_that_is_an_input_is_refused() {
             "w.gif" => "gif",
             _ => "fk",
         };
-        folder.is_refused(&format!("{command} {output} -o {output}"), code);
+        folder.refuses(&format!("{command} {output} -o {output}"), 1, code);
         fs::rename(folder.path(output), folder.path("w.html")).unwrap();
     }
     folder.succeeds("convert w.bvh pair.gltf");
-    folder.is_refused("convert pair.gltf pair.gltf --force", code);
+    folder.refuses("convert pair.gltf pair.gltf --force", 1, code);
     // The buffer of an input is an input.
     fs::rename(folder.path("pair.gltf"), folder.path("other.gltf")).unwrap();
-    folder.is_refused("convert other.gltf pair.gltf --force", code);
+    folder.refuses("convert other.gltf pair.gltf --force", 1, code);
 
     let before = folder.read("in/w.bvh");
     let output = folder.run("convert in -o in --to bvh --force");
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(folder.read("in/w.bvh"), before);
-    let record = &folder.manifest("in")[0];
+    let record = &manifest(&folder, "in")[0];
     assert!(
         record["error"].as_str().unwrap().contains("replace one of the inputs"),
         "{record}"
@@ -151,9 +79,9 @@ fn an_output_that_is_an_input_through_a_link_is_refused() {
         "convert w.bvh hard.bvh --force",
         "sheet w.bvh -o link.png",
     ] {
-        folder.is_refused(arguments, "error[output-is-input]");
+        folder.refuses(arguments, 1, "error[output-is-input]");
     }
-    folder.is_refused("sheet in/a.bvh -o link.png", "error[output-exists]");
+    folder.refuses("sheet in/a.bvh -o link.png", 1, "error[output-exists]");
     let before = folder.read("in/a.bvh");
     assert_eq!(folder.run("convert in -o out --to bvh --force").status.code(), Some(1));
     assert_eq!(folder.read("in/a.bvh"), before);
@@ -186,7 +114,7 @@ fn a_command_can_be_run_again() {
         folder.succeeds(arguments);
     }
     // A BVH file has no place to say who wrote it.
-    folder.is_refused("convert w.bvh again.bvh --digits 3", "error[output-exists]");
+    folder.refuses("convert w.bvh again.bvh --digits 3", 1, "error[output-exists]");
     folder.succeeds("convert w.bvh again.bvh --digits 3 --force");
     fs::write(folder.path("empty.bvh"), "").unwrap();
     folder.succeeds("convert w.bvh empty.bvh");
@@ -203,7 +131,7 @@ fn a_file_of_another_program_is_replaced_by_force_alone() {
     for name in ["a.glb", "a.gltf", "a.GLB", "a.bin"] {
         folder.write(name, br#"{"asset": {"version": "2.0", "extras": {"title": "mocap"}}}"#);
         let output = name.replace("bin", "gltf");
-        folder.is_refused(&format!("convert w.bvh {output}"), "error[output-exists]");
+        folder.refuses(&format!("convert w.bvh {output}"), 1, "error[output-exists]");
         folder.succeeds(&format!("convert w.bvh {output} --force"));
         folder.succeeds(&format!("convert w.bvh {output}"));
         for name in ["a.glb", "a.gltf", "a.GLB", "a.bin"] {
@@ -237,7 +165,7 @@ fn links_without_a_target_and_loops_are_rows_of_the_manifest() {
     symlink("..", folder.path("in/sub/up")).unwrap();
     let output = folder.run("convert in -o out");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
-    let rows = folder.manifest("out");
+    let rows = manifest(&folder, "out");
     let errors: Vec<_> = rows
         .iter()
         .map(|row| (row["input"].as_str().unwrap(), row["error"].as_str().unwrap_or("")))
@@ -298,7 +226,7 @@ fn merging_manifests_removes_no_other_file() {
     folder.write("out/mocap-manifest.old.jsonl", b"notes of mine");
     folder.succeeds("merge-manifest out");
     assert_eq!(folder.read("out/mocap-manifest.old.jsonl"), b"notes of mine");
-    assert_eq!(folder.manifest("out").len(), 2);
+    assert_eq!(manifest(&folder, "out").len(), 2);
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
 

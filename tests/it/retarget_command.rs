@@ -1,26 +1,23 @@
 //! `mocap retarget` from the outside.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
+
+use crate::program::{command, words};
 
 const WALK: &str = "fixtures/skeletons/bvhtoolbox_walk01.bvh";
 const CHARACTER: &str = "fixtures/skeletons/human_vrm1.gltf";
 
 fn retarget(arguments: &[&str], output: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mocap"))
+    command(&["retarget"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .arg("retarget")
         .args(arguments)
         .arg("-o")
         .arg(output)
         .output()
         .unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 #[test]

@@ -10,6 +10,8 @@ use std::thread;
 
 use mocap::{Code, Format, Importer, Limits, SkeletonMesh};
 
+use crate::program::{command, words};
+
 fn make_fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
@@ -114,15 +116,10 @@ fn a_file_that_shrinks_while_it_is_read_is_an_error_or_a_scene() {
 
 /// Runs the program with a file as its standard input.
 fn mocap_with_input(arguments: &[&str], input: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mocap"))
-        .args(arguments)
+    command(arguments)
         .stdin(Stdio::from(File::open(format!("fixtures/{input}")).unwrap()))
         .output()
         .unwrap()
-}
-
-fn told(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[test]
@@ -147,7 +144,7 @@ fn a_dash_is_standard_input_in_every_command() {
             .collect();
         let expected = mocap_with_input(&named, walk);
         let found = mocap_with_input(arguments, walk);
-        assert!(found.status.success(), "{arguments:?}: {}", told(&found));
+        assert!(found.status.success(), "{arguments:?}: {}", words(&found));
         let text =
             |output: &Output| String::from_utf8_lossy(&output.stdout).replace("fixtures/real/lecture_Test.bvh", "-");
         // The name of the input is all that differs.
@@ -158,7 +155,7 @@ fn a_dash_is_standard_input_in_every_command() {
         &["info", "-", "--from", "asf-amc", "--skeleton", "fixtures/made/tiny.asf"],
         "made/tiny.amc",
     );
-    assert!(motion.status.success(), "{}", told(&motion));
+    assert!(motion.status.success(), "{}", words(&motion));
 }
 
 #[test]
@@ -188,7 +185,7 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     ];
     for (arguments, beginning) in cases {
         let output = mocap_with_input(arguments, walk);
-        assert!(output.status.success(), "{arguments:?}: {}", told(&output));
+        assert!(output.status.success(), "{arguments:?}: {}", words(&output));
         let start = &output.stdout[..beginning.len().min(output.stdout.len())];
         assert!(
             start.eq_ignore_ascii_case(beginning),
@@ -209,7 +206,7 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
         &["view", "fixtures/made", "-o", "-"],
     ] {
         let output = mocap_with_input(refused, walk);
-        assert_eq!(output.status.code(), Some(2), "{refused:?}: {}", told(&output));
+        assert_eq!(output.status.code(), Some(2), "{refused:?}: {}", words(&output));
         assert!(output.stdout.is_empty());
     }
 }
@@ -223,7 +220,7 @@ fn a_pipe_among_many_files_is_a_failed_row() {
     let names = [pipe.to_str().unwrap(), "fixtures/real/lecture_Test.bvh"];
     for arguments in [vec!["check"], vec!["convert", "-o", out.to_str().unwrap()]] {
         let output = mocap_with_input(&[arguments, names.to_vec()].concat(), "real/lecture_Test.bvh");
-        assert_eq!(output.status.code(), Some(3), "{}", told(&output));
+        assert_eq!(output.status.code(), Some(3), "{}", words(&output));
     }
     let mut manifest = fs::read_to_string(out.join("mocap-manifest.jsonl")).unwrap();
     manifest.retain(|c| c != '\n');

@@ -466,12 +466,12 @@ mod of_arrays {
         let folder = tempfile::tempdir().unwrap();
         let output = folder.path().join("out.npz");
         let run = |arguments: &[&str]| {
-            let output = std::process::Command::new(env!("CARGO_BIN_EXE_mocap"))
-                .args(arguments)
-                .output()
-                .unwrap();
-            let words = String::from_utf8(output.stderr).unwrap();
-            assert!(output.status.success(), "{arguments:?}: {words}");
+            let output = crate::program::run(arguments);
+            assert!(
+                output.status.success(),
+                "{arguments:?}: {}",
+                crate::program::words(&output)
+            );
             String::from_utf8(output.stdout).unwrap()
         };
         let (source, output) = ("fixtures/real/cmu_short.bvh", output.to_str().unwrap());

@@ -1,21 +1,11 @@
 //! `mocap edit`: steps in their order, recorded in the file and understood by `verify`.
 
 use std::path::PathBuf;
-use std::process::{Command, Output};
+
+use crate::program::{run, words};
 
 fn real(file: &str) -> String {
     format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_mocap"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 fn folder() -> (tempfile::TempDir, impl Fn(&str) -> String) {

@@ -1,0 +1,106 @@
+//! The program, run as its users run it.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The program with these arguments.
+pub(crate) fn command<A: AsRef<OsStr>>(arguments: &[A]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
+    command.args(arguments);
+    command
+}
+
+pub(crate) fn run<A: AsRef<OsStr>>(arguments: &[A]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+/// The program in a folder, with arguments that are separated by spaces.
+pub(crate) fn command_in(folder: &Path, arguments: &str) -> Command {
+    let mut command = command(&arguments.split(' ').collect::<Vec<_>>());
+    command.current_dir(folder);
+    command
+}
+
+/// What the program says on standard error.
+pub(crate) fn words(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// A folder to run the program in.
+pub(crate) struct Folder(tempfile::TempDir);
+
+impl Folder {
+    /// With copies of real captures under their names.
+    pub(crate) fn of_real(names: &[&str]) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        for name in names {
+            folder.write(name, &fs::read(Path::new("fixtures/real").join(name)).unwrap());
+        }
+        folder
+    }
+
+    /// With copies of two real captures under these names, in turns.
+    pub(crate) fn with(names: &[&str]) -> Self {
+        let folder = Self(tempfile::tempdir().unwrap());
+        for (index, name) in names.iter().enumerate() {
+            let source = ["lecture_Test.bvh", "cmu_short.bvh"][index % 2];
+            folder.write(name, &fs::read(Path::new("fixtures/real").join(source)).unwrap());
+        }
+        folder
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) {
+        fs::create_dir_all(self.path(name).parent().unwrap()).unwrap();
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
+    /// All files, also in folders below, with what they hold.
+    pub(crate) fn contents(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        let mut contents = Vec::new();
+        let mut folders = vec![self.0.path().to_owned()];
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                match path.is_dir() && !path.is_symlink() {
+                    true => folders.push(path),
+                    false => contents.push((path.clone(), fs::read(path).unwrap_or_default())),
+                }
+            }
+        }
+        contents.sort();
+        contents
+    }
+
+    /// Runs the program with arguments that are separated by spaces.
+    pub(crate) fn run(&self, arguments: &str) -> Output {
+        command_in(self.0.path(), arguments).output().unwrap()
+    }
+
+    /// Checks that a command succeeds. Returns what it says.
+    pub(crate) fn succeeds(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        let words = words(&output);
+        assert!(output.status.success(), "{arguments}: {words}");
+        words
+    }
+
+    /// Checks that a command ends with `status`, says `reason`, and changes no file.
+    pub(crate) fn refuses(&self, arguments: &str, status: i32, reason: &str) {
+        let before = self.contents();
+        let output = self.run(arguments);
+        let words = words(&output);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {words}");
+        assert!(words.contains(reason), "{arguments}: {words}");
+        assert!(self.contents() == before, "{arguments} changed a file");
+    }
+}
