@@ -160,7 +160,7 @@ impl Pose {
         }
     }
 
-    /// Turns `node` about its own position by `rotation`, along the axes of the world, with all that hangs on it. Its
+    /// Turns `node` about its own position by `rotation`, along the axes of the world, with all nodes below it. Its
     /// position does not change. A rotation that would give values that are not finite is not applied.
     ///
     /// # Panics

@@ -27,7 +27,7 @@ pub(super) struct Chain<'a> {
     turn: Option<Transforms>,
 }
 
-/// A node that is wanted, or that something wanted hangs on.
+/// A node that is wanted, or one above it.
 struct Link<'a> {
     node: NodeId,
     /// The place of its parent in the chain.

@@ -124,7 +124,7 @@ fn find(
             above = ours.joints[place].parent;
         }
         if above != npz.parents[joint].map(|parent| places[parent]) {
-            let message = format!("\"{}\" hangs on another joint in the file", npz.names[joint]);
+            let message = format!("\"{}\" has another parent in the file", npz.names[joint]);
             findings.push(Finding::new(FindingKind::MovedJoint, message));
         }
     }

@@ -104,8 +104,8 @@ impl Pairs {
         find(
             FindingKind::MovedJoint,
             moved.map(|(a, _)| quoted(&ours.joints[*a])).collect(),
-            "hangs on another joint in the file",
-            "hang on other joints in the file",
+            "has another parent in the file",
+            "have other parents in the file",
         );
         if is_ours {
             let is_group = |name: &str| {

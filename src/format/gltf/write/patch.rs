@@ -209,7 +209,7 @@ impl<'a> Edits<'a> {
         self.edits.push((range, with));
     }
 
-    /// Appends items to an array of the root, which is made if there is none.
+    /// Appends items to an array of the root, which is added where the file lacks it.
     fn append(&mut self, name: &str, section: Option<&'a RawValue>, items: &[Value]) -> Result<()> {
         let items: Vec<String> = items.iter().map(Value::to_string).collect();
         if items.is_empty() {
