@@ -39,6 +39,16 @@
 #define MOCAP_UP_Z 2
 
 /*
+ The axis that points up in the file: -Y.
+ */
+#define MOCAP_UP_NEG_Y 3
+
+/*
+ The axis that points up in the file: -Z.
+ */
+#define MOCAP_UP_NEG_Z 4
+
+/*
  Whether a call did what it was asked for.
  */
 typedef enum mocap_status {
@@ -79,7 +89,7 @@ typedef struct mocap_conversion {
    */
   double frame_rate;
   /*
-   `MOCAP_UP_Y` or `MOCAP_UP_Z`. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+   `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
    */
   uint32_t up;
 } mocap_conversion;

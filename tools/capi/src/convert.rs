@@ -18,6 +18,12 @@ pub const MOCAP_UP_Y: u32 = 1;
 /// The axis that points up in the file: +Z.
 pub const MOCAP_UP_Z: u32 = 2;
 
+/// The axis that points up in the file: -Y.
+pub const MOCAP_UP_NEG_Y: u32 = 3;
+
+/// The axis that points up in the file: -Z.
+pub const MOCAP_UP_NEG_Z: u32 = 4;
+
 /// What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the default.
 #[repr(C)]
 pub struct Conversion {
@@ -26,7 +32,7 @@ pub struct Conversion {
     pub metres_per_unit: f64,
     /// Frames per second of the result. 0: those of the file.
     pub frame_rate: f64,
-    /// `MOCAP_UP_Y` or `MOCAP_UP_Z`. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
+    /// `MOCAP_UP_Y` or another axis. `MOCAP_UP_AUTO`: what the file states, else the axis from the feet to the head.
     pub up: u32,
 }
 
@@ -43,8 +49,10 @@ impl Conversion {
             MOCAP_UP_AUTO => Ok(conversion),
             MOCAP_UP_Y => Ok(conversion.up(UpAxis::Y)),
             MOCAP_UP_Z => Ok(conversion.up(UpAxis::Z)),
+            MOCAP_UP_NEG_Y => Ok(conversion.up(UpAxis::NegY)),
+            MOCAP_UP_NEG_Z => Ok(conversion.up(UpAxis::NegZ)),
             other => Err(Failure::argument(&format!(
-                "up must be MOCAP_UP_AUTO, MOCAP_UP_Y or MOCAP_UP_Z, got {other}"
+                "up must be MOCAP_UP_AUTO or an axis, such as MOCAP_UP_Y, got {other}"
             ))),
         }
     }

@@ -24,7 +24,8 @@ use crate::handle::Animation;
 
 pub use crate::border::Status;
 pub use crate::convert::{
-    Conversion, MOCAP_UP_AUTO, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count, mocap_assumption_text, mocap_convert,
+    Conversion, MOCAP_UP_AUTO, MOCAP_UP_NEG_Y, MOCAP_UP_NEG_Z, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count,
+    mocap_assumption_text, mocap_convert,
 };
 pub use crate::handle::Scene;
 

@@ -162,12 +162,20 @@ static void check_conversions(const mocap_scene *scene)
     }
     mocap_close(converted);
 
+    named.up = MOCAP_UP_NEG_Y;
+    converted = mocap_convert(scene, &named);
+    CHECK(converted != NULL && mocap_world_matrices(converted, 0, 18.0, matrices[0], NODES) == MOCAP_STATUS_OK);
+    for (int node = 0; node < NODES; node++) {
+        CHECK(fabs(matrices[node][13] + 0.5 * expected[node][1]) < 1e-6);
+    }
+    mocap_close(converted);
+
     named.frame_rate = -1.0;
     CHECK(mocap_convert(scene, &named) == NULL);
     CHECK(strstr(mocap_error_text(), "frame rate must be finite and above 0, got -1") != NULL);
     named.up = 7;
     CHECK(mocap_convert(scene, &named) == NULL);
-    CHECK(strstr(mocap_error_text(), "up must be MOCAP_UP_AUTO, MOCAP_UP_Y or MOCAP_UP_Z, got 7") != NULL);
+    CHECK(strstr(mocap_error_text(), "up must be MOCAP_UP_AUTO or an axis, such as MOCAP_UP_Y, got 7") != NULL);
     CHECK(mocap_convert(NULL, NULL) == NULL);
 }
 
