@@ -62,6 +62,8 @@ pub(crate) struct Source<'a> {
 /// The formats, in the order in which detection by contents tries them.
 pub const FORMATS: &[FormatInfo] = &[
     bvh::FORMAT,
+    // Before glTF, for it is glTF too.
+    gltf::VRM_ANIMATION,
     gltf::FORMAT,
     asf_amc::FORMAT,
     c3d::FORMAT,

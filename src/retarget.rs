@@ -23,6 +23,7 @@ mod measure;
 mod plan;
 mod root;
 mod rotations;
+mod vrm_humanoid;
 
 use glam::Quat;
 
@@ -32,6 +33,7 @@ pub use self::measure::{FeetReport, FootMotion, LimbError, RetargetReport, Verdi
 pub use self::plan::Unmapped;
 use self::plan::{Plan, Twisted};
 use self::root::Root;
+pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{ContactOptions, FootLockOptions, FootLockReport, contacts, foot_lock};
 use crate::error::Result;
 use crate::pose::{Binding, Pose};

@@ -4,11 +4,13 @@
 //! quaternions are `x y z w` in memory. [`process::validate`](crate::process::validate()) lists the rules that every
 //! scene of this crate keeps.
 
+mod humanoid_bone;
 mod metadata;
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use serde::Serialize;
 
+pub use self::humanoid_bone::{HumanoidBone, Side};
 pub(crate) use self::metadata::format_name;
 pub use self::metadata::{
     AppliedStep, Assumption, Confidence, Format, Metadata, Origin, RootOffset, RootOffsetUsed, Topic, UpAxis,
@@ -90,6 +92,9 @@ pub struct Node {
     pub rotation_order: Option<RotationOrder>,
     /// The lines of the file that describe the node. Absent for binary files.
     pub source: Option<SourceLines>,
+    /// Which bone of a humanoid the file says that the node is, as VRM and VRM animations do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub humanoid_bone: Option<HumanoidBone>,
 }
 
 /// The lines of a file that describe a node, from 1.

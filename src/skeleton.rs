@@ -4,7 +4,6 @@
 //! Every answer is a guess with a reason. [`survey`] changes nothing; the caller decides what to do.
 
 mod axis;
-mod bone;
 mod cuts;
 mod figure;
 mod humanoid;
@@ -18,10 +17,9 @@ use serde::Serialize;
 
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
 
-pub use crate::scene::Confidence;
+pub use crate::scene::{Confidence, HumanoidBone, Side};
 
 pub use self::axis::{Axis, RestPose};
-pub use self::bone::{HumanoidBone, Side};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};

@@ -7,6 +7,9 @@
 //! this crate and is done to the source as well. A file of another program has none, nor has BVH: there the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the
 //! motion is said to be whole.
 //!
+//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the places of those that stand on
+//! bones alone, and how each of them has turned since the first frame. A joint that is left out and moves has a part in both.
+//!
 //! Distances are one half of the proof. The other are [`Finding`]s: frames that are missing at either end, clips or
 //! joints that are missing, renamed or too many, joints on another parent, keys that step. A file is what its source is
 //! where there is no finding and no distance beyond the allowed; [`Verification::is_within`] says so.
@@ -326,13 +329,17 @@ impl Verifier {
             ..Verification::default()
         };
         let is_ours = output.provenance().is_some();
-        pairs.find(
-            &ours,
-            &theirs,
-            is_ours,
-            change.has_root_motion,
-            &mut verification.findings,
-        );
+        match change.humanoid {
+            // Joints that are no bones are left out, and the others hang together as VRM demands.
+            Some(_) => verification.findings.extend(output.missing_bones()),
+            None => pairs.find(
+                &ours,
+                &theirs,
+                is_ours,
+                change.has_root_motion,
+                &mut verification.findings,
+            ),
+        }
         if let Some(provenance) = output.provenance() {
             claims(original, source, &provenance, &change, &mut verification.findings)?;
         }
@@ -456,6 +463,19 @@ impl<'a> Output<'a> {
             Self::Gltf(file) => Skeleton::of_file(file, clip),
             Self::Scene(scene) => Ok(Skeleton::of_scene(scene, clip)),
         }
+    }
+
+    /// Says so where a VRM animation lacks bones that it must have.
+    fn missing_bones(&self) -> Option<Finding> {
+        let Self::Gltf(file) = self else { return None };
+        let missing = file.missing_bones();
+        let message = || {
+            format!(
+                "no node is the bone {}, which a VRM animation must have",
+                missing.join(", ")
+            )
+        };
+        (!missing.is_empty()).then(|| Finding::new(FindingKind::MissingJoint, message()))
     }
 
     fn clip_names(&self) -> Vec<String> {

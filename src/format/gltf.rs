@@ -1,4 +1,4 @@
-//! glTF 2.0: `.glb` and `.gltf`, read and written.
+//! glTF 2.0: `.glb` and `.gltf`, read and written; and VRM animations, which are glTF.
 //!
 //! `read` turns a file into a scene, `write` a scene into a file. The reader and `verify` use `File` to access a
 //! file's nodes and tracks.
@@ -7,6 +7,7 @@ mod accessors;
 mod character;
 mod compression;
 mod file;
+mod humanoid;
 mod invalid;
 mod json;
 mod meshopt;
@@ -15,6 +16,7 @@ mod read;
 mod required;
 mod streams;
 mod tracks;
+pub mod vrma;
 mod write;
 
 use crate::format::FormatInfo;
@@ -33,4 +35,12 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     extensions: &["glb", "gltf"],
     sniff: File::sniff,
     read: read::read,
+};
+
+pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
+    format: Format::Vrma,
+    description: "VRM animation 1.0",
+    extensions: &["vrma"],
+    sniff: vrma::sniff,
+    read: read::read_vrm_animation,
 };

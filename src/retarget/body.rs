@@ -8,7 +8,7 @@ use super::level::{self, Foot};
 use super::rotations::{arc, rotation_of};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Pose, Trs};
-use crate::scene::{NodeId, NodeKind, Scene};
+use crate::scene::{Format, NodeId, NodeKind, Scene};
 use crate::skeleton::{Axis, Humanoid, HumanoidBone as Bone, RestPose, Side, Sides, Skeleton, TPose, humanoid};
 
 /// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts as
@@ -115,7 +115,10 @@ impl Body {
             bones,
         };
         body.turn_to_t_pose(&skeleton);
-        body.level_feet(scene, if stands { LEVELLED } else { LEVELLED_WITHOUT_REST });
+        // The T-pose of a VRM animation is that of its rest pose.
+        if scene.metadata.format != Some(Format::Vrma) {
+            body.level_feet(scene, if stands { LEVELLED } else { LEVELLED_WITHOUT_REST });
+        }
         body.trunk_and_neck(scene);
         body.leg = body.leg_length();
         if !(body.leg.is_finite() && body.leg > 0.0) {
@@ -206,6 +209,12 @@ impl Body {
     pub(super) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
         let to_t_pose = self.to_t_pose.get(&bone).copied().unwrap_or(Quat::IDENTITY);
         (self.axes.inverse() * to_t_pose * self.rotations[joint.index()]).normalize()
+    }
+
+    /// A way in the reference pose that turns with `bone`, as it is in the T-pose, in the axes of that.
+    pub(super) fn to_frame(&self, bone: Bone, way: Vec3) -> Vec3 {
+        let to_t_pose = self.to_t_pose.get(&bone).copied().unwrap_or(Quat::IDENTITY);
+        self.axes.inverse() * to_t_pose * way
     }
 
     /// The place of a node in the reference pose, before any limb is turned to the T-pose.

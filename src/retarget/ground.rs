@@ -60,7 +60,7 @@ fn lowest(body: &Body) -> Option<f32> {
 }
 
 /// From the lowest joint of the foot to the ankle.
-fn of_skeleton(body: &Body) -> f32 {
+pub(super) fn of_skeleton(body: &Body) -> f32 {
     match (lowest_ankle(body), lowest(body)) {
         (Some(ankle), Some(lowest)) => ankle - lowest,
         _ => 0.0,

@@ -25,11 +25,21 @@ pub struct Unmapped {
 pub(super) struct Track {
     node: NodeId,
     joint_to_frame: Quat,
-    /// Of a bone of a limb: its ends, and where it points in the T-pose.
-    aim: Option<(NodeId, NodeId, Vec3)>,
+    aim: Option<Aim>,
 }
 
+/// The ends of a bone of a limb, and where it points in the T-pose.
+type Aim = (NodeId, NodeId, Vec3);
+
 impl Track {
+    fn new(from: &Body, bone: Bone, node: NodeId, aim: Option<Aim>) -> Self {
+        Self {
+            node,
+            joint_to_frame: from.frame_to_joint(bone, node).inverse(),
+            aim,
+        }
+    }
+
     /// The rotation at a pose.
     pub(super) fn frame(&self, body: &Body, pose: &Pose) -> Quat {
         let world_to_frame = body.axes.inverse();
@@ -162,6 +172,31 @@ fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
+/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the T-pose.
+fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Aim>)> {
+    let joint = from.joint(bone)?;
+    let segment = from.segment(bone);
+    let end = limb_end(bone).and_then(|end| from.joint(end));
+    // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
+    // what a shin or a forearm takes over from foot or hand.
+    let twisted = if is_twisted_at_beginning(bone) {
+        segment.last()
+    } else {
+        segment.first()
+    };
+    // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
+    match (twisted, end, Body::direction(bone)) {
+        (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
+        _ => Some((joint, None)),
+    }
+}
+
+/// The track of a whole bone: where it points, and how its end is twisted.
+pub(super) fn whole(from: &Body, bone: Bone) -> Option<Track> {
+    let (node, aim) = ends(from, bone)?;
+    Some(Track::new(from, bone, node, aim))
+}
+
 struct Builder<'a> {
     from: &'a Body,
     to: &'a Body,
@@ -175,38 +210,19 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     /// The track of a joint of the source that moves with `bone`.
-    fn track(&mut self, bone: Bone, node: NodeId, aim: Option<(NodeId, NodeId, Vec3)>) -> usize {
+    fn track(&mut self, bone: Bone, node: NodeId, aim: Option<Aim>) -> usize {
         let next = self.tracks.len();
         let track = *self.known.entry((node, aim.is_some())).or_insert(next);
         if track == next {
-            self.tracks.push(Track {
-                node,
-                joint_to_frame: self.from.frame_to_joint(bone, node).inverse(),
-                aim,
-            });
+            self.tracks.push(Track::new(self.from, bone, node, aim));
         }
         track
     }
 
     /// The track of a whole bone: where it points, and how its end is twisted.
     fn whole(&mut self, bone: Bone) -> Option<usize> {
-        let joint = self.from.joint(bone)?;
-        let segment = self.from.segment(bone);
-        let end = limb_end(bone).and_then(|end| self.from.joint(end));
-        // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
-        // what a shin or a forearm takes over from foot or hand.
-        let twisted = if is_twisted_at_beginning(bone) {
-            segment.last()
-        } else {
-            segment.first()
-        };
-        // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
-        match (twisted, end, Body::direction(bone)) {
-            (Some(twisted), Some(end), Some(direction)) => {
-                Some(self.track(bone, *twisted, Some((joint, end, direction))))
-            }
-            _ => Some(self.track(bone, joint, None)),
-        }
+        let (node, aim) = ends(self.from, bone)?;
+        Some(self.track(bone, node, aim))
     }
 
     fn drive(&mut self, bone: Bone, node: NodeId, rule: Rule) {

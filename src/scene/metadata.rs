@@ -46,6 +46,8 @@ pub enum Format {
     Bvh,
     /// glTF 2.0, `.glb` and `.gltf`: `gltf`.
     Gltf,
+    /// VRM animation: `vrma`.
+    Vrma,
     /// Acclaim skeleton and motion: `asf-amc`.
     AsfAmc,
     /// C3D, markers over time: `c3d`.
@@ -58,13 +60,22 @@ pub enum Format {
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 6] = [Self::Bvh, Self::Gltf, Self::AsfAmc, Self::C3d, Self::Fbx, Self::Bip];
+    pub const ALL: [Self; 7] = [
+        Self::Bvh,
+        Self::Gltf,
+        Self::Vrma,
+        Self::AsfAmc,
+        Self::C3d,
+        Self::Fbx,
+        Self::Bip,
+    ];
 
     /// The name that users type.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Bvh => "bvh",
             Self::Gltf => "gltf",
+            Self::Vrma => "vrma",
             Self::AsfAmc => "asf-amc",
             Self::C3d => "c3d",
             Self::Fbx => "fbx",
@@ -219,6 +230,13 @@ pub enum AppliedStep {
     InPlace,
     /// [`process::root_motion`](crate::process::root_motion).
     RootMotion,
+    /// [`retarget::vrm_humanoid`](crate::retarget::vrm_humanoid()): the bones of the humanoid alone.
+    VrmHumanoid {
+        /// The rotation about +Y that brought the figure to face +Z at rest, in degrees.
+        heading: f64,
+        /// How far it was raised, in metres, because its feet stood below the origin.
+        lift: f64,
+    },
     /// A step of [`edit`](crate::edit), which cannot be undone.
     Edit {
         /// Its name and all its parameters, as [`EditStep`](crate::edit::EditStep) parses it.

@@ -23,9 +23,11 @@ use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
-use super::bone::HumanoidBone;
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{NodeId, Scene};
+use crate::scene::{HumanoidBone, NodeId, Scene};
+
+/// Why a joint of a VRM file is a bone.
+const STATED: &str = "the file's VRM extension says so";
 
 /// Joints, by their names, that are bones of the humanoid; `None` for a bone that the skeleton does not have.
 pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
@@ -163,8 +165,14 @@ impl Humanoid {
     }
 }
 
-/// Finds the bones of the humanoid among the joints of `scene`.
+/// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.
 pub fn humanoid(scene: &Scene) -> Humanoid {
+    let stated = scene.nodes.iter().enumerate();
+    let stated = stated.filter_map(|(index, node)| Some((node.humanoid_bone?, NodeId::new(index))));
+    let stated: BTreeMap<_, _> = stated.collect();
+    if !stated.is_empty() {
+        return Humanoid::stated(stated, STATED);
+    }
     let tree = Tree::new(scene);
     let Some(mut body) = body::find(&tree) else {
         return Humanoid::refused(refusal::why_there_are_no_legs(&tree));

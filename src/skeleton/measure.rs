@@ -5,13 +5,12 @@ use std::cell::OnceCell;
 use glam::Vec3;
 
 use super::axis::{Axis, RestPose};
-use super::bone::{HumanoidBone as Bone, Side};
 use super::humanoid::{Humanoid, Sides, rest_positions};
 use super::poses::poses;
 use super::unit::{Unit, family_unit, unit_of};
 use super::{Confidence, Guess};
 use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// A humanoid with the places of its joints at rest.
 pub(super) struct Figure<'a> {

@@ -7,10 +7,9 @@ use serde::Serialize;
 
 use super::Skeleton;
 use super::axis::{Axis, RestPose};
-use super::bone::{HumanoidBone as Bone, Side};
 use super::measure::Figure;
 use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// Where a T-pose comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

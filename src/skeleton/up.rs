@@ -3,10 +3,9 @@
 use glam::Vec3;
 
 use super::axis::Axis;
-use super::bone::HumanoidBone as Bone;
 use super::measure::Figure;
 use super::{Confidence, Guess};
-use crate::scene::NodeId;
+use crate::scene::{HumanoidBone as Bone, NodeId};
 
 impl Figure<'_> {
     /// The axis that points up.

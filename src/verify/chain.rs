@@ -10,6 +10,12 @@ use crate::format::gltf::{Bend, File, Values};
 use crate::pose::Binding;
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 
+/// How far a joint that keeps its place may be from it, as a share of its way to its parent.
+const SAME_PLACE: f64 = 1e-5;
+
+/// How far the cosine of half the angle between two rotations that are one may be from 1.
+const SAME_ROTATION: f64 = 1e-9;
+
 /// Nodes, parents before children, each with what moves it.
 pub(super) struct Skeleton<'a> {
     pub(super) joints: Vec<Joint<'a>>,
@@ -152,6 +158,22 @@ impl Skeleton<'_> {
 }
 
 impl Joint<'_> {
+    /// Whether it is where it is at rest, all the time.
+    pub(super) fn keeps_place(&self) -> bool {
+        let tolerance = SAME_PLACE * self.rest.0.length();
+        let track = self.translation.as_ref().map_or(&[][..], |track| &track.values);
+        track
+            .iter()
+            .all(|value| value.as_dvec3().distance(self.rest.0) <= tolerance)
+    }
+
+    /// Whether it is as it is at rest, all the time.
+    pub(super) fn is_still(&self) -> bool {
+        let rotations = self.rotation.as_ref().map_or(&[][..], |track| &track.values);
+        let is_rest = |rotation: &Quat| unit(rotation).dot(self.rest.1).abs() >= 1.0 - SAME_ROTATION;
+        self.keeps_place() && rotations.iter().all(is_rest)
+    }
+
     fn at_rest(name: String, parent: Option<usize>, kind: NodeKind, rest: (DVec3, DQuat, DVec3)) -> Self {
         let (translation, rotation, scale) = (None, None, None);
         Self {

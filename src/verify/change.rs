@@ -1,6 +1,6 @@
 //! What lies on purpose between a source and a file: where its points are, and when its frames are.
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 
 use super::chain::Skeleton;
 use super::pairs::Pairs;
@@ -41,7 +41,7 @@ pub(super) fn edited(source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Sc
             }
             AppliedStep::InPlace => process::in_place(&mut scene),
             AppliedStep::RootMotion => process::root_motion(&mut scene),
-            AppliedStep::SelectClip { .. } => {}
+            AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } => {}
             AppliedStep::Edit { edit } => {
                 edit.parse::<EditStep>()?.apply(&mut scene, 0, None)?;
             }
@@ -60,6 +60,8 @@ pub(super) struct Change {
     pub(super) has_root_motion: bool,
     /// Metres in a unit of the file, where it was converted to one.
     pub(super) out_metres_per_unit: Option<f64>,
+    /// Where only the bones of a humanoid are left: how the figure was turned, and by which way it was moved.
+    pub(super) humanoid: Option<(DQuat, DVec3)>,
     /// The steps that change times, in their order.
     times: Vec<AppliedStep>,
 }
@@ -72,6 +74,7 @@ impl Change {
             in_place: false,
             has_root_motion: false,
             out_metres_per_unit: None,
+            humanoid: None,
             times: Vec::new(),
         }
     }
@@ -96,6 +99,9 @@ impl Change {
                 AppliedStep::Trim { .. } | AppliedStep::Resample { .. } => change.times.push(step.clone()),
                 AppliedStep::InPlace => change.in_place = true,
                 AppliedStep::RootMotion => change.has_root_motion = true,
+                AppliedStep::VrmHumanoid { heading, lift } => {
+                    change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
+                }
                 AppliedStep::SelectClip { .. } | AppliedStep::Edit { .. } => {}
             }
         }
@@ -139,7 +145,8 @@ impl Change {
 
     /// Where a point of the source is in the file.
     pub(super) fn place(&self, point: DVec3) -> DVec3 {
-        self.turn(point * self.metres_per_unit)
+        let lift = self.humanoid.map_or(DVec3::ZERO, |(_, lift)| lift);
+        self.turn(point * self.metres_per_unit) + lift
     }
 
     /// Where a direction of the source points in the file.
@@ -152,6 +159,7 @@ impl Change {
             UpAxis::NegY => DVec3::new(x, -y, -z),
             UpAxis::NegZ => DVec3::new(x, -z, y),
         };
+        let y_up = self.humanoid.map_or(y_up, |(heading, _)| heading * y_up);
         let DVec3 { x, y, z } = y_up;
         match to {
             UpAxis::Y => y_up,

@@ -1,6 +1,6 @@
 //! The comparison of one clip, moment by moment.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::chain::Skeleton;
 use super::change::{Change, Timeline};
@@ -101,7 +101,9 @@ impl Compared<'_> {
         ticks: &[f64],
     ) -> Errors {
         let root_of = roots(ours);
+        let rigid = self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs));
         let mut start: Option<Vec<DVec3>> = None;
+        let mut first: Option<(Vec<DMat4>, Vec<DMat4>)> = None;
         let (mut here, mut there) = (Vec::new(), Vec::new());
         let mut errors = Errors {
             turn: self.turns.then_some(0.0),
@@ -127,7 +129,22 @@ impl Compared<'_> {
                     .map(|matrix| self.change.place(matrix.w_axis.truncate()))
                     .collect();
                 let start = start.get_or_insert_with(|| places.clone());
-                for &(a, b) in &self.pairs.list {
+                if let Some(rigid) = &rigid {
+                    let (here_first, there_first) = first.get_or_insert_with(|| (here.clone(), there.clone()));
+                    let turns = self
+                        .pairs
+                        .list
+                        .iter()
+                        .zip(&rigid.has_turn)
+                        .filter(|(_, has_turn)| **has_turn);
+                    for (&(a, b), _) in turns {
+                        errors.add_turn(self.turn_since((&here_first[a], &here[a]), (&there_first[b], &there[b])));
+                    }
+                }
+                for (pair, &(a, b)) in self.pairs.list.iter().enumerate() {
+                    if rigid.as_ref().is_some_and(|rigid| !rigid.has_place[pair]) {
+                        continue;
+                    }
                     let mut expected = places[a];
                     if self.change.in_place {
                         let way = places[root_of[a]] - start[root_of[a]];
@@ -140,7 +157,7 @@ impl Compared<'_> {
                         frame: tick as usize,
                         seconds,
                     });
-                    if self.turns {
+                    if self.turns && rigid.is_none() {
                         errors.add_turn(self.turn(&here[a], &there[b]));
                     }
                 }
@@ -148,6 +165,17 @@ impl Compared<'_> {
             errors.frames += 1;
         }
         errors
+    }
+
+    /// How far a point on the skin is off by the turn of its joint since the first frame. The joints may stand otherwise at
+    /// rest.
+    fn turn_since(&self, ours: (&DMat4, &DMat4), theirs: (&DMat4, &DMat4)) -> f64 {
+        let since = |(first, now): (&DMat4, &DMat4)| rotation_of(now) * rotation_of(first).inverse();
+        let (ours, theirs) = (since(ours), since(theirs));
+        let off = DVec3::AXES
+            .into_iter()
+            .map(|axis| self.change.turn(ours * axis).distance(theirs * self.change.turn(axis)) * SKIN);
+        off.fold(0.0, f64::max)
     }
 
     /// How far a point on the skin is off by the turn of its joint.
@@ -160,6 +188,11 @@ impl Compared<'_> {
         });
         off.fold(0.0, f64::max)
     }
+}
+
+/// The rotation of a matrix in double precision.
+fn rotation_of(matrix: &DMat4) -> DQuat {
+    matrix.to_scale_rotation_translation().1.normalize()
 }
 
 /// The distances of a comparison.

@@ -19,6 +19,14 @@ pub(super) struct Pairs {
     of_theirs: Vec<Option<usize>>,
 }
 
+/// Which pairs can be compared in a file that has only some joints of its source.
+pub(super) struct Rigid {
+    /// Those whose place depends on no other joint.
+    pub(super) has_place: Vec<bool>,
+    /// Those that no other joint has a part in turning.
+    pub(super) has_turn: Vec<bool>,
+}
+
 impl Pairs {
     /// The same name, of several of one name the first is the first. Names that no two joints share may also differ in
     /// case and in all that is neither letter nor digit.
@@ -129,6 +137,33 @@ impl Pairs {
                 "are not in the source",
             );
         }
+    }
+
+    /// What can be compared where a file has only some joints of its source, each with another rest pose.
+    pub(super) fn rigid(&self, ours: &Skeleton, theirs: &Skeleton) -> Rigid {
+        // A joint whose way from the one above in a pair is that of the rest pose, at all times.
+        let is_attached = |&(a, b): &(usize, usize)| {
+            let above = self.above(ours, &self.of_ours, a);
+            let mut between = std::iter::successors(ours.joints[a].parent, |joint| ours.joints[*joint].parent)
+                .take_while(|joint| self.of_ours[*joint].is_none());
+            above == self.above(theirs, &self.of_theirs, b)
+                && (above.is_none()
+                    || ours.joints[a].keeps_place() && between.all(|joint| ours.joints[joint].is_still()))
+        };
+        let mut rigid = Rigid {
+            has_place: Vec::with_capacity(self.list.len()),
+            has_turn: vec![true; self.list.len()],
+        };
+        // In the order of the source, so that those above come first.
+        for pair in &self.list {
+            let (above, is_attached) = (self.above(ours, &self.of_ours, pair.0), is_attached(pair));
+            let is_below_place = above.is_none_or(|above| rigid.has_place[above]);
+            rigid.has_place.push(is_attached && is_below_place);
+            if let Some(above) = above.filter(|_| !is_attached) {
+                rigid.has_turn[above] = false;
+            }
+        }
+        rigid
     }
 
     /// The pair of the nearest joint above that is in a pair.

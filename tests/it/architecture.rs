@@ -26,7 +26,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "export", "scene", "math", "pose", "skeleton", "compress",
+            "error", "limits", "export", "scene", "math", "pose", "skeleton", "compress", "retarget",
         ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),

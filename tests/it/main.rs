@@ -51,4 +51,5 @@ mod survey;
 mod threads;
 mod validate;
 mod verify;
+mod vrma;
 mod world_positions;

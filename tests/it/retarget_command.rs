@@ -112,3 +112,17 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
     let path = folder.path().join("b.gltf");
     assert!(retarget(&[WALK, CHARACTER, "--max-angle", "1"], &path).status.success());
 }
+
+#[test]
+fn a_vrm_animation_is_written_with_the_body_of_the_character() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.vrma");
+    let output = retarget(&[WALK, CHARACTER], &path);
+    assert!(output.status.success(), "{}", words(&output));
+    let scene = mocap::import(&path).unwrap();
+    assert_eq!(scene.metadata.format, Some(mocap::Format::Vrma));
+    assert_eq!(scene.animations[0].name, "bvhtoolbox_walk01");
+    // The character's hips are 0.86 m over the ground.
+    let hips = scene.nodes[0].transform.w_axis.y;
+    assert!((0.8..0.95).contains(&hips), "{hips}");
+}

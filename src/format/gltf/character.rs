@@ -1,18 +1,11 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
-use std::collections::BTreeMap;
-
-use serde::Deserialize;
-use serde_json::Value;
-
-use super::invalid::{invalid, missing};
-use super::json;
-use super::read::read_placed;
+use super::read::{Placed, read_placed};
 use super::write::patch;
 use crate::error::Result;
-use crate::format::{Failure, ReadOptions, Source};
-use crate::scene::{Animation, NodeId, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone as Bone};
+use crate::format::{ReadOptions, Source};
+use crate::scene::{Animation, Scene};
+use crate::skeleton::{Humanoid, humanoid};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
@@ -46,17 +39,18 @@ pub struct Character {
 
 impl Character {
     pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Self> {
-        let (scene, placed) = read_placed(source, options)?;
+        let Placed {
+            scene,
+            nodes: placed,
+            bones,
+        } = read_placed(source, options)?;
+        bones?;
         let mut nodes = vec![None; scene.nodes.len()];
         for (index, id) in placed {
             nodes[id.index()] = Some(index);
         }
-        let (text, _) = json::split(source.bytes)?;
-        let stated = stated_bones(text)?;
-        let humanoid = match stated {
-            Some(bones) => Some(humanoid(&bones, &nodes)?),
-            None => None,
-        };
+        let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        let humanoid = is_stated.then(|| humanoid(&scene));
         Ok(Self {
             bytes: source.bytes.to_vec(),
             scene,
@@ -93,84 +87,4 @@ impl Character {
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         patch::with_animations(&self.bytes, &self.scene, &self.nodes, animations, replace)
     }
-}
-
-/// The extensions that state a humanoid.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Root {
-    extensions: Extensions,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Extensions {
-    #[serde(rename = "VRMC_vrm")]
-    vrm1: Option<Value>,
-    #[serde(rename = "VRM")]
-    vrm0: Option<Value>,
-}
-
-/// A bone that a file states, its node, and where the file says so.
-type StatedBone = (Bone, usize, String);
-
-/// The bones that a VRM file states; none for other files.
-fn stated_bones(text: &[u8]) -> Result<Option<Vec<StatedBone>>, Failure> {
-    let text = String::from_utf8_lossy(text);
-    let root: Root = serde_json::from_str(&text)
-        .map_err(|error| invalid("/extensions", format!("the extensions cannot be read: {error}")))?;
-    let node = |value: &Value| value["node"].as_u64().and_then(|node| usize::try_from(node).ok());
-    let mut bones = Vec::new();
-    if let Some(humanoid) = root
-        .extensions
-        .vrm1
-        .as_ref()
-        .and_then(|vrm| vrm["humanoid"]["humanBones"].as_object())
-    {
-        for (name, value) in humanoid {
-            if let (Some(bone), Some(node)) = (Bone::from_name(name), node(value)) {
-                bones.push((
-                    bone,
-                    node,
-                    format!("/extensions/VRMC_vrm/humanoid/humanBones/{name}/node"),
-                ));
-            }
-        }
-    } else if let Some(humanoid) = root
-        .extensions
-        .vrm0
-        .as_ref()
-        .and_then(|vrm| vrm["humanoid"]["humanBones"].as_array())
-    {
-        for (index, value) in humanoid.iter().enumerate() {
-            let bone = value["bone"].as_str().and_then(bone_of_vrm0);
-            if let (Some(bone), Some(node)) = (bone, node(value)) {
-                bones.push((bone, node, format!("/extensions/VRM/humanoid/humanBones/{index}/node")));
-            }
-        }
-    } else {
-        return Ok(None);
-    }
-    Ok(Some(bones))
-}
-
-/// A bone by its name in VRM 0, which calls the joints of the thumb as those of other fingers.
-fn bone_of_vrm0(name: &str) -> Option<Bone> {
-    Bone::from_name(match name {
-        "leftThumbProximal" => "leftThumbMetacarpal",
-        "leftThumbIntermediate" => "leftThumbProximal",
-        "rightThumbProximal" => "rightThumbMetacarpal",
-        "rightThumbIntermediate" => "rightThumbProximal",
-        other => other,
-    })
-}
-
-fn humanoid(bones: &[StatedBone], nodes: &[Option<usize>]) -> Result<Humanoid, Failure> {
-    let mut joints = BTreeMap::new();
-    for (bone, index, pointer) in bones {
-        let place = nodes.iter().position(|node| *node == Some(*index));
-        let place = place.ok_or_else(|| missing(pointer, "node in the scene", *index, nodes.len()))?;
-        joints.insert(*bone, NodeId::new(place));
-    }
-    Ok(Humanoid::stated(joints, "the file's VRM extension says so"))
 }

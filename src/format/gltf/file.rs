@@ -11,7 +11,7 @@ use glam::{DQuat, Mat4, Quat, Vec3, Vec4};
 use super::accessors::{Budget, Bytes};
 use super::invalid::{invalid, missing};
 use super::json::{self, Root};
-use super::{Provenance, required, streams};
+use super::{Provenance, humanoid, required, streams};
 use crate::error::{Diagnostic, Result};
 use crate::export::percent_decoded;
 use crate::format::Failure;
@@ -114,6 +114,11 @@ impl<'a> File<'a> {
         let node = &self.root.nodes[node];
         let source_name = node.extra("source_name").and_then(serde_json::Value::as_str);
         source_name.or(node.name.as_deref()).unwrap_or_default().to_owned()
+    }
+
+    /// The bones that VRM requires and that the file does not state.
+    pub(crate) fn missing_bones(&self) -> Vec<&'static str> {
+        humanoid::missing(&self.root.extensions)
     }
 
     /// Whether a node is marked as an end site.

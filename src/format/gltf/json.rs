@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use serde_path_to_error::Segment;
 
+use super::humanoid::Extensions;
 use super::invalid::invalid;
 use crate::format::Failure;
 
@@ -31,6 +32,8 @@ pub(crate) struct Root {
     pub(super) buffer_views: Vec<BufferView>,
     #[serde(default)]
     pub(super) buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub(super) extensions: Extensions,
 }
 
 #[derive(Deserialize)]
@@ -169,6 +172,17 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {
         }
         false => Ok((bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes), None)),
     }
+}
+
+/// The JSON of a file that may be cut off, and in which nothing is checked.
+pub(super) fn beginning(bytes: &[u8]) -> &[u8] {
+    if !bytes.starts_with(MAGIC) {
+        return bytes;
+    }
+    let length = bytes.get(HEADER..HEADER + 4).and_then(|length| length.try_into().ok());
+    let length = length.map_or(0, u32::from_le_bytes) as usize;
+    let json = bytes.get(HEADER + CHUNK_HEADER..).unwrap_or_default();
+    &json[..json.len().min(length)]
 }
 
 /// The chunks of a `.glb` that only extensions know, with their headers.

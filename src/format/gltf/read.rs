@@ -17,13 +17,16 @@
 use std::collections::{HashMap, HashSet};
 
 use super::file::{File, Transform, implausible};
+use super::humanoid::{self, VRM_ANIMATION};
+use super::invalid::invalid;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::{self, limit_exceeded};
 use crate::pose::Pose;
 use crate::scene::{
-    Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, Scene, Topic, UpAxis,
+    Animation, Assumption, Channel, Format, GROUP_OF_ROOTS, HumanoidBone, Keys, Node, NodeId, NodeKind, Scene, Topic,
+    UpAxis,
 };
 
 /// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
@@ -42,17 +45,54 @@ const MOST_FRAMES_PER_SECOND: f64 = 240.0;
 const SPARSE: f64 = 0.1;
 
 /// A node of the scene, and where the file puts it.
-struct Placed {
+struct PlacedNode {
     id: NodeId,
     transform: Transform,
 }
 
+/// A scene, and where its parts are in the file.
+pub(super) struct Placed {
+    pub(super) scene: Scene,
+    /// Each node of the file that has become one of the scene.
+    pub(super) nodes: Vec<(usize, NodeId)>,
+    /// What is wrong with the bones that the file states.
+    pub(super) bones: Result<(), Failure>,
+}
+
+/// Reads a file. A humanoid that it states wrongly is left out with a warning.
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    Ok(read_placed(source, options)?.0)
+    let Placed { mut scene, bones, .. } = read_placed(source, options)?;
+    if let Err(wrong) = bones {
+        for node in &mut scene.nodes {
+            node.humanoid_bone = None;
+        }
+        scene.warnings.push(*wrong);
+    }
+    Ok(scene)
+}
+
+/// Reads a VRM animation, which is nothing without its humanoid.
+pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let Placed { mut scene, bones, .. } = read_placed(source, options)?;
+    bones?;
+    if scene
+        .nodes
+        .iter()
+        .all(|node| node.humanoid_bone != Some(HumanoidBone::Hips))
+    {
+        let pointer = format!("/extensions/{VRM_ANIMATION}/humanoid/humanBones");
+        return Err(
+            invalid(pointer, "no node is the bone hips, which a VRM animation must have")
+                .help("read it as glTF: --from gltf, or Importer::format")
+                .into(),
+        );
+    }
+    scene.metadata.format = Some(Format::Vrma);
+    Ok(scene)
 }
 
 /// Reads a file, and says which node of it became which of the scene.
-pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<(Scene, Vec<(usize, NodeId)>)> {
+pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<Placed> {
     let open = |beside: &std::path::Path| (source.open)(&source.name.with_file_name(beside));
     let mut file = File::read(source.bytes, &open, &options.limits)?;
     let mut scene = Scene {
@@ -92,8 +132,9 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<
             .warnings
             .push(Diagnostic::new(Code::NoMotion, "the file has no animation"));
     }
-    let placed = placed.into_iter().map(|(index, placed)| (index, placed.id)).collect();
-    Ok((scene, placed))
+    let nodes: Vec<_> = placed.into_iter().map(|(index, placed)| (index, placed.id)).collect();
+    let bones = humanoid::state(&file.root.extensions, &nodes, file.root.nodes.len(), &mut scene);
+    Ok(Placed { scene, nodes, bones })
 }
 
 /// The frame time that a file of this crate says; 0 stands for none, for its scene had no motion.
@@ -131,7 +172,7 @@ fn build_nodes(
     file: &File<'_>,
     clips: &[(String, Vec<Track>)],
     scene: &mut Scene,
-) -> Result<HashMap<usize, Placed>, Failure> {
+) -> Result<HashMap<usize, PlacedNode>, Failure> {
     let listed = file.nodes()?;
     let moved: HashSet<_> = clips
         .iter()
@@ -173,7 +214,7 @@ fn build_nodes(
             transform: transform.matrix,
             ..Node::default()
         });
-        placed.insert(index, Placed { id, transform });
+        placed.insert(index, PlacedNode { id, transform });
     }
     // Each number may be in bounds and their product not.
     let rest = Pose::rest(scene);
@@ -197,14 +238,14 @@ fn build_animation(
     name: String,
     tracks: Vec<Track>,
     step: f64,
-    placed: &HashMap<usize, Placed>,
+    placed: &HashMap<usize, PlacedNode>,
     nodes: &[Node],
 ) -> Animation {
     let end = end_of(&tracks);
     let mut channels: Vec<(NodeId, Channel)> = Vec::new();
     let mut place_of = HashMap::new();
     for track in tracks {
-        let Some(Placed { id, transform }) = placed.get(&track.node) else {
+        let Some(PlacedNode { id, transform }) = placed.get(&track.node) else {
             continue;
         };
         let place = *place_of.entry(*id).or_insert_with(|| {

@@ -93,7 +93,7 @@ pub struct Renamed {
 pub struct GltfReport {
     /// The nodes whose name had to change.
     pub renamed: Vec<Renamed>,
-    /// Joints of the skin, end sites included; 0 where there is no skin.
+    /// Joints of the skin, end sites included, or bones of a VRM animation; 0 where there is no skin.
     pub joints: usize,
     /// Vertices of all meshes, after equal ones were joined.
     pub vertices: usize,
@@ -106,10 +106,22 @@ pub struct GltfReport {
     pub dropped_keys: usize,
     /// The error of the file, the largest of all animations. Absent where every key was kept unchanged.
     pub achieved: Option<Achieved>,
+    /// The joints of the source that are no bones of the humanoid, and so no part of a VRM animation.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// Bytes of all files together.
     pub bytes: usize,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be metres.
     pub warnings: Vec<Diagnostic>,
+}
+
+/// What a document holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// The scene with its meshes, on the rest pose of its motion.
+    Scene,
+    /// The motion of a humanoid on its T-pose, and the extension that states its bones.
+    VrmAnimation,
 }
 
 /// A scene as a glTF document, before it is written to files.
@@ -129,9 +141,18 @@ impl Document {
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
-        let mut document = build::document(scene, options)?;
+        let mut document = build::document(scene, options, Content::Scene)?;
         document.report.warnings.extend(unit_warning(scene));
         Ok(document)
+    }
+
+    /// Makes the document of a VRM animation: `scene` as [`vrm_humanoid`](crate::retarget::vrm_humanoid()) makes it.
+    pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
+        let options = GltfOptions {
+            keep_constant: false,
+            ..options.clone()
+        };
+        build::document(scene, &options, Content::VrmAnimation)
     }
 
     /// The report. [`GltfReport::bytes`] is set only by [`export`].

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::super::bone::HumanoidBone as Bone;
 use super::names::Name;
 use super::topology::Tree;
 use super::words::{FingerKind, Part};
+use crate::scene::HumanoidBone as Bone;
 
 /// The joints of one finger, from the palm outwards, and whether names say which finger it is.
 pub(super) struct Finger {

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::super::Confidence;
-use super::super::bone::{HumanoidBone, Side};
 use super::HumanoidJoint;
 use super::body::{Body, CLEAR_LEAD};
 use super::fingers;
@@ -11,7 +10,7 @@ use super::limb::Kind;
 use super::sides::Found;
 use super::topology::Tree;
 use super::words::Part;
-use crate::scene::NodeId;
+use crate::scene::{HumanoidBone, NodeId, Side};
 
 /// Lengths fit where they are, a bone in the mean, not farther off than this.
 const LENGTHS_FIT: f32 = -0.45;

@@ -1,7 +1,7 @@
 //! What the name of a joint says: its side, the part of the body, its number.
 
-use super::super::bone::Side;
 use super::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
+use crate::scene::Side;
 
 /// What a name says.
 #[derive(Clone, Debug, Default, PartialEq)]

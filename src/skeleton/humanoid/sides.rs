@@ -6,14 +6,13 @@
 use glam::Vec3;
 
 use super::super::Confidence;
-use super::super::bone::Side;
 use super::super::poses::poses;
 use super::Sides;
 use super::body::Body;
 use super::limb::Fit;
 use super::topology::Tree;
 use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::scene::{NodeId, Scene, Side};
 
 /// Evidence about the sides that says something.
 const SAYS_A_SIDE: f32 = 0.25;

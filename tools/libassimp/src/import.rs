@@ -146,7 +146,7 @@ unsafe fn read(request: &Request<'_>) -> Result<Scene, String> {
     if scene.metadata.format == Some(Format::Bvh) && scene.animations.is_empty() {
         return Err("the file has no motion: a MOTION section with at least one frame is missing".to_owned());
     }
-    if scene.metadata.format == Some(Format::Gltf) {
+    if matches!(scene.metadata.format, Some(Format::Gltf | Format::Vrma)) {
         in_milliseconds(&mut scene);
     }
     Ok(scene)

@@ -65,6 +65,7 @@ pub(crate) enum FormatArg {
     Glb,
     Gltf,
     Bvh,
+    Vrma,
 }
 
 impl FormatArg {
@@ -73,6 +74,7 @@ impl FormatArg {
             Self::Glb => "glb",
             Self::Gltf => "gltf",
             Self::Bvh => "bvh",
+            Self::Vrma => "vrma",
         }
     }
 

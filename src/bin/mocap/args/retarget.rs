@@ -16,7 +16,7 @@ pub(crate) struct RetargetArgs {
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
     /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. Another
-    /// skeleton is written as .glb, .gltf or .bvh
+    /// skeleton is written as .glb, .gltf or .bvh. A .vrma has the motions alone, as the character makes them
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// The character; every PATH is a motion then

@@ -1,14 +1,14 @@
-//! `mocap convert`: a motion file to animated glTF or to BVH.
+//! `mocap convert`: a motion file to animated glTF, to BVH or to a VRM animation.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use mocap::Diagnostic;
-use mocap::bvh;
 use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
+use mocap::skeleton::humanoid;
 use mocap::verify::{Verification, Verifier};
+use mocap::{Diagnostic, bvh, vrma};
 
 use super::{change, import_to_resample, verify};
 use crate::args::{CompressArg, ConvertArgs, FormatArg, Given};
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         Some(format) => format,
         None if streams::is_standard(&output) => args.batch.to,
         None => {
-            let message = format!("{} should end in .glb, .gltf or .bvh", output.display());
+            let message = format!("{} should end in .glb, .gltf, .bvh or .vrma", output.display());
             return Err(Failure::Usage(message));
         }
     };
@@ -79,7 +79,7 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
     }
     let is_bvh = matches!(format, FormatArg::Bvh);
     let mut scene = import(args, input)?;
-    let decisions = change::apply(&mut scene, args, is_bvh, None).map_err(|error| error.with_path(input))?;
+    let mut decisions = change::apply(&mut scene, args, is_bvh, None).map_err(|error| error.with_path(input))?;
     let (bytes, mut warnings) = match format {
         FormatArg::Bvh => {
             let warning = bvh::scale_warning(&scene, &args.bvh.options())?;
@@ -92,6 +92,11 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
                 _ => document.to_glb()?,
             };
             (bytes, document.report().warnings.clone())
+        }
+        FormatArg::Vrma => {
+            let (bytes, written) = vrma::write(&scene, &vrma_options(args, &scene))?;
+            decisions.extend(left_out(&written.left_out));
+            (bytes, written.warnings)
         }
     };
     scene.warnings.append(&mut warnings);
@@ -115,6 +120,26 @@ fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
         compression: args.compress.compression(),
         max_error: args.compress.max_error,
     }
+}
+
+fn vrma_options(args: &ConvertArgs, scene: &Scene) -> vrma::VrmaOptions {
+    vrma::VrmaOptions {
+        // The conversion has refused a map whose names are not those of joints.
+        humanoid: humanoid(scene).with_map(scene, args.map.bones()).ok(),
+        gltf: gltf_options(args),
+    }
+}
+
+/// What a VRM animation does not have of its source, in words.
+fn left_out(joints: &[String]) -> Option<String> {
+    const MOST: usize = 8;
+    let (shown, more) = joints.split_at(joints.len().min(MOST));
+    let more = match more.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let names = shown.join(", ");
+    (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
 }
 
 /// Refuses options that do not go together.
@@ -157,13 +182,25 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&["compress", "max-error"], why)?;
             (out.metres_per_unit().is_some(), out.up().is_some() || moves_over_ground)
         }
-        FormatArg::Glb | FormatArg::Gltf => {
+        FormatArg::Glb | FormatArg::Gltf | FormatArg::Vrma => {
             let why = "it applies to BVH; write .bvh, or leave it out";
             given.refuse(&["order", "digits", "channels"], why)?;
             let why = "glTF is in metres with +Y up; for another unit or axis write .bvh";
             given.refuse(&["out-unit", "out-up"], why)?;
-            if let FormatArg::Glb = format {
-                given.refuse(&["embed"], "a .glb holds its buffer; write .gltf, or leave it out")?;
+            if let FormatArg::Vrma = format {
+                given.refuse(&["mesh"], "a VRM animation has no meshes; write .glb, or leave it out")?;
+                let why = "a VRM animation has rotations alone, and the way of the hips; leave it out";
+                given.refuse(&["keep-constant", "root-motion"], why)?;
+                given.refuse(
+                    &["rest"],
+                    "the rest pose of a VRM animation is the T-pose; leave it out",
+                )?;
+            }
+            if let FormatArg::Glb | FormatArg::Vrma = format {
+                given.refuse(
+                    &["embed"],
+                    "a .glb or .vrma holds its buffer; write .gltf, or leave it out",
+                )?;
             }
             (true, true)
         }
@@ -178,7 +215,8 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
     }
     let finds_unit = converts_unit && args.source.metres_per_unit().is_none();
     let finds_up = converts_up && args.source.up().is_none();
-    if !finds_unit && !finds_up {
+    let has_bones = matches!(format, FormatArg::Vrma);
+    if !finds_unit && !finds_up && !has_bones {
         given.refuse(
             &["map"],
             "only a unit or an up axis that is searched for comes from the bones",
@@ -283,6 +321,9 @@ pub(crate) fn convert(
             .warnings
             .extend(bvh::scale_warning(&scene, &args.bvh.options())?);
         hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
+    } else if matches!(format, Some(FormatArg::Vrma)) {
+        written = vrma::export(&scene, output, &vrma_options(args, &scene)).map_err(|error| error.with_path(input))?;
+        decisions.extend(left_out(&written.left_out));
     } else {
         written = gltf::export(&scene, output, &gltf_options(args))?;
         // For `tell` alone, which says nothing where `--quiet` is.
@@ -294,7 +335,10 @@ pub(crate) fn convert(
             plain_bytes = Some(gltf::Document::new(&scene, &plain)?.glb_len()?);
         }
     }
-    let nodes = scene.nodes.len();
+    let nodes = match format {
+        Some(FormatArg::Vrma) => written.joints,
+        _ => scene.nodes.len(),
+    };
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
     if let (true, [first, _, ..]) = (is_bvh, scene.animations.as_slice()) {
         let count = scene.animations.len();

@@ -7,7 +7,7 @@ use mocap::{FORMATS, Format};
 use crate::Failure;
 
 /// The formats that are written.
-const WRITTEN: [Format; 2] = [Format::Bvh, Format::Gltf];
+const WRITTEN: [Format; 3] = [Format::Bvh, Format::Gltf, Format::Vrma];
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut out = io::stdout().lock();

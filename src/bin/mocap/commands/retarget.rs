@@ -7,8 +7,8 @@ use mocap::export::ReplacePolicy;
 use mocap::gltf::Character;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Scene};
-use mocap::skeleton::humanoid;
-use mocap::{Code, Conversion, Importer, SkeletonMesh};
+use mocap::skeleton::{Humanoid, humanoid};
+use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
 use super::{convert_aloud, extension, import_moving, mapped, print_json, scene_bytes, short_name, unknown_extension};
 use crate::args::{FeetArg, RetargetArgs};
@@ -27,6 +27,13 @@ impl Target {
         match self {
             Self::Character(character) => character.scene(),
             Self::Scene(scene) => scene,
+        }
+    }
+
+    fn into_scene(self) -> Scene {
+        match self {
+            Self::Character(character) => character.scene().clone(),
+            Self::Scene(scene) => *scene,
         }
     }
 }
@@ -78,7 +85,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         }
     }
     let clips = animations.len();
-    write(args, target, animations, &policy)?;
+    write(args, target, bones, animations, &policy)?;
     match args.json {
         true => print_json(&reports)?,
         false => reports.iter().for_each(tell),
@@ -161,10 +168,13 @@ impl Names {
 /// Refuses an output of another format than the target can be written in.
 fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(), Failure> {
     let (output, wanted) = (&args.output, extension(&args.output));
+    if wanted == "vrma" {
+        return Ok(());
+    }
     let Target::Character(character) = target else {
         return match wanted.as_str() {
             "glb" | "gltf" | "bvh" => Ok(()),
-            _ => Err(unknown_extension(output, ".glb, .gltf or .bvh")),
+            _ => Err(unknown_extension(output, ".glb, .gltf, .bvh or .vrma")),
         };
     };
     let is_text = extension(file) == "gltf";
@@ -175,9 +185,9 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(),
     };
     if !fits {
         let known = if is_text {
-            ".gltf, as that of the character"
+            ".gltf, as that of the character, or .vrma"
         } else {
-            ".glb or .vrm, as that of the character"
+            ".glb or .vrm, as that of the character, or .vrma"
         };
         return Err(unknown_extension(
             output,
@@ -198,11 +208,24 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(),
 fn write(
     args: &RetargetArgs,
     target: Target,
+    bones: Humanoid,
     animations: Vec<Animation>,
     policy: &ReplacePolicy,
 ) -> Result<(), Failure> {
     let output = &args.output;
     let bytes = match target {
+        target if extension(output) == "vrma" => {
+            let mut scene = target.into_scene();
+            scene.animations = animations;
+            // The origin and the steps are those of the character, which is not the source of the motion.
+            scene.metadata.origin = None;
+            Conversion::new().apply(&mut scene)?;
+            let options = vrma::VrmaOptions {
+                humanoid: Some(bones),
+                ..vrma::VrmaOptions::default()
+            };
+            vrma::write(&scene, &options)?.0
+        }
         Target::Character(character) => character.with_animations(&animations, args.replace_animations)?,
         Target::Scene(mut scene) => {
             if extension(output) == "bvh" && animations.len() > 1 {

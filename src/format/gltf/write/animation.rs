@@ -46,6 +46,8 @@ impl Rest {
 struct Writer<'a> {
     scene: &'a Scene,
     ticks_per_second: f64,
+    /// Whether the constant tracks become those of the nodes.
+    sets_rest: bool,
     options: &'a GltfOptions,
     buffer: &'a mut Buffer,
     report: &'a mut GltfReport,
@@ -126,14 +128,15 @@ impl Still {
     }
 }
 
-/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes; of
-/// several animations, [`rest_of_all`] has moved what they share.
+/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes, unless
+/// it `keeps_rest`; of several animations, [`rest_of_all`] has moved what they share.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
     scene: &Scene,
     animation: &scene::Animation,
     rest: &mut [Rest],
+    keeps_rest: bool,
     options: &GltfOptions,
     buffer: &mut Buffer,
     report: &mut GltfReport,
@@ -143,6 +146,7 @@ pub(super) fn write(
     let mut writer = Writer {
         scene,
         ticks_per_second,
+        sets_rest: scene.animations.len() == 1 && !keeps_rest,
         options,
         buffer,
         report,
@@ -245,12 +249,11 @@ impl<'a> Writer<'a> {
             let values = T::to_arrays(&mut std::iter::once(first)).ok_or_else(invalid)?;
             self.report.constant_tracks += 1;
             let value = T::from(values[0]);
-            let is_alone = self.scene.animations.len() == 1;
-            if self.options.keep_constant || !(is_alone || value.is_same(rest)) {
+            if self.options.keep_constant || !(self.sets_rest || value.is_same(rest)) {
                 let clock = self.clock(None, 1);
                 self.channel(node, property, clock, &values);
             }
-            return Ok(if is_alone { value } else { rest });
+            return Ok(if self.sets_rest { value } else { rest });
         }
         let clock = self.clock(keys.ticks.as_deref(), keys.len());
         let values = match &self.clocks[clock].kept {
@@ -381,12 +384,11 @@ impl<'a> Writer<'a> {
         array: [f32; N],
     ) {
         self.report.constant_tracks += 1;
-        let is_alone = self.scene.animations.len() == 1;
-        if self.options.keep_constant || !(is_alone || value.is_same(*rest)) {
+        if self.options.keep_constant || !(self.sets_rest || value.is_same(*rest)) {
             let clock = self.clock(None, 1);
             self.channel(node, property, clock, &[array]);
         }
-        if is_alone {
+        if self.sets_rest {
             *rest = value;
         }
     }

@@ -8,10 +8,11 @@ use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
 use super::super::Provenance;
+use super::super::humanoid::VRM_ANIMATION;
 use super::animation::{self, Rest, unit};
 use super::buffer::Buffer;
 use super::names::Names;
-use super::{BASE_COLOR, Document, GltfOptions, GltfReport, mesh};
+use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
 use crate::scene::{self, NodeId, NodeKind, Scene};
@@ -20,17 +21,19 @@ use crate::scene::{self, NodeId, NodeKind, Scene};
 struct Builder<'a> {
     scene: &'a Scene,
     options: &'a GltfOptions,
+    content: Content,
     root: Root,
     buffer: Buffer,
     names: Names,
     report: GltfReport,
 }
 
-pub(super) fn document(scene: &Scene, options: &GltfOptions) -> Result<Document> {
+pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -> Result<Document> {
     let (root, buffer, names, report) = Default::default();
     let mut builder = Builder {
         scene,
         options,
+        content,
         root,
         buffer,
         names,
@@ -38,9 +41,14 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions) -> Result<Document>
     };
     builder.asset();
     builder.nodes()?;
-    let skinned = builder.rigid_meshes()?;
-    builder.skins(&skinned)?;
-    builder.materials();
+    match content {
+        Content::Scene => {
+            let skinned = builder.rigid_meshes()?;
+            builder.skins(&skinned)?;
+            builder.materials();
+        }
+        Content::VrmAnimation => builder.humanoid(),
+    }
     let Builder {
         mut root,
         buffer,
@@ -88,12 +96,22 @@ impl Builder<'_> {
         for node in &scene.nodes {
             rest.push(rest_of(node)?);
         }
-        if scene.animations.len() > 1 {
+        // The rest pose of a VRM animation is the T-pose, whatever does not move.
+        let keeps_rest = self.content == Content::VrmAnimation;
+        if scene.animations.len() > 1 && !keeps_rest {
             animation::rest_of_all(scene, &mut rest);
         }
         // glTF takes several animations; the names of clips and their order stay.
         for take in &scene.animations {
-            let written = animation::write(scene, take, &mut rest, self.options, &mut self.buffer, &mut self.report)?;
+            let written = animation::write(
+                scene,
+                take,
+                &mut rest,
+                keeps_rest,
+                self.options,
+                &mut self.buffer,
+                &mut self.report,
+            )?;
             let source = scene.metadata.origin.as_ref().map(scene::Origin::stem);
             let name = [take.name.as_str(), source.unwrap_or_default(), "Motion"]
                 .into_iter()
@@ -142,6 +160,20 @@ impl Builder<'_> {
             self.root.scene = Some(Index::new(0));
         }
         Ok(())
+    }
+
+    /// States which node is which bone.
+    fn humanoid(&mut self) {
+        let nodes = self.scene.nodes.iter().enumerate();
+        let bone = |(index, node): (usize, &scene::Node)| {
+            let bone = node.humanoid_bone?;
+            Some((bone.as_str().to_owned(), json!({ "node": index })))
+        };
+        let bones: serde_json::Map<_, _> = nodes.filter_map(bone).collect();
+        let extension = json!({ "specVersion": "1.0", "humanoid": { "humanBones": bones } });
+        let others = [(VRM_ANIMATION.to_owned(), extension)].into_iter().collect();
+        self.root.extensions = Some(gltf::json::extensions::Root { others });
+        self.root.extensions_used.push(VRM_ANIMATION.to_owned());
     }
 
     /// Writes the meshes without bones, on their nodes. Returns those with bones.

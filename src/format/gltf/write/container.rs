@@ -40,7 +40,7 @@ impl Document {
     }
 
     /// Writes a `.glb` file, and returns its length.
-    pub(super) fn write_glb(&self, path: &Path) -> Result<u64> {
+    pub(in crate::format::gltf) fn write_glb(&self, path: &Path) -> Result<u64> {
         let glb = self.glb()?;
         write_file_with(path, |file| {
             // The header goes out number by number; all of a small file becomes one write.

@@ -1,0 +1,93 @@
+//! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which says
+//! which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
+//!
+//! [`export`] writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
+//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states. Neither
+//! expressions nor the point to look at are read.
+//!
+//! ```
+//! use mocap::{Conversion, vrma};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! Conversion::new().apply(&mut scene)?;
+//! let folder = tempfile::tempdir().unwrap();
+//! let report = vrma::export(&scene, folder.path().join("walk.vrma"), &vrma::VrmaOptions::default())?;
+//! assert_eq!(report.left_out[0], "LHipJoint"); // it is no bone
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+use std::path::Path;
+
+use super::json;
+use super::write::{Document, GltfOptions, GltfReport};
+use crate::error::{Code, Diagnostic, Result};
+use crate::retarget::vrm_humanoid;
+use crate::scene::{NodeKind, Scene};
+use crate::skeleton::Humanoid;
+
+use super::humanoid::VRM_ANIMATION;
+
+/// How much of a file is searched for the name of the extension.
+const SEARCHED: usize = 1 << 20;
+
+/// Options of the writer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VrmaOptions {
+    /// Which joints are which bones. Default: [`humanoid`](crate::skeleton::humanoid()) finds them.
+    pub humanoid: Option<Humanoid>,
+    /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
+    pub gltf: GltfOptions,
+}
+
+/// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.
+///
+/// # Errors
+/// As [`vrm_humanoid`] and [`write_glb`](super::write_glb); [`Code::NoMotion`] where there is no motion.
+pub fn write(scene: &Scene, options: &VrmaOptions) -> Result<(Vec<u8>, GltfReport)> {
+    let (document, report) = document(scene, options)?;
+    let bytes = document.to_glb()?;
+    let report = GltfReport {
+        bytes: bytes.len(),
+        ..report
+    };
+    Ok((bytes, report))
+}
+
+/// Writes the motions of `scene`, which is in metres with +Y up, to `path`. After an error the file is as before.
+///
+/// # Errors
+/// As [`write()`], and [`Code::Io`].
+pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &VrmaOptions) -> Result<GltfReport> {
+    let (document, report) = document(scene, options)?;
+    let bytes = document.write_glb(path.as_ref())? as usize;
+    Ok(GltfReport { bytes, ..report })
+}
+
+fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfReport)> {
+    if scene.animations.is_empty() {
+        let message = "there is no motion in it, and a VRM animation is nothing else";
+        return Err(Diagnostic::new(Code::NoMotion, message)
+            .help("name a file with a motion")
+            .into());
+    }
+    let humanoid = vrm_humanoid(scene, options.humanoid.clone())?;
+    let document = Document::of_vrm_animation(&humanoid, &options.gltf)?;
+    let is_left = |name: &&String| humanoid.nodes.iter().all(|node| node.name != **name);
+    let joints = scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint);
+    let left_out = joints.map(|node| &node.name).filter(is_left).cloned().collect();
+    let report = GltfReport {
+        left_out,
+        joints: humanoid.nodes.len(),
+        ..document.report().clone()
+    };
+    Ok((document, report))
+}
+
+/// Whether a file is glTF that names the extension.
+pub(super) fn sniff(bytes: &[u8]) -> bool {
+    let names_it = |text: &[u8]| {
+        let text = &text[..text.len().min(SEARCHED)];
+        memchr::memmem::find(text, VRM_ANIMATION.as_bytes()).is_some()
+    };
+    super::File::sniff(bytes) && names_it(json::beginning(bytes))
+}

@@ -1,0 +1,211 @@
+//! A motion on the humanoid of VRM: a node for each bone, without rotation in the T-pose.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::body::Body;
+use super::plan::{Track, whole};
+use super::{ground, keys, ticks};
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::{Binding, Pose};
+use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
+use crate::skeleton::{Humanoid, HumanoidBone as Bone};
+
+/// Bones whose rotation is no part of a VRM animation, which has a point to look at in their place.
+const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
+
+/// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and does not
+/// turn.
+const ENDS: [Bone; 5] = [
+    Bone::Head,
+    Bone::LeftHand,
+    Bone::RightHand,
+    Bone::LeftFoot,
+    Bone::RightFoot,
+];
+
+/// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid:
+/// the bones and the way of the source, in a T-pose that faces +Z with its feet on the ground. In it no node has a
+/// rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move otherwise than
+/// by rotation. `known` has the bones, where they are not to be searched for.
+///
+/// ```
+/// use mocap::{Conversion, Pose, retarget::vrm_humanoid, skeleton::HumanoidBone};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let humanoid = vrm_humanoid(&scene, None)?;
+/// let bones = |scene: &mocap::Scene| scene.nodes.iter().filter(|node| node.humanoid_bone.is_some()).count();
+/// assert_eq!(bones(&humanoid), humanoid.nodes.len());
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where no humanoid is found, or one without a bone that VRM requires;
+/// [`Code::UnknownUnit`] where `scene` is not in metres with +Y up.
+pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
+    if (scene.metadata.metres_per_unit, scene.metadata.up) != (Some(1.0), Some(UpAxis::Y)) {
+        let message = "a VRM animation is in metres with +Y up, and the scene does not state to be so";
+        return Err(Diagnostic::new(Code::UnknownUnit, message)
+            .help("convert the scene before: Conversion::new().apply(&mut scene)")
+            .into());
+    }
+    let body = Body::new(scene, known, "source")?;
+    let mut missing = body.humanoid.missing();
+    missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
+    if !missing.is_empty() {
+        let names: Vec<_> = missing.iter().map(|bone| bone.as_str()).collect();
+        let message = format!("VRM requires bones that no joint is: {}", names.join(", "));
+        return Err(Diagnostic::new(Code::NotHumanoid, message)
+            .help("name their joints in a map, or choose another file")
+            .into());
+    }
+    let bones = bones(&body);
+    let t_pose = t_pose(&body, &bones);
+    // Where the feet stand below the origin, the ground is brought there.
+    let (usual, ankle) = (ground::of_skeleton(&body), ground::of_motion(&body, scene));
+    let lift = if ankle < 0.0 { usual - ankle } else { 0.0 };
+    let height = ankle + lift - lowest_ankle(&t_pose);
+
+    let mut made = Scene {
+        metadata: scene.metadata.clone(),
+        ..Scene::default()
+    };
+    let mut places: BTreeMap<Bone, NodeId> = BTreeMap::new();
+    for &Placed { bone, joint, parent } in &bones {
+        let translation = match parent {
+            Some(parent) => t_pose[&bone] - t_pose[&parent],
+            None => height * Vec3::Y,
+        };
+        places.insert(bone, NodeId::new(made.nodes.len()));
+        made.nodes.push(Node {
+            name: joint.map_or_else(|| bone.as_str().to_owned(), |joint| body.names[joint.index()].clone()),
+            parent: parent.and_then(|parent| places.get(&parent).copied()),
+            transform: Mat4::from_translation(translation),
+            humanoid_bone: Some(bone),
+            ..Node::default()
+        });
+    }
+    let mover = Mover {
+        tracks: bones.iter().map(|placed| whole(&body, placed.bone)).collect(),
+        bones: &bones,
+        body: &body,
+        lift,
+    };
+    made.animations = (scene.animations.iter())
+        .map(|animation| mover.animation(scene, animation, &made.nodes))
+        .collect();
+    made.metadata.steps.push(AppliedStep::VrmHumanoid {
+        heading: heading(&body),
+        lift: f64::from(lift),
+    });
+    Ok(made)
+}
+
+/// A bone in the order of nodes.
+struct Placed {
+    bone: Bone,
+    /// The joint of the source; none for a bone that it lacks.
+    joint: Option<NodeId>,
+    parent: Option<Bone>,
+}
+
+/// The bones, depth-first, each on the nearest one above it in VRM's hierarchy.
+fn bones(body: &Body) -> Vec<Placed> {
+    let is_part = |bone: &Bone| (body.joint(*bone).is_some() || ENDS.contains(bone)) && !EYES.contains(bone);
+    let parent = |bone: Bone| std::iter::successors(bone.parent(), |above| above.parent()).find(is_part);
+    let mut placed = Vec::new();
+    let mut open = vec![Bone::Hips];
+    while let Some(bone) = open.pop() {
+        let joint = body.joint(bone);
+        let children = Bone::ALL.iter().rev().copied();
+        open.extend(children.filter(|child| is_part(child) && parent(*child) == Some(bone)));
+        let parent = parent(bone);
+        placed.push(Placed { bone, joint, parent });
+    }
+    placed
+}
+
+/// Where the bones are in the T-pose, in its axes, from the hips.
+fn t_pose(body: &Body, bones: &[Placed]) -> BTreeMap<Bone, Vec3> {
+    let mut places = BTreeMap::new();
+    for &Placed { bone, joint, parent } in bones {
+        let place = parent.and_then(|parent| {
+            let above = body.joint(parent)?;
+            let end = joint.or_else(|| body.next(parent, above)).unwrap_or(above);
+            let way = body.position(end) - body.position(above);
+            Some(places.get(&parent).copied().unwrap_or(Vec3::ZERO) + body.to_frame(parent, way))
+        });
+        places.insert(bone, place.unwrap_or(Vec3::ZERO));
+    }
+    places
+}
+
+fn lowest_ankle(t_pose: &BTreeMap<Bone, Vec3>) -> f32 {
+    let ankles = [Bone::LeftFoot, Bone::RightFoot].into_iter();
+    let heights = ankles.filter_map(|bone| t_pose.get(&bone).map(|place| place.y));
+    heights.reduce(f32::min).unwrap_or(0.0)
+}
+
+/// The rotation about +Y that brings the figure to face +Z, in degrees.
+fn heading(body: &Body) -> f64 {
+    let forward = body.axes * Vec3::Z;
+    // Adding zero turns -0 into 0.
+    f64::from(-forward.x.atan2(forward.z).to_degrees().round()) + 0.0
+}
+
+/// Moves the motion of the source to the bones.
+struct Mover<'a> {
+    body: &'a Body,
+    bones: &'a [Placed],
+    /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
+    tracks: Vec<Option<Track>>,
+    lift: f32,
+}
+
+impl Mover<'_> {
+    fn animation(&self, source: &Scene, animation: &Animation, nodes: &[Node]) -> Animation {
+        let ticks = ticks(animation);
+        let binding = Binding::new(source, animation);
+        let mut pose = Pose::rest(source);
+        let mut places = Vec::with_capacity(ticks.len());
+        let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); self.bones.len()];
+        let mut frames: BTreeMap<Bone, Quat> = BTreeMap::new();
+        let to_frame = self.body.axes.inverse();
+        for &tick in &ticks {
+            pose.sample(&binding, animation, tick);
+            places.push(to_frame * pose.position(self.body.hips) + self.lift * Vec3::Y);
+            for (keys, (placed, track)) in rotations.iter_mut().zip(self.bones.iter().zip(&self.tracks)) {
+                let above = placed.parent.and_then(|parent| frames.get(&parent).copied());
+                let above = above.unwrap_or(Quat::IDENTITY);
+                let frame = track.as_ref().map_or(above, |track| track.frame(self.body, &pose));
+                frames.insert(placed.bone, frame);
+                let rotation = (above.inverse() * frame).normalize();
+                // On the shorter arc from the key before.
+                let turned_away = keys.last().is_some_and(|last: &Quat| last.dot(rotation) < 0.0);
+                keys.push(if turned_away { -rotation } else { rotation });
+            }
+        }
+        let channels = rotations
+            .into_iter()
+            .zip(nodes)
+            .enumerate()
+            .map(|(index, (values, node))| Channel {
+                node_name: node.name.clone(),
+                node: Some(NodeId::new(index)),
+                position_keys: match index {
+                    0 => keys(std::mem::take(&mut places), &ticks),
+                    _ => Keys::constant(node.transform.w_axis.truncate()),
+                },
+                rotation_keys: keys(values, &ticks),
+                scaling_keys: Keys::constant(Vec3::ONE),
+            });
+        Animation {
+            name: animation.name.clone(),
+            ticks_per_second: animation.ticks_per_second,
+            duration: animation.duration,
+            channels: channels.collect(),
+        }
+    }
+}
