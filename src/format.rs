@@ -85,6 +85,8 @@ pub(crate) struct ReadOptions {
     pub all_rows: bool,
     /// Leave out the meshes of the file.
     pub without_meshes: bool,
+    /// Read the meshes of a glTF file.
+    pub gltf_meshes: bool,
     /// Keep the unit and the axes of a file that states them.
     pub file_units: bool,
     /// Upper bounds.

@@ -242,6 +242,27 @@ impl Importer {
         self
     }
 
+    /// Whether the meshes of a glTF file are read, with their skins, materials and textures of colour. Default: `false`, only
+    /// its skeleton and its animations are read. A mesh that cannot be read is left out with a
+    /// [`Code::IgnoredMesh`] warning.
+    ///
+    /// The meshes are as those of an FBX file: in [`Scene::meshes`], each with bones; one without a skin is moved by the
+    /// node that holds it. Morph targets have the weights that the file begins with.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let path = "fixtures/made/two_bones_textured.gltf";
+    /// let scene = Importer::new().gltf_meshes(true).import(path)?;
+    /// assert_eq!(scene.meshes[0].texture_coords.len(), scene.meshes[0].vertices.len());
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn gltf_meshes(mut self, read: bool) -> Self {
+        self.read.gltf_meshes = read;
+        self
+    }
+
     /// Whether a track that never changes is reduced to one key. Default: `true`. With `false` every rotation track
     /// has a key for each frame, as in the file.
     ///

@@ -10,6 +10,7 @@ mod file;
 mod humanoid;
 mod invalid;
 mod json;
+mod meshes;
 mod meshopt;
 mod provenance;
 mod read;

@@ -8,15 +8,19 @@
 //! space and most of the loading time. `pack.rs` says how, and how exact they are.
 
 mod data;
+mod image_size;
 mod listing;
 mod pack;
+mod skin;
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use serde::Serialize;
 
 use self::data::{Description, describe};
 pub use self::listing::{ListingEntry, listing};
+use self::skin::{PackedSkin, skin_of};
 use super::figure::Clip;
 use super::svg::escape;
 use crate::error::visible;
@@ -38,12 +42,14 @@ const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 15] = [
+const MODULES: [&str; 17] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
     include_str!("view/clip.js"),
+    include_str!("view/skin.js"),
     include_str!("view/batch.js"),
+    include_str!("view/renderer_skin.js"),
     include_str!("view/renderer_gl.js"),
     include_str!("view/renderer_2d.js"),
     include_str!("view/camera.js"),
@@ -76,33 +82,82 @@ struct PageData {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub fn page(clips: &[PageClip<'_>]) -> String {
-    let mut keys = String::new();
-    let mut downloads = String::new();
+    page_with_report(clips).0
+}
+
+/// What a page is made of, and what it does not show.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PageReport {
+    /// Bytes of the keys.
+    pub motion: usize,
+    /// Bytes of skins: vertices, faces and weights.
+    pub skins: usize,
+    /// Bytes of the textures.
+    pub textures: usize,
+    /// Bytes of the files of the download button.
+    pub downloads: usize,
+    /// For each clip what is not shown of its skin, and why.
+    pub left_out: Vec<Vec<String>>,
+}
+
+/// As [`page()`], with a report. Clips with the same skin share it.
+pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
+    let (mut keys, mut skins, mut textures, mut downloads) = Default::default();
+    let mut report = PageReport::default();
     let mut descriptions = Vec::new();
+    // The blocks of all skins and textures so far, so that equal ones are one.
+    let mut known: HashMap<Vec<u8>, String> = HashMap::new();
+    let mut shared = |page: &mut String, bytes: &[u8]| {
+        let next = format!("shared-{}", known.len());
+        known
+            .entry(bytes.to_vec())
+            .or_insert_with(|| {
+                push_block(page, &next, bytes);
+                next
+            })
+            .clone()
+    };
     for (index, clip) in clips.iter().enumerate() {
-        let (description, blocks) = describe(clip, index);
+        let (mut description, blocks) = describe(clip, index);
         for (id, block) in std::iter::zip(&description.blocks, blocks) {
             push_block(&mut keys, id, &block);
         }
+        let (skin, left_out) = skin_of(clip.clip.scene);
+        description.skin = skin.map(|PackedSkin { mut skin, bytes }| {
+            skin.id = shared(&mut skins, &bytes);
+            for block in &mut skin.textures {
+                block.id = shared(&mut textures, &clip.clip.scene.textures[block.source].bytes);
+            }
+            skin
+        });
+        description.warnings.extend(left_out.iter().cloned());
+        report.left_out.push(left_out);
         if let (Some(id), Some(glb)) = (&description.glb, clip.glb) {
             push_block(&mut downloads, id, glb);
         }
         descriptions.push(description);
     }
+    report.motion = keys.len();
+    report.skins = skins.len();
+    report.textures = textures.len();
+    report.downloads = downloads.len();
     let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
     let data = PageData { clips: descriptions };
     let data = serde_json::to_string(&data).expect("the data has neither maps nor numbers that JSON lacks");
     // Inside a script element only `<` can end it early.
     let data = data.replace('<', "\\u003c");
-    filled(PAGE, |name| match name {
+    let page = filled(PAGE, |name| match name {
         "title" => escape(&visible(&names.join(", "))).into(),
         "style" => lean(STYLE).into(),
         "script" => script().into(),
         "data" => data.as_str().into(),
         "keys" => keys.as_str().into(),
+        "skins" => skins.as_str().into(),
+        "textures" => textures.as_str().into(),
         "downloads" => downloads.as_str().into(),
         unknown => unreachable!("the page has no place called {unknown}"),
-    })
+    });
+    (page, report)
 }
 
 /// The modules as one script.
@@ -155,7 +210,7 @@ mod tests {
     #[test]
     fn the_script_is_small() {
         let bytes = script().len();
-        assert!(bytes < 64_000, "{bytes} bytes");
+        assert!(bytes < 96_000, "{bytes} bytes");
     }
 
     #[test]
@@ -165,7 +220,9 @@ mod tests {
             "dom",
             "curves",
             "clip",
+            "skin",
             "batch",
+            "renderer_skin",
             "renderer_gl",
             "renderer_2d",
             "camera",

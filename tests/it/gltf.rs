@@ -6,6 +6,7 @@ mod fixtures;
 mod foreign;
 mod import;
 mod mesh;
+mod meshes;
 mod motion;
 mod read;
 mod scenes;

@@ -4,11 +4,12 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { basename, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 import { Sample } from "../interop/sample.js";
 import { launch, open, settled } from "./browser.js";
+import { skinChecks } from "./skin_checks.js";
 
 const { values } = parseArgs({
   options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" }, pictures: { type: "string" } },
@@ -28,12 +29,14 @@ function mocap(...args) {
   return execFileSync(process.env.MOCAP, args, { encoding: "utf8", maxBuffer: 1 << 28, stdio: ["ignore", "pipe", "pipe"] });
 }
 
-/** Writes a page of some fixtures and returns its address. */
-function pageOf(...names) {
-  const path = join(folder, `${names.join("+")}.html`);
-  mocap("view", ...names.map(fixture), "-o", path);
+/** Writes a page of some files and returns its address; options begin with a dash. */
+function pageOfFiles(...files) {
+  const path = join(folder, `${files.map((file) => basename(file)).join("+")}.html`);
+  mocap("view", ...files, "-o", path);
   return pathToFileURL(path).href;
 }
+
+const pageOf = (...names) => pageOfFiles(...names.map(fixture));
 
 /** Writes a file and a page of it, and returns both. */
 function pageOfText(name, text, ...options) {
@@ -42,6 +45,9 @@ function pageOfText(name, text, ...options) {
   mocap("view", file, ...options, "-o", path);
   return { file, path, address: pathToFileURL(path).href };
 }
+
+/** Where such a file stands. */
+pageOfText.path = (name) => join(folder, name);
 
 const worldPositions = (name, tick) => filePositions(fixture(name), tick);
 const filePositions = (file, tick) =>
@@ -512,6 +518,8 @@ check("every control has a name, and words stand out from what is behind them", 
     await close();
   }
 });
+
+skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText, fixture });
 
 if (pictures) {
   check("pictures for a person to look at", async (browser) => {

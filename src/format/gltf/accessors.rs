@@ -139,7 +139,9 @@ pub(super) fn numbers(
     let pointer = format!("/accessors/{index}");
     let wanted = match columns {
         1 => "SCALAR",
+        2 => "VEC2",
         3 => "VEC3",
+        16 => "MAT4",
         _ => "VEC4",
     };
     if accessor.shape != wanted {
@@ -178,6 +180,33 @@ pub(super) fn numbers(
         replace(root, bytes, accessor, columns, component, &pointer, &mut numbers)?;
     }
     Ok(numbers)
+}
+
+/// The indices of an accessor of scalars: the corners of faces.
+pub(super) fn indices(root: &Root, bytes: &Bytes<'_>, index: usize, pointer: &str) -> Result<Vec<u32>, Failure> {
+    let accessor = root
+        .accessors
+        .get(index)
+        .ok_or_else(|| missing(pointer, "accessor", index, root.accessors.len()))?;
+    let pointer = format!("/accessors/{index}");
+    let component = Component::of(accessor.component_type, &pointer)?;
+    let view = accessor.buffer_view.filter(|_| accessor.sparse.is_none());
+    let Some(view) = view.filter(|_| accessor.shape == "SCALAR" && component.index(&[0; 4]).is_some()) else {
+        return Err(invalid(pointer, "indices are unsigned integers in a buffer view").into());
+    };
+    bytes.budget.take(accessor.count as u64, &format!("{pointer}/count"))?;
+    let rows = rows(
+        root,
+        bytes,
+        view,
+        accessor.byte_offset,
+        accessor.count,
+        component.size(),
+        &pointer,
+    )?;
+    Ok(rows
+        .map(|row| component.index(row).unwrap_or_default() as u32)
+        .collect())
 }
 
 /// Puts the values of a sparse accessor over those that it begins with.

@@ -68,30 +68,10 @@ impl<'a> File<'a> {
         buffers.resize_with(root.buffers.len(), || None);
         let mut size = bytes.len() as u64;
         for index in wanted.into_iter().filter(|&index| index < root.buffers.len()) {
-            let buffer = &root.buffers[index];
-            let pointer = format!("/buffers/{index}");
-            let contents = match &buffer.uri {
-                Some(uri) => contents_of(uri, &pointer, open)?,
-                None if index == 0 && bin.is_some() => Cow::Borrowed(bin.unwrap_or_default()),
-                None if streams::is_placeholder(index, buffer) => continue,
-                None => return Err(invalid(pointer, "the buffer has neither a uri nor a binary chunk").into()),
-            };
-            if contents.len() < buffer.byte_length {
-                let (claimed, found) = (
-                    format!("{} bytes", buffer.byte_length),
-                    format!("{} bytes", contents.len()),
-                );
-                return Err(invalid(
-                    format!("{pointer}/byteLength"),
-                    "the buffer is shorter than the file says",
-                )
-                .expected_found(claimed, found)
-                .into());
-            }
-            if matches!(contents, Cow::Owned(_)) {
+            buffers[index] = buffer(&root, bin, index, open)?;
+            if let Some(Cow::Owned(contents)) = &buffers[index] {
                 size += contents.len() as u64;
             }
-            buffers[index] = Some(contents);
         }
         let budget = Budget::new(limits, size, streams::length(&root, &views).min(size));
         let views = streams::decode(&root, &views, &buffers, &budget)?;
@@ -309,8 +289,42 @@ fn views_of_animations(root: &Root) -> Vec<usize> {
     views.into_iter().collect()
 }
 
+/// The contents of a buffer; `None` for a fallback without bytes.
+pub(super) fn buffer<'a>(
+    root: &Root,
+    bin: Option<&'a [u8]>,
+    index: usize,
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Option<Cow<'a, [u8]>>> {
+    let buffer = &root.buffers[index];
+    let pointer = format!("/buffers/{index}");
+    let contents = match &buffer.uri {
+        Some(uri) => contents_of(uri, &pointer, open)?,
+        None if index == 0 && bin.is_some() => Cow::Borrowed(bin.unwrap_or_default()),
+        None if streams::is_placeholder(index, buffer) => return Ok(None),
+        None => return Err(invalid(pointer, "the buffer has neither a uri nor a binary chunk").into()),
+    };
+    if contents.len() < buffer.byte_length {
+        let (claimed, found) = (
+            format!("{} bytes", buffer.byte_length),
+            format!("{} bytes", contents.len()),
+        );
+        return Err(invalid(
+            format!("{pointer}/byteLength"),
+            "the buffer is shorter than the file says",
+        )
+        .expected_found(claimed, found)
+        .into());
+    }
+    Ok(Some(contents))
+}
+
 /// What a uri refers to: data of its own, or a file beside this one.
-fn contents_of<'a>(uri: &str, pointer: &str, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Cow<'a, [u8]>> {
+pub(super) fn contents_of<'a>(
+    uri: &str,
+    pointer: &str,
+    open: &dyn Fn(&Path) -> Result<Vec<u8>>,
+) -> Result<Cow<'a, [u8]>> {
     let pointer = || format!("{pointer}/uri");
     let Some(data) = uri.strip_prefix("data:") else {
         return Ok(open(&beside(uri, &pointer())?)?.into());

@@ -1,4 +1,4 @@
-//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. Meshes, materials and cameras are not read.
+//! Reads the skeleton and the animations of a `.glb` or `.gltf` file. `meshes` reads meshes where they are asked for.
 //!
 //! | glTF | scene |
 //! |---|---|
@@ -107,6 +107,10 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<
         clips.push((animation.name.clone().unwrap_or_default(), file.tracks(index)?));
     }
     let placed = build_nodes(&file, &clips, &mut scene)?;
+    if options.gltf_meshes && !options.without_meshes {
+        let ids = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
+        super::meshes::read(source, &file, &ids, options, &mut scene);
+    }
     let frame_time = frame_time_of(&file)?;
     tell_bends(&clips, &mut scene);
     let most = options.limits.expanded_values(source.bytes.len() as u64);

@@ -10,6 +10,7 @@
 //   warnings, assumptions   lists of text
 //   packingError         metres between a joint here and in the file, at most
 //   humanoid             whether it is one
+//   skin                 what skin.js describes, or null
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
 //                        (null, or name, side, confidence, reason), inBody, lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
@@ -24,8 +25,6 @@ const TO_Y_UP = {
   "+y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
   "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
   "+z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
-  "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
-  "-z": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
   "-z": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
   "+x": [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
   "-x": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
@@ -99,6 +98,13 @@ export class Clip {
   toPage(point) {
     const rows = TO_Y_UP[this.up];
     return add(rows.map((row) => dot(row, point) * this.metresPerUnit), this.shift);
+  }
+
+  // The same as toPage, as a matrix.
+  get pageMatrix() {
+    const rows = TO_Y_UP[this.up];
+    const column = (axis) => [...rows.map((row) => row[axis] * this.metresPerUnit), 0];
+    return [...column(0), ...column(1), ...column(2), ...this.shift, 1];
   }
 
   toFile(point) {

@@ -9,6 +9,7 @@ use super::super::euler;
 use super::super::figure::{Clip, Figure, Side, body};
 use super::PageClip;
 use super::pack::{Part, Tracks};
+use super::skin::Skin;
 use crate::error::visible;
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
@@ -33,10 +34,11 @@ pub(super) struct Description {
     packing_error: f64,
     /// The id of the element that holds the GLB.
     pub(super) glb: Option<String>,
-    warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
     assumptions: Vec<String>,
     /// Whether the skeleton is that of a humanoid.
     humanoid: bool,
+    pub(super) skin: Option<Skin>,
     nodes: Vec<NodeDescription>,
 }
 
@@ -143,6 +145,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
         warnings: scene.warnings.iter().map(with_line).collect(),
         assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
         humanoid: skeleton.humanoid.found,
+        skin: None,
         nodes,
     };
     (description, packed.blocks)

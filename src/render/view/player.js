@@ -15,7 +15,7 @@ export class Player {
   constructor() {
     this.state = {
       clips: [], active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
-      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, theme: "light",
+      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, theme: "light",
     };
     this.longest = 0;
     this.counted = { since: 0, frames: 0 };
@@ -53,7 +53,20 @@ export class Player {
     this.arrange("side");
     this.activate(0);
     byId("arrange").hidden = state.clips.length < 2;
-    for (const name of ["loop", "follow", "bones"]) this.toggle(name, state[name]);
+    const hasSkin = this.stage.renderer.skins && state.clips.some((clip) => clip.skin);
+    byId("skin").hidden = byId("skeleton").hidden = !hasSkin;
+    for (const clip of state.clips) this.listenToImages(clip);
+    for (const name of ["loop", "follow", "bones", "skin", "skeleton"]) this.toggle(name, state[name]);
+  }
+
+  // An image that the browser cannot decode is one warning more.
+  listenToImages(clip) {
+    clip.skin?.textures.forEach((texture) => {
+      texture.failed = () => {
+        clip.warnings.push("a texture cannot be decoded and is not shown");
+        this.panel.showFiles();
+      };
+    });
   }
 
   // Draws soon, once, however much has changed until then.
@@ -168,7 +181,8 @@ export class Player {
   toggle(name, wanted = !this.state[name]) {
     this.state[name] = wanted;
     byId(name).setAttribute("aria-pressed", wanted);
-    byId("bone-legend").hidden = !this.state.bones || byId("bones").hidden;
+    byId("bone-legend").hidden = !this.state.bones || byId("bones").hidden || !this.stage.showsSkeleton(this.clip);
+    byId("skeleton").disabled = !this.state.skin;
     this.changed();
   }
 
@@ -273,6 +287,8 @@ export class Player {
       l: () => this.toggle("loop"),
       f: () => this.toggle("follow"),
       b: () => byId("bones").hidden || this.toggle("bones"),
+      m: () => byId("skin").hidden || this.toggle("skin"),
+      o: () => byId("skin").hidden || this.toggle("skeleton"),
       t: () => this.toggleTrail(),
       j: () => this.nextJoint(1),
       k: () => this.nextJoint(-1),
@@ -312,6 +328,7 @@ export class Player {
     const { canvas, keys } = this;
     const clicks = {
       play: keys[" "], back: () => this.step(-1), forward: () => this.step(1), loop: keys.l, follow: keys.f, bones: keys.b,
+      skin: keys.m, skeleton: keys.o,
       trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "help-button": keys["?"],
       "panel-button": () => this.showPanel(!byId("panel").classList.contains("open")),
       "all-joints": () => this.choose(this.state.active, -1),
@@ -338,15 +355,25 @@ export class Player {
   // For tests, and for a console: what is drawn, in the file's own coordinates.
   get handle() {
     const { clips } = this.state;
+    const { skins } = this.stage.renderer;
     return {
       state: this.state,
       renderer: this.stage.renderer.name,
       seek: (tick) => this.seek(tick),
+      // Settles when every texture is shown.
+      get ready() { return Promise.resolve(skins?.ready); },
+      skins,
       drawn: (index = 0) => clips[index].drawn.map((place) => clips[index].toFile(place)),
       // Where a joint is on the page, in its pixels.
       onPage: (joint, index = 0) => {
         const box = this.canvas.getBoundingClientRect();
         const [x, y] = this.stage.onCanvas(clips[index].drawn[joint]);
+        return [box.left + x, box.top + y];
+      },
+      // The same for a place in the file's coordinates.
+      placeOnPage: (place, index = 0) => {
+        const box = this.canvas.getBoundingClientRect();
+        const [x, y] = this.stage.onCanvas(clips[index].toPage(place));
         return [box.left + x, box.top + y];
       },
     };

@@ -2,6 +2,7 @@
 
 import { INSTANCE } from "./batch.js";
 import { normalize } from "./math.js";
+import { SkinRenderer } from "./renderer_skin.js";
 
 const BONE_SHADER = `#version 300 es
 in vec3 shape; in vec3 start; in vec3 end; in float width; in vec3 color;
@@ -109,23 +110,26 @@ function ballShape() {
   return corners;
 }
 
+const NAMES = ["shape", "start", "end", "width", "color"];
+
 export class GlRenderer {
-  constructor(canvas) {
+  // `changed` is called when there is something new to draw.
+  constructor(canvas, changed) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
     if (!gl) throw new Error("no WebGL 2");
-    this.canvas = canvas;
-    this.gl = gl;
+    Object.assign(this, { canvas, gl, changed });
     this.name = "WebGL";
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-    canvas.addEventListener("webglcontextrestored", () => { this.build(); this.onRestored?.(); });
+    canvas.addEventListener("webglcontextrestored", () => { this.build(); changed(); });
     this.build();
   }
 
   build() {
     const { gl } = this;
-    this.bones = this.program(BONE_SHADER, LIGHT_SHADER);
-    this.shadows = this.program(BONE_SHADER, SHADOW_SHADER);
-    this.ground = this.program(GROUND_SHADER, GRID_SHADER);
+    this.bones = this.program(BONE_SHADER, LIGHT_SHADER, NAMES);
+    this.shadows = this.program(BONE_SHADER, SHADOW_SHADER, NAMES);
+    this.ground = this.program(GROUND_SHADER, GRID_SHADER, ["corner"]);
+    this.skins = new SkinRenderer(this, this.changed);
     this.shapes = { bone: this.shape(boneShape()), rod: this.shape(rodShape()), ball: this.shape(ballShape()) };
     this.groundCorners = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.groundCorners);
@@ -144,7 +148,8 @@ export class GlRenderer {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.shadowMap, 0);
   }
 
-  program(vertex, fragment) {
+  // A program whose attributes have these names, in the order of their places.
+  program(vertex, fragment, names) {
     const { gl } = this;
     const program = gl.createProgram();
     for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -153,8 +158,7 @@ export class GlRenderer {
       gl.compileShader(shader);
       gl.attachShader(program, shader);
     }
-    ["shape", "start", "end", "width", "color"].forEach((name, index) => gl.bindAttribLocation(program, index, name));
-    if (vertex === GROUND_SHADER) gl.bindAttribLocation(program, 0, "corner");
+    names.forEach((name, index) => gl.bindAttribLocation(program, index, name));
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
     const uniforms = {};
@@ -209,6 +213,7 @@ export class GlRenderer {
   draw(view) {
     const { gl } = this;
     const { target, ground, shadowReach } = view;
+    this.skins.pose(view.skins, view.clips);
     const middle = [target[0], ground, target[2]];
 
     // The floor as seen along the sun's rays: y is folded onto the floor, x and z fill the map.
@@ -224,7 +229,8 @@ export class GlRenderer {
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     this.use(this.shadows, { worldToClip: toMap, ground, reach: view.reach, isBall: 0, swell: 2 });
-    this.drawBatch(this.shapes.bone, view.bones);
+    if (view.bonesShade) this.drawBatch(this.shapes.bone, view.bones);
+    this.skins.drawShadows({ worldToClip: toMap, ground, reach: view.reach });
     gl.disable(gl.BLEND);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -242,6 +248,9 @@ export class GlRenderer {
     gl.bindVertexArray(this.groundArray);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
 
+    this.skins.draw({ worldToClip, eye, sun: SUN });
+    // The skeleton of a figure with a skin is seen through it.
+    if (view.skins.length) gl.clear(gl.DEPTH_BUFFER_BIT);
     this.use(this.bones, { worldToClip, eye, sun: SUN, isBall: 0, swell: 1 });
     this.drawBatch(this.shapes.bone, view.bones);
     this.drawBatch(this.shapes.rod, view.rods);

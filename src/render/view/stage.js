@@ -15,7 +15,7 @@ export class Stage {
   constructor(canvas, state, changed) {
     Object.assign(this, { canvas, state, changed });
     this.camera = new OrbitCamera();
-    this.view = { bones: new Batch(), rods: new Batch(), balls: new Batch(), reach: 1, ground: 0, gridStep: 1 };
+    this.view = { bones: new Batch(), rods: new Batch(), balls: new Batch(), skins: [], reach: 1, ground: 0, gridStep: 1 };
     this.renderer = this.makeRenderer();
     this.labels = [];
   }
@@ -24,15 +24,17 @@ export class Stage {
     // A page whose address ends in #canvas2d shows what a browser without WebGL shows.
     if (location.hash !== "#canvas2d") {
       try {
-        const made = new GlRenderer(this.canvas);
-        made.onRestored = this.changed;
-        return made;
+        return new GlRenderer(this.canvas, this.changed);
       } catch { /* There is no WebGL 2 here; the other renderer needs none. */ }
     }
     return new FlatRenderer(this.canvas);
   }
 
   get clip() { return this.state.clips[this.state.active]; }
+
+  // Whether a clip is drawn with its skin, and whether its skeleton is.
+  showsSkin(clip) { return Boolean(clip.skin && this.state.skin && this.renderer.skins); }
+  showsSkeleton(clip) { return this.state.skeleton || !this.showsSkin(clip); }
 
   draw() {
     const { state, view, camera, canvas } = this;
@@ -105,19 +107,23 @@ export class Stage {
   fillBatches() {
     const { state, view } = this;
     for (const batch of [view.bones, view.rods, view.balls]) batch.clear();
+    view.skins = state.clips.filter((clip) => this.showsSkin(clip));
+    view.clips = state.clips;
+    view.bonesShade = view.skins.length < state.clips.length;
     for (const clip of state.clips) {
       const { reach } = clip.size;
+      const isDrawn = this.showsSkeleton(clip);
       clip.nodes.forEach((node, id) => {
         const isChosen = clip.index === state.active && id === state.joint;
         const isHovered = clip.index === state.hovered[0] && id === state.hovered[1];
         const [linkTint, jointTint] = this.tints(clip, node);
-        if (node.parent >= 0 && clip.nodes[node.parent].kind !== "group") {
+        if (isDrawn && node.parent >= 0 && clip.nodes[node.parent].kind !== "group") {
           const [from, to] = [clip.drawn[node.parent], clip.drawn[id]];
           view.bones.add(from, to, Math.min(0.1 * length(sub(to, from)), 0.036 * reach), isChosen ? mix(linkTint, CHOSEN, 0.8) : linkTint);
         }
         const large = isChosen || isHovered;
         const radius = (large ? 0.03 : node.kind === "end_site" ? 0.008 : 0.014) * reach;
-        if (node.kind !== "group") view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
+        if (node.kind !== "group" && (isDrawn || large)) view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
       });
     }
     for (const trail of state.trails) this.addTrail(...trail.split(":").map(Number));
@@ -205,7 +211,7 @@ export class Stage {
   // The names of the active clip's bones beside their joints, on the side away from the middle of the figure.
   placeLabels() {
     const { clip, state } = this;
-    const wanted = state.bones ? clip.nodes.flatMap(({ bone }, id) => (bone && HAS_LABEL.test(bone.name) ? [[id, bone.name]] : [])) : [];
+    const wanted = state.bones && this.showsSkeleton(clip) ? clip.nodes.flatMap(({ bone }, id) => (bone && HAS_LABEL.test(bone.name) ? [[id, bone.name]] : [])) : [];
     while (this.labels.length < wanted.length) {
       this.labels.push(make("span"));
       byId("labels").append(this.labels.at(-1));

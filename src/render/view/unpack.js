@@ -1,4 +1,6 @@
-// The keys of a page: blocks of bytes in base64, each with a run of frames of every track; pack.rs writes them.
+// The data of a page: blocks of bytes in base64, each with a run of frames of every track; pack.rs writes them.
+
+import { unpackSkin } from "./skin.js";
 
 // The bytes of an element that holds base64; the text is dropped, because it may be large.
 export function takeBytes(id) {
@@ -10,6 +12,24 @@ export function takeBytes(id) {
   const bytes = new Uint8Array(binary.length);
   for (let i = 0; i < bytes.length; i++) bytes[i] = binary.charCodeAt(i);
   return bytes;
+}
+
+// The same of an element that several clips share.
+const shared = new Map();
+function sharedBytes(id) {
+  if (!shared.has(id)) shared.set(id, takeBytes(id));
+  return shared.get(id);
+}
+
+// Clips with one skin and its textures have one object, which is on the GPU once.
+const skins = new Map();
+function skinOf(description) {
+  const key = JSON.stringify(description);
+  if (!skins.has(key)) {
+    const textures = description.textures.map((texture) => ({ ...texture, bytes: () => sharedBytes(texture.id) }));
+    skins.set(key, unpackSkin({ ...description, textures }, sharedBytes(description.id)));
+  }
+  return skins.get(key);
 }
 
 const [ALL_FOUR, NEGATIVE] = [4, 8];
@@ -71,6 +91,7 @@ export function unpacked(description) {
   return {
     ...description,
     nodes,
+    skin: description.skin && skinOf(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
     // Loads one more block; false where there is none.
     loadNext: () => {

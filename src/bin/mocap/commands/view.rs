@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap::render::{Clip, ListingEntry, PageClip, listing, page};
+use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
 use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Diagnostic, Scene, SkeletonMesh, gltf};
 
@@ -58,13 +58,34 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         clips.push(read);
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
-    let html = page(&pages);
+    let (html, made_of) = page_with_report(&pages);
     streams::write(output, html.as_bytes())?;
-    report::say(&format!("{}: {} bytes", output.display(), html.len()));
+    for (file, left_out) in files.iter().zip(&made_of.left_out) {
+        for note in left_out {
+            report::say(&format!("{}: {note}", file.display()));
+        }
+    }
+    report::say(&format!("{}: {}", output.display(), size(html.len(), &made_of)));
     if html.len() > LARGE_PAGE {
         report::say("the page is large: --trim shows a part of the motion, --fps 30 fewer frames");
     }
     Ok(())
+}
+
+/// The size of a page; where it has skins, also what it is made of.
+fn size(bytes: usize, made_of: &PageReport) -> String {
+    let whole = format!("{bytes} bytes");
+    if made_of.skins + made_of.textures == 0 {
+        return whole;
+    }
+    let parts = [
+        ("motion", made_of.motion),
+        ("skins", made_of.skins),
+        ("textures", made_of.textures),
+        ("downloads", made_of.downloads),
+    ];
+    let parts = parts.map(|(name, bytes)| format!("{name} {:.1} MB", bytes as f64 / 1e6));
+    format!("{whole}: {}", parts.join(", "))
 }
 
 /// Writes the list to `output`, and the players into a folder beside it.
@@ -153,7 +174,12 @@ impl Read {
 }
 
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
-    let importer = || args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
+    let importer = || {
+        args.read
+            .importer()
+            .skeleton_mesh(SkeletonMesh::Skinned)
+            .gltf_meshes(true)
+    };
     let mut scene = import_to_resample(importer, file, args.fps)?;
     args.source.state(&mut scene);
     let changed = args.conversion().apply(&mut scene);

@@ -1,0 +1,76 @@
+//! How many pixels an image has, by the header of its file.
+
+/// The media type of an image, its width and its height.
+pub(super) fn image_size(bytes: &[u8]) -> Option<(&'static str, [u32; 2])> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => {
+            let number = |at: usize| Some(u32::from_be_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+            Some(("image/png", [number(16)?, number(20)?]))
+        }
+        [0xFF, 0xD8, ..] => Some(("image/jpeg", jpeg(bytes)?)),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(("image/webp", webp(bytes)?)),
+        _ => None,
+    }
+}
+
+/// The frame header is the first segment whose marker is C0 to CF, but for C4, C8 and CC.
+fn jpeg(bytes: &[u8]) -> Option<[u32; 2]> {
+    let number = |at: usize| Some(u16::from_be_bytes(bytes.get(at..at + 2)?.try_into().ok()?));
+    let mut at = 2;
+    loop {
+        let [0xFF, marker] = *bytes.get(at..at + 2)? else {
+            return None;
+        };
+        match marker {
+            0xFF => at += 1,
+            0xC0..=0xCF if ![0xC4, 0xC8, 0xCC].contains(&marker) => {
+                return Some([number(at + 7)?.into(), number(at + 5)?.into()]);
+            }
+            0x01 | 0xD0..=0xD7 => at += 2,
+            _ => at += 2 + usize::from(number(at + 2)?),
+        }
+    }
+}
+
+/// The three kinds of the container: lossy, lossless, extended.
+fn webp(bytes: &[u8]) -> Option<[u32; 2]> {
+    let number = |at: usize, size: usize| {
+        let bytes = bytes.get(at..at + size)?;
+        Some(
+            bytes
+                .iter()
+                .rev()
+                .fold(0, |number, byte| number << 8 | u32::from(*byte)),
+        )
+    };
+    match bytes.get(12..16)? {
+        b"VP8 " => Some([number(26, 2)? & 0x3FFF, number(28, 2)? & 0x3FFF]),
+        b"VP8L" => {
+            let bits = number(21, 4)?;
+            Some([(bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1])
+        }
+        b"VP8X" => Some([number(24, 3)? + 1, number(27, 3)? + 1]),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_of_each_format_tells_the_size() {
+        let png = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x02\0\0\0\x01\0";
+        assert_eq!(image_size(png), Some(("image/png", [512, 256])));
+        let jpeg = b"\xFF\xD8\xFF\xE0\0\x04ab\xFF\xC2\0\x0B\x08\x01\0\x02\0\x03";
+        assert_eq!(image_size(jpeg), Some(("image/jpeg", [512, 256])));
+        let lossless = b"RIFF....WEBPVP8L....\x2F\xFF\xC1\x3F\0";
+        assert_eq!(image_size(lossless), Some(("image/webp", [512, 256])));
+        let extended = b"RIFF....WEBPVP8X....\0\0\0\0\xFF\x01\0\xFF\0\0";
+        assert_eq!(image_size(extended), Some(("image/webp", [512, 256])));
+        for cut in 0..png.len() {
+            assert_eq!(image_size(&png[..cut]), None);
+        }
+        assert_eq!(image_size(b"\xFF\xD8\xFF\xE0\0\0\0"), None);
+    }
+}

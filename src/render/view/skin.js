@@ -1,0 +1,45 @@
+// A skin: vertices, triangles, and the bones that move them; skin.rs packs it, renderer_skin.js draws it.
+//
+//   vertices, corners    how many
+//   positions, coords    of the vertices; coords are places on the texture
+//   normals, weights, joints   of the vertices: 4 numbers each, normals signed bytes, weights of 65535
+//   indices              the corners of triangles
+//   bones, offsets       the node of each bone, and its matrix from the mesh to the node in the bind pose
+//   parts                first, count (corners), name, color (linear), texture (a place in textures, or -1), alpha
+//                        ("opaque", "mask", "blend"), cutoff, twoSided
+//   textures             mediaType, and bytes()
+
+import { multiply } from "./math.js";
+
+// The arrays of a skin from its block of bytes.
+export function unpackSkin(skin, bytes) {
+  let at = 0;
+  const take = (Kind, count) => {
+    const array = new Kind(bytes.buffer, bytes.byteOffset + at, count);
+    at += array.byteLength;
+    return array;
+  };
+  const { vertices, corners, bones } = skin;
+  return {
+    ...skin,
+    positions: take(Float32Array, 3 * vertices),
+    coords: take(Float32Array, 2 * vertices),
+    offsets: take(Float32Array, 16 * bones.length),
+    weights: take(Uint16Array, 4 * vertices),
+    joints: take(Uint16Array, 4 * vertices),
+    indices: take(Uint32Array, corners),
+    normals: take(Int8Array, 4 * vertices),
+  };
+}
+
+// The matrices from the mesh to the page, one for each bone, as the clip is posed now.
+export function boneMatrices(skin, clip) {
+  const matrices = new Float32Array(16 * skin.bones.length);
+  const toPage = clip.pageMatrix;
+  const worlds = new Map();
+  skin.bones.forEach((node, bone) => {
+    if (!worlds.has(node)) worlds.set(node, multiply(toPage, clip.world[node]));
+    matrices.set(multiply(worlds.get(node), skin.offsets.subarray(16 * bone, 16 * bone + 16)), 16 * bone);
+  });
+  return matrices;
+}

@@ -1,0 +1,311 @@
+//! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as they are.
+//!
+//! The block has, one after another, for all meshes together: positions (3 floats), places on the texture (2 floats) and
+//! the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535), bones (4
+//! of 16 bits) and corners of triangles (32 bits); unit normals (4 bytes, signed, the last unused). `skin.js` reads it.
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use super::image_size::image_size;
+use crate::error::visible;
+use crate::scene::{AlphaMode, Mesh, Primitive, Scene, Surface};
+
+/// The most bytes of a skin without its textures: about 700,000 vertices.
+const LARGEST_SKIN: usize = 32 << 20;
+
+/// The most bytes of one texture, and of all of a clip.
+const LARGEST_TEXTURE: usize = 8 << 20;
+const LARGEST_TEXTURES: usize = 32 << 20;
+
+/// The most pixels of a texture from side to side.
+const WIDEST_TEXTURE: u32 = 4096;
+
+/// The grey of a mesh whose file states no colour, linear.
+const PLAIN: [f32; 4] = [0.42, 0.43, 0.45, 1.0];
+
+/// A skin in words; its bytes stand apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    /// The id of the element that holds the block; `page` sets it.
+    pub(super) id: String,
+    vertices: usize,
+    corners: usize,
+    /// The node of each bone.
+    bones: Vec<usize>,
+    parts: Vec<Part>,
+    pub(super) textures: Vec<TextureBlock>,
+}
+
+/// The faces of one material.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Part {
+    name: String,
+    first: usize,
+    count: usize,
+    /// Linear.
+    color: [f32; 4],
+    /// The place in `textures`, or -1.
+    texture: i64,
+    alpha: &'static str,
+    cutoff: f32,
+    two_sided: bool,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureBlock {
+    /// The id of the element that holds the file of the image; `page` sets it.
+    pub(super) id: String,
+    media_type: &'static str,
+    /// Its place in the scene.
+    #[serde(skip)]
+    pub(super) source: usize,
+}
+
+/// A skin with its bytes.
+pub(super) struct PackedSkin {
+    pub(super) skin: Skin,
+    pub(super) bytes: Vec<u8>,
+}
+
+/// The skin of a scene, where it has one that can be shown, and what is not shown of it.
+pub(super) fn skin_of(scene: &Scene) -> (Option<PackedSkin>, Vec<String>) {
+    // A mesh without a name is a skeleton's.
+    let meshes = scene.meshes.iter();
+    let shown =
+        |mesh: &&Mesh| !mesh.name.is_empty() && mesh.primitive == Primitive::Triangles && !mesh.bones.is_empty();
+    let meshes: Vec<&Mesh> = meshes.filter(shown).collect();
+    if meshes.is_empty() {
+        return (None, Vec::new());
+    }
+    let vertices: usize = meshes.iter().map(|mesh| mesh.vertices.len()).sum();
+    let corners: usize = meshes.iter().map(|mesh| mesh.indices.len()).sum();
+    let size = 40 * vertices + 4 * corners;
+    if size > LARGEST_SKIN {
+        let note = format!(
+            "the skin has {vertices} vertices and {} triangles, {} MB, and at most {} MB are drawn; the skeleton is shown \
+             alone",
+            corners / 3,
+            size >> 20,
+            LARGEST_SKIN >> 20
+        );
+        return (None, vec![note]);
+    }
+    let mut packer = Packer::default();
+    let mut notes = Vec::new();
+    let mut textures = Textures::default();
+    for mesh in meshes {
+        let surface = scene.materials.get(mesh.material_index);
+        let two_sided = surface.is_none_or(|material| material.two_sided);
+        let surface = surface.and_then(|material| material.surface);
+        let texture = surface
+            .and_then(|surface| surface.texture)
+            .filter(|_| !mesh.texture_coords.is_empty());
+        let texture = texture.and_then(|source| textures.place(scene, source, &mut notes));
+        let Surface { base_color, alpha, .. } = surface.unwrap_or(Surface {
+            base_color: PLAIN.into(),
+            ..Surface::default()
+        });
+        let part = Part {
+            name: visible(&mesh.name).into_owned(),
+            first: packer.corners.len(),
+            count: mesh.indices.len(),
+            color: base_color.to_array(),
+            texture: texture.map_or(-1, |place| place as i64),
+            alpha: match alpha {
+                AlphaMode::Opaque => "opaque",
+                AlphaMode::Mask(_) => "mask",
+                AlphaMode::Blend => "blend",
+            },
+            cutoff: match alpha {
+                AlphaMode::Mask(cutoff) => cutoff,
+                _ => 0.0,
+            },
+            two_sided,
+        };
+        if packer.push(mesh, part).is_none() {
+            return (
+                None,
+                vec!["the skin has more than 65,536 bones; the skeleton is shown alone".to_owned()],
+            );
+        }
+    }
+    let skin = packer.finish(textures.blocks);
+    (Some(skin), notes)
+}
+
+/// The textures that are shown, each once.
+#[derive(Default)]
+struct Textures {
+    known: HashMap<usize, Option<usize>>,
+    blocks: Vec<TextureBlock>,
+    bytes: usize,
+}
+
+impl Textures {
+    fn place(&mut self, scene: &Scene, source: usize, notes: &mut Vec<String>) -> Option<usize> {
+        if let Some(known) = self.known.get(&source) {
+            return *known;
+        }
+        let texture = scene.textures.get(source)?;
+        let place = match self.fault(&texture.bytes) {
+            Err(fault) => {
+                let name = visible(&texture.name);
+                notes.push(format!("the texture \"{name}\" is not shown: {fault}"));
+                None
+            }
+            Ok(media_type) => {
+                self.bytes += texture.bytes.len();
+                self.blocks.push(TextureBlock {
+                    id: String::new(),
+                    media_type,
+                    source,
+                });
+                Some(self.blocks.len() - 1)
+            }
+        };
+        self.known.insert(source, place);
+        place
+    }
+
+    /// The type of an image, or why it is not shown.
+    fn fault(&self, bytes: &[u8]) -> Result<&'static str, String> {
+        let Some((media_type, [width, height])) = image_size(bytes) else {
+            return Err("it is neither PNG nor JPEG nor WebP".to_owned());
+        };
+        if width.max(height) > WIDEST_TEXTURE || width.min(height) == 0 {
+            return Err(format!(
+                "it has {width} x {height} pixels, and at most {WIDEST_TEXTURE} x {WIDEST_TEXTURE} are drawn"
+            ));
+        }
+        let megabytes = |bytes: usize| format!("{:.1} MB", bytes as f64 / f64::from(1 << 20));
+        if bytes.len() > LARGEST_TEXTURE {
+            let most = megabytes(LARGEST_TEXTURE);
+            return Err(format!(
+                "it has {}, and at most {most} are put in a page",
+                megabytes(bytes.len())
+            ));
+        }
+        if self.bytes + bytes.len() > LARGEST_TEXTURES {
+            let most = megabytes(LARGEST_TEXTURES);
+            return Err(format!("all textures together have more than {most}"));
+        }
+        Ok(media_type)
+    }
+}
+
+/// The parts of the block, as they grow.
+#[derive(Default)]
+struct Packer {
+    positions: Vec<f32>,
+    coords: Vec<f32>,
+    offsets: Vec<f32>,
+    weights: Vec<u16>,
+    joints: Vec<u16>,
+    corners: Vec<u32>,
+    normals: Vec<i8>,
+    bones: Vec<usize>,
+    known: HashMap<(usize, [u32; 16]), u16>,
+    parts: Vec<Part>,
+}
+
+impl Packer {
+    fn push(&mut self, mesh: &Mesh, part: Part) -> Option<()> {
+        let first = (self.positions.len() / 3) as u32;
+        self.parts.push(part);
+        self.corners.extend(mesh.indices.iter().map(|corner| first + corner));
+        for (vertex, position) in mesh.vertices.iter().enumerate() {
+            self.positions.extend(position.to_array());
+            let coords = mesh.texture_coords.get(vertex).copied().unwrap_or_default();
+            self.coords.extend(coords.to_array());
+            let normal = mesh.normals.get(vertex).copied().unwrap_or(glam::Vec3::Y);
+            self.normals
+                .extend((normal * 127.0).to_array().map(|value| value.round() as i8));
+            self.normals.push(0);
+        }
+        let mut ties: Vec<Vec<(u16, f32)>> = vec![Vec::new(); mesh.vertices.len()];
+        for bone in &mesh.bones {
+            let matrix = bone.offset_matrix.to_cols_array();
+            let key = (bone.node.index(), matrix.map(f32::to_bits));
+            let next = u16::try_from(self.bones.len()).ok();
+            let place = match self.known.get(&key) {
+                Some(&place) => place,
+                None => {
+                    let place = next?;
+                    self.known.insert(key, place);
+                    self.bones.push(bone.node.index());
+                    self.offsets.extend(matrix);
+                    place
+                }
+            };
+            for weight in &bone.weights {
+                if let Some(ties) = ties.get_mut(weight.vertex_id as usize) {
+                    ties.push((place, weight.weight));
+                }
+            }
+        }
+        for mut ties in ties {
+            let (joints, weights) = strongest_four(&mut ties);
+            self.joints.extend(joints);
+            self.weights.extend(weights);
+        }
+        Some(())
+    }
+
+    fn finish(self, textures: Vec<TextureBlock>) -> PackedSkin {
+        let mut bytes = Vec::new();
+        for numbers in [&self.positions, &self.coords, &self.offsets] {
+            bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        }
+        for numbers in [&self.weights, &self.joints] {
+            bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        }
+        bytes.extend(self.corners.iter().flat_map(|corner| corner.to_le_bytes()));
+        bytes.extend(self.normals.iter().flat_map(|number| number.to_le_bytes()));
+        PackedSkin {
+            skin: Skin {
+                id: String::new(),
+                vertices: self.positions.len() / 3,
+                corners: self.corners.len(),
+                bones: self.bones,
+                parts: self.parts,
+                textures,
+            },
+            bytes,
+        }
+    }
+}
+
+/// The four bones with the largest weights, which then sum to 65,535.
+fn strongest_four(ties: &mut [(u16, f32)]) -> ([u16; 4], [u16; 4]) {
+    ties.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let four = &ties[..ties.len().min(4)];
+    let sum: f32 = four.iter().map(|(_, weight)| weight).sum();
+    let (mut joints, mut weights) = ([0; 4], [0u16; 4]);
+    for (place, (joint, weight)) in four.iter().enumerate() {
+        joints[place] = *joint;
+        weights[place] = (weight / sum * 65_535.0).round() as u16;
+    }
+    // What rounding took or gave goes to the largest.
+    let rest: u32 = weights[1..].iter().map(|weight| u32::from(*weight)).sum();
+    weights[0] = 65_535_u32.saturating_sub(rest) as u16;
+    (joints, weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_weights_of_a_vertex_sum_to_one() {
+        let mut ties = vec![(7, 0.1), (1, 0.3), (2, 0.3), (3, 0.2), (4, 0.1)];
+        let (joints, weights) = strongest_four(&mut ties);
+        assert_eq!(joints[..3], [1, 2, 3]);
+        assert_eq!(weights.iter().map(|weight| u32::from(*weight)).sum::<u32>(), 65_535);
+        assert_eq!(strongest_four(&mut []).1, [65_535, 0, 0, 0]);
+    }
+}
