@@ -35,8 +35,23 @@ pub struct FormatInfo {
     pub extensions: &'static [&'static str],
     /// Whether the first bytes of a file look like this format.
     pub(crate) sniff: fn(&[u8]) -> bool,
+    /// Whether it can be read from [`Blocks`].
+    pub(crate) reads_blocks: bool,
     /// Reads a whole file.
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+}
+
+/// A large file that is read from its beginning to its end, so that a reader that needs most of it only once does not
+/// hold it in memory.
+pub(crate) trait Blocks: Sync {
+    /// Appends the next bytes of the file, and returns how many; 0 at the end.
+    fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure>;
+
+    /// All bytes of the file, read again: for a reader that has met something that it cannot read block by block.
+    fn whole(&self) -> Result<&[u8], Failure>;
+
+    /// How many bytes the file has.
+    fn size(&self) -> usize;
 }
 
 /// The input of a reader: the bytes of a file, and access to other files for formats that use several.
@@ -45,8 +60,10 @@ pub struct FormatInfo {
 /// that every file is checked against [`Limits::max_bytes`].
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
-    /// The whole file.
+    /// The whole file, or its beginning where there are `blocks`.
     pub bytes: &'a [u8],
+    /// What follows `bytes`. Only formats that can use it get it.
+    pub blocks: Option<&'a dyn Blocks>,
     /// The path of the file; [`Source::open`] and [`Source::list`] look in its folder.
     pub name: &'a Path,
     /// Is told of bytes that have been read, so that they are hashed while they are in the processor's caches.

@@ -2,6 +2,7 @@
 
 mod clips;
 mod contents;
+mod large;
 mod numbers;
 mod reading;
 mod sha256;
@@ -11,7 +12,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 pub use self::clips::Clips;
-use self::contents::{list_siblings, refused_from_memory};
+use self::contents::{Input, list_siblings, refused_from_memory};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::gltf::Character;
 use crate::format::{ReadOptions, Source};
@@ -338,9 +339,13 @@ impl Importer {
     /// format is unknown; other codes where the contents are not valid.
     pub fn import(&self, path: impl AsRef<Path>) -> Result<Scene> {
         let path = path.as_ref();
-        let contents = contents::open(path, &self.read.limits, self.format.is_some())?;
-        self.read_source(&Source {
-            bytes: &contents,
+        let input = contents::open(path, &self.read.limits, self.format.is_some())?;
+        let source = Source {
+            bytes: match &input {
+                Input::Whole(bytes) => bytes,
+                Input::Large(file) => file.beginning(),
+            },
+            blocks: None,
             name: path,
             release: &|_| {},
             open: &|other| self.open(other),
@@ -348,7 +353,11 @@ impl Importer {
                 Some(named) => vec![named.clone()],
                 None => list_siblings(path, extension),
             },
-        })
+        };
+        match &input {
+            Input::Whole(_) => self.read_source(&source),
+            Input::Large(file) => self.read_large(file, &source),
+        }
     }
 
     /// Reads bytes into a scene. `name` is the file name in errors; its extension tells the format if the contents do
@@ -360,6 +369,7 @@ impl Importer {
     pub fn read(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
         self.read_source(&Source {
             bytes,
+            blocks: None,
             name: name.as_ref(),
             release: &|_| {},
             open: &|other| match &self.skeleton {
@@ -383,6 +393,7 @@ impl Importer {
         }
         let source = Source {
             bytes: &bytes,
+            blocks: None,
             name: path,
             release: &|_| {},
             open: &|other| self.open(other),

@@ -44,6 +44,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "Acclaim skeleton and motion",
     extensions: &["amc", "asf"],
     sniff,
+    reads_blocks: false,
     read,
 };
 

@@ -10,6 +10,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     extensions: &["bip"],
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,
+    reads_blocks: false,
     read,
 };
 

@@ -24,5 +24,6 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "Biovision hierarchy",
     extensions: &["bvh"],
     sniff: read::sniff,
+    reads_blocks: true,
     read: read::read,
 };

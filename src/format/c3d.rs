@@ -37,6 +37,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "C3D markers",
     extensions: &["c3d"],
     sniff,
+    reads_blocks: false,
     read,
 };
 

@@ -36,6 +36,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "Autodesk FBX: skeleton, animation, skinned meshes",
     extensions: &["fbx"],
     sniff,
+    reads_blocks: false,
     read,
 };
 

@@ -35,6 +35,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "glTF 2.0, skeleton and animation",
     extensions: &["glb", "gltf"],
     sniff: File::sniff,
+    reads_blocks: false,
     read: read::read,
 };
 
@@ -43,5 +44,6 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     description: "VRM animation 1.0",
     extensions: &["vrma"],
     sniff: vrma::sniff,
+    reads_blocks: false,
     read: read::read_vrm_animation,
 };

@@ -31,6 +31,11 @@ impl Warnings {
         }
     }
 
+    /// Whether there is a warning of this code.
+    pub(crate) fn has(&self, code: Code) -> bool {
+        self.kept.iter().any(|kept| kept.code == code)
+    }
+
     /// Removes a warning that turned out to be an error.
     pub(crate) fn forget(&mut self, code: Code) {
         self.kept.retain(|kept| kept.code != code);

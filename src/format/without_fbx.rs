@@ -9,6 +9,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "Autodesk FBX: this build cannot read it",
     extensions: &["fbx"],
     sniff: |bytes| bytes.starts_with(b"Kaydara FBX Binary") || bytes.trim_ascii_start().starts_with(b"; FBX"),
+    reads_blocks: false,
     read,
 };
 

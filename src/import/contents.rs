@@ -5,11 +5,9 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-use memmap2::MmapMut;
-
+use super::large::LargeFile;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::{FORMATS, FormatInfo};
 use crate::limits::Limits;
@@ -23,38 +21,27 @@ const LONGEST_STREAM: u64 = 1 << 30;
 /// The beginning of a stream by which its format is known.
 const BEGINNING: u64 = 64 << 10;
 
-/// The bytes of an input.
-pub(super) enum Contents {
-    List(Vec<u8>),
-    /// The first bytes of memory in large pages, which take half the time to fill.
-    Pages(MmapMut, usize),
+/// An input that was opened.
+pub(super) enum Input {
+    Whole(Vec<u8>),
+    Large(LargeFile),
 }
 
-impl Deref for Contents {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        match self {
-            Self::List(bytes) => bytes,
-            Self::Pages(memory, length) => &memory[..*length],
-        }
-    }
-}
-
-/// The bytes of the file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a
-/// stream is read whatever it begins with.
-pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Contents> {
+/// The file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a stream is read
+/// whatever it begins with.
+pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input> {
     let file = File::open(path).map_err(|error| Error::io(path, error))?;
     let metadata = file.metadata().map_err(|error| Error::io(path, error))?;
     if metadata.is_file() && metadata.len() >= LARGE as u64 {
         check_size(metadata.len(), path, limits)?;
-        return read_large(file, metadata.len()).map_err(|error| Error::io(path, error));
+        let large = LargeFile::new(file, metadata.len()).map_err(|error| Error::io(path, error))?;
+        return Ok(Input::Large(large));
     }
     if metadata.is_file() {
-        return read_file(file, metadata.len(), path, limits).map(Contents::List);
+        return read_file(file, metadata.len(), path, limits).map(Input::Whole);
     }
     let is_known = is_known || format_of_extension(path).is_some();
-    read_stream(file, path, limits, is_known).map(Contents::List)
+    read_stream(file, path, limits, is_known).map(Input::Whole)
 }
 
 /// The bytes of a file that another file names, or that stands beside it: nobody waits for a pipe to be written.
@@ -66,26 +53,6 @@ pub(super) fn open_named(path: &Path, limits: &Limits) -> Result<Vec<u8>> {
     }
     let file = File::open(path).map_err(|error| Error::io(path, error))?;
     read_file(file, metadata.len(), path, limits)
-}
-
-/// The bytes of a regular file of `size` bytes, or as many as there are when it is read.
-fn read_large(mut file: File, size: u64) -> io::Result<Contents> {
-    // A byte more finds the end of the file.
-    let capacity = usize::try_from(size).unwrap_or(usize::MAX).saturating_add(1);
-    let mut memory = MmapMut::map_anon(capacity)?;
-    // It is only advice; the system may ignore it.
-    #[cfg(target_os = "linux")]
-    let _ = memory.advise(memmap2::Advice::HugePage);
-    let mut length = 0;
-    while length < capacity {
-        match file.read(&mut memory[length..]) {
-            Ok(0) => return Ok(Contents::Pages(memory, length)),
-            Ok(more) => length += more,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Err(io::Error::other("the file grew while it was read"))
 }
 
 /// The bytes of a regular file of `size` bytes, or as many as there are when it is read.

@@ -9,6 +9,7 @@ use std::thread;
 use super::Importer;
 use super::clips::select;
 use super::contents::{LARGE, check_size, format_of_extension};
+use super::large::LargeFile;
 use super::numbers;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -19,14 +20,39 @@ use crate::process::{self, KeyTolerance};
 use crate::scene::{Origin, Scene};
 
 impl Importer {
+    /// Reads a file, of which `source` has the beginning.
+    pub(super) fn read_large(&self, file: &LargeFile, source: &Source<'_>) -> Result<Scene> {
+        let io_error = |error| Error::io(source.name, error);
+        let format = self.find_format(source.bytes, source.name);
+        let Some(format) = format.ok().filter(|format| format.reads_blocks) else {
+            return self.read_source(&Source {
+                bytes: file.read_whole().map_err(io_error)?,
+                ..*source
+            });
+        };
+        self.check_frame_rate(source)?;
+        if self.hash {
+            file.start_hash();
+        }
+        let blocks = Source {
+            blocks: Some(file),
+            ..*source
+        };
+        let scene = (format.read)(&blocks, &self.read).map_err(|error| match file.take_failure() {
+            Some(failure) => io_error(failure),
+            None => error,
+        });
+        let scene = scene.map_err(|error| error.with_path(source.name))?;
+        let sha256 = file.finish_hash().map_err(io_error)?;
+        self.finish(scene, source, sha256)
+            .map_err(|error| error.with_path(source.name))
+    }
+
     pub(super) fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
         check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
-        if let Some(rate) = self.read.frame_rate {
-            limits::frame_rate(Code::UnknownOption, rate)
-                .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
-        }
+        self.check_frame_rate(source)?;
         let bytes = source.bytes;
-        let mut sum = self.hash.then(|| Sha256Sum::new(bytes));
+        let mut sum = self.hash.then(Sha256Sum::default);
         let read = |source: &Source<'_>| {
             self.find_format(bytes, source.name)
                 .and_then(|format| (format.read)(source, &self.read))
@@ -36,7 +62,7 @@ impl Importer {
             let shared = Mutex::new(sum.as_mut());
             let release = |range: Range<usize>| {
                 if let Some(sum) = &mut *shared.lock().expect("hashing does not panic") {
-                    sum.add_up_to(range.end);
+                    sum.add_up_to(bytes, range.end);
                 }
             };
             read(&Source {
@@ -45,17 +71,26 @@ impl Importer {
             })
         } else {
             thread::scope(|scope| {
-                scope.spawn(|| sum.as_mut().map(Sha256Sum::add_all));
+                scope.spawn(|| sum.as_mut().map(|sum| sum.add(bytes)));
                 read(source)
             })
         };
         let sha256 = sum.map_or_else(String::new, |mut sum| {
-            sum.add_all();
+            sum.add_up_to(bytes, bytes.len());
             sum.finish()
         });
         scene
             .and_then(|scene| self.finish(scene, source, sha256))
             .map_err(|error| error.with_path(source.name))
+    }
+
+    fn check_frame_rate(&self, source: &Source<'_>) -> Result<()> {
+        let Some(rate) = self.read.frame_rate else {
+            return Ok(());
+        };
+        limits::frame_rate(Code::UnknownOption, rate)
+            .map(drop)
+            .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))
     }
 
     /// The steps that follow every reader.

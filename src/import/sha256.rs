@@ -3,36 +3,35 @@
 use sha2::{Digest, Sha256};
 
 /// The hash of the first bytes of a file.
-pub(super) struct Sha256Sum<'a> {
-    bytes: &'a [u8],
+#[derive(Clone, Default)]
+pub(super) struct Sha256Sum {
     hasher: Sha256,
     /// The number of bytes in it.
     added: usize,
 }
 
-impl<'a> Sha256Sum<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Self {
-            bytes,
-            hasher: Sha256::new(),
-            added: 0,
+impl Sha256Sum {
+    /// The hash of `bytes`.
+    pub(super) fn of(bytes: &[u8]) -> String {
+        let mut sum = Self::default();
+        sum.add(bytes);
+        sum.finish()
+    }
+
+    /// Adds the bytes that follow.
+    pub(super) fn add(&mut self, bytes: &[u8]) {
+        self.hasher.update(bytes);
+        self.added += bytes.len();
+    }
+
+    /// Adds those of the first `end` bytes of the file `bytes` that were not added yet.
+    pub(super) fn add_up_to(&mut self, bytes: &[u8], end: usize) {
+        if let Some(bytes) = bytes.get(self.added..end) {
+            self.add(bytes);
         }
     }
 
-    /// Adds the bytes before `end` that were not added yet.
-    pub(super) fn add_up_to(&mut self, end: usize) {
-        if let Some(bytes) = self.bytes.get(self.added..end) {
-            self.hasher.update(bytes);
-            self.added = end;
-        }
-    }
-
-    /// Adds all bytes that were not added yet.
-    pub(super) fn add_all(&mut self) {
-        self.add_up_to(self.bytes.len());
-    }
-
-    /// As `sha256sum` prints it. All bytes were added.
+    /// As `sha256sum` prints it.
     pub(super) fn finish(self) -> String {
         let digest = self.hasher.finalize();
         digest.iter().map(|byte| format!("{byte:02x}")).collect()

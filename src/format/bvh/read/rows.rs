@@ -1,11 +1,13 @@
 //! The rows of the MOTION section, as blocks of columns.
 //!
 //! In nearly every file a row is a line. [`Block::read_plain_row`] reads such rows fast, and [`segments`] reads many of
-//! them with several threads. At the first other line [`layout`] looks at the rest of the text once to find the layout
-//! of the rows; from then on the careful path reads the lines that the fast path cannot.
+//! them with several threads, or without holding the text in memory. At the first other line [`layout`] looks at the
+//! rest of the text once to find the layout of the rows; from then on the careful path reads the lines that the fast
+//! path cannot.
 
 mod block;
 mod layout;
+mod pieces;
 mod segments;
 #[cfg(target_arch = "x86_64")]
 mod short;
@@ -14,15 +16,16 @@ use std::ops::Range;
 
 pub(super) use self::block::Block;
 use self::layout::Layout;
+use self::pieces::Pieces;
 use super::Failure;
 use super::channel::ChannelKind;
 use super::decimals::accept_comma;
 use super::hierarchy::{Hierarchy, Joint};
 use super::motion::Header;
 use crate::error::{Code, Diagnostic};
-use crate::format::ReadOptions;
 use crate::format::text::{Cursor, Word, is_line_end, is_space, number, quote};
 use crate::format::warnings::Warnings;
+use crate::format::{Blocks, ReadOptions};
 
 /// Takes the rows of a file, block by block.
 pub(super) trait Sink {
@@ -53,9 +56,20 @@ pub(super) trait Frames: Sized + Send {
     fn fill(&mut self, block: &Block);
 }
 
-/// Reads the declared rows and passes them to `sink` block by block.
-pub(super) fn read(
-    cursor: &mut Cursor<'_>,
+/// The part of a large file that is not in memory.
+#[derive(Clone, Copy)]
+pub(super) struct Rest<'a> {
+    pub(super) blocks: &'a dyn Blocks,
+    /// Bytes of the file before the text.
+    pub(super) before: usize,
+}
+
+/// Reads the declared rows and passes them to `sink` block by block. Where there is a `rest`, the text of the cursor is
+/// the beginning of the file.
+#[allow(clippy::too_many_arguments, reason = "called in one place")]
+pub(super) fn read<'a>(
+    cursor: &mut Cursor<'a>,
+    rest: Option<Rest<'a>>,
     hierarchy: &Hierarchy,
     header: &Header,
     options: &ReadOptions,
@@ -85,6 +99,9 @@ pub(super) fn read(
         released: 0,
         threads: segments::thread_count(options.threads),
     };
+    if let Some(rest) = rest {
+        rows.read_rest(rest)?;
+    }
     rows.read_all()?;
     rows.flush();
     rows.report_the_rest();
@@ -186,34 +203,62 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
     /// Reads the rows after the first with several threads, up to the first row that is not plain.
     fn read_segments(&mut self) {
         let start = self.cursor.offset();
-        let channel_count = self.hierarchy.channel_count;
-        // A joint without channels needs memory although it has no text.
-        if self.threads < 2
-            || self.text.len() - start < segments::WORTHWHILE
-            || self.hierarchy.joints.len() > channel_count
-        {
-            return;
+        if self.is_for_several_threads() && self.text.len() - start >= segments::WORTHWHILE {
+            let pieces = Pieces::new(self.text, start, None);
+            let read = self.read_pieces(pieces, start, self.text.len());
+            let read = read.expect("memory can always be read");
+            self.cursor.set_offset(read.end);
+            self.released = read.end;
         }
+    }
+
+    /// Reads the rows of a file that is not in memory as long as they are plain. The other rows need the whole text.
+    fn read_rest(&mut self, rest: Rest<'a>) -> Result<(), Failure> {
+        self.cursor.skip_spaces();
+        let start = self.cursor.offset();
+        let is_whole_line = self.text[start..].iter().any(|&byte| is_line_end(byte));
+        let is_wanted = self.all_rows || self.header.frames > 0;
+        let mut end = start;
+        if is_whole_line && is_wanted && self.read_plain_row() {
+            let start = self.cursor.offset();
+            let pieces = Pieces::new(self.text, start, Some(rest.blocks));
+            let read = self.read_pieces(pieces, start, rest.blocks.size())?;
+            if read.is_all {
+                self.cursor.set_offset(self.text.len());
+                return Ok(());
+            }
+            end = read.end;
+        }
+        self.text = &rest.blocks.whole()?[rest.before..];
+        *self.cursor = Cursor::new(self.text);
+        self.cursor.set_offset(end);
+        Ok(())
+    }
+
+    /// A joint without channels needs memory although it has no text.
+    fn is_for_several_threads(&self) -> bool {
+        self.threads >= 2 && self.hierarchy.joints.len() <= self.hierarchy.channel_count
+    }
+
+    /// Reads plain rows after the first, whose text ends at `start`. `size` is the length of the whole text.
+    fn read_pieces(&mut self, pieces: Pieces<'_>, start: usize, size: usize) -> Result<segments::Read, Failure> {
         self.flush();
         let most = if self.all_rows { u64::MAX } else { self.header.frames };
         // Every value takes at least a digit and a blank.
-        let possible = (self.text.len() - start) / (2 * channel_count) + 1;
+        let possible = size.saturating_sub(start) / (2 * self.hierarchy.channel_count) + 1;
         let most = usize::try_from(most - self.rows).unwrap_or(usize::MAX).min(possible);
-        let before = self.sink.frames();
-        let read = segments::read(
-            self.text,
-            start,
-            self.threads,
-            most,
-            &self.last_row,
-            self.release,
-            self.sink.extend(most, self.threads),
-        );
-        self.sink.truncate(before + read.rows);
+        let read = if self.is_for_several_threads() {
+            let before = self.sink.frames();
+            let frames = self.sink.extend(most, self.threads);
+            let read = segments::read(pieces, start, self.threads, most, &self.last_row, frames)?;
+            self.sink.truncate(before + read.rows);
+            read
+        } else {
+            segments::read_alone(pieces, start, most, &self.last_row, |block| self.sink.append(block))?
+        };
         self.rows += read.rows as u64;
-        self.last_row = read.last_row;
-        self.cursor.set_offset(read.end);
-        self.released = read.end;
+        self.last_row.clone_from(&read.last_row);
+        Ok(read)
     }
 
     /// Reads a row in any spelling that has only one meaning. Drops a line with a wrong number of values.

@@ -1,53 +1,91 @@
-//! Reads plain rows with several threads.
+//! Reads plain rows piece by piece, with one thread or several.
 //!
-//! The text is cut at line ends into segments whose bounds depend only on the text. The number of lines before a
-//! segment gives the index of its first frame, so each thread writes its keys directly to their final place. Everything
-//! after the first line that is not a plain row is discarded and read again by the careful path, so the result does not
-//! depend on the number of threads.
+//! The number of lines of the pieces before gives the index of a piece's first frame, so each thread writes its keys
+//! directly to their final place. Everything after the first line that is not a plain row is discarded and read again
+//! by the careful path, so the result does not depend on the number of threads.
 
 use std::num::NonZeroUsize;
-use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard};
 use std::thread;
 
-use super::{Block, Frames, Release};
+use super::pieces::{Piece, Pieces};
+use super::{Block, Frames};
+use crate::format::Failure;
 use crate::format::text::is_space;
 
-/// Bytes of a segment: enough to make its overhead small, and few enough that it is still in the second-level cache
-/// when its numbers are read after its lines were counted.
-const LENGTH: usize = 1 << 18;
-
-/// Segments whose text is released together, because every release interrupts the other processors.
-const RELEASED: usize = 16;
-
-/// The least bytes for which a second thread saves time.
+/// The least bytes of memory for which a second thread saves time.
 pub(super) const WORTHWHILE: usize = 2 << 20;
 
-/// The result of all segments.
+/// What was read of all pieces.
 pub(super) struct Read {
     pub(super) rows: usize,
     /// The offset behind the last row that was read.
     pub(super) end: usize,
     pub(super) last_row: Vec<f64>,
+    /// Whether nothing but blanks is behind it.
+    pub(super) is_all: bool,
 }
 
-/// The rows of one segment.
+impl Read {
+    /// Nothing is read; the rows begin at `start`, and `last_row` is the one before.
+    fn nothing(start: usize, last_row: &[f64]) -> Self {
+        Self {
+            rows: 0,
+            end: start,
+            last_row: last_row.to_vec(),
+            is_all: true,
+        }
+    }
+
+    /// Adds the rows of the piece that follows.
+    fn add(&mut self, segment: Segment) {
+        self.rows += segment.rows;
+        self.end = segment.end;
+        self.is_all = segment.is_whole;
+        if let Some(last_row) = segment.last_row {
+            self.last_row = last_row;
+        }
+    }
+}
+
+/// The rows of one piece.
 struct Segment {
-    index: usize,
     rows: usize,
     last_row: Option<Vec<f64>>,
     /// Behind its last plain row.
     end: usize,
-    /// Whether every line is a plain row, and its keys are written.
+    /// Whether every line is a plain row that was wanted, and its keys are written.
     is_whole: bool,
 }
 
-/// The frames that no segment has taken yet, and the segment that takes the next ones.
-struct Turn<F> {
-    index: usize,
+/// The pieces and the frames that no thread has taken yet.
+struct Turn<'a, F> {
+    pieces: Pieces<'a>,
     frames: F,
     left: usize,
+    taken: usize,
+    failure: Option<Failure>,
+}
+
+impl<'a, F: Frames> Turn<'a, F> {
+    /// The next piece with its index, and the frames of its rows.
+    fn take<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Option<(usize, Piece<'b>, usize, F)>
+    where
+        'a: 'b,
+    {
+        let piece = match self.pieces.next(buffer) {
+            Ok(piece) => piece?,
+            Err(failure) => {
+                self.failure.get_or_insert(failure);
+                return None;
+            }
+        };
+        let rows = piece.lines.min(self.left);
+        self.left -= rows;
+        self.taken += 1;
+        Some((self.taken - 1, piece, rows, self.frames.split_off(rows)))
+    }
 }
 
 /// The number of threads asked for, or else of cores.
@@ -57,60 +95,39 @@ pub(super) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
         .map_or(1, NonZeroUsize::get)
 }
 
-/// Reads plain rows from `start` on into `frames`, which holds `most` frames.
+/// Reads plain rows of the pieces into `frames`, which holds `most` frames, with several threads.
 ///
-/// `last_row` is the row before.
+/// The text of the row before, `last_row`, ends at `start`.
 pub(super) fn read<F: Frames>(
-    text: &[u8],
+    pieces: Pieces<'_>,
     start: usize,
     threads: usize,
     most: usize,
     last_row: &[f64],
-    release: &Release<'_>,
     frames: F,
-) -> Read {
-    let line_end = line_end(&text[start..]);
-    // Behind the row before.
-    let first_line = memchr::memchr(line_end, &text[start..]).map_or(text.len(), |end| start + end + 1);
-    let next = AtomicUsize::new(0);
-    let stop = AtomicUsize::new(usize::MAX);
+) -> Result<Read, Failure> {
     let turn = Mutex::new(Turn {
-        index: 0,
+        pieces,
         frames,
         left: most,
+        taken: 0,
+        failure: None,
     });
-    let (is_next, segments) = (Condvar::new(), Mutex::new(Vec::new()));
+    let segments = Mutex::new(Vec::new());
+    // The pieces after one that is not whole are discarded.
+    let is_over = AtomicBool::new(false);
     let work = || {
         let mut block = Block::new(last_row.len());
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(range) = range(text, first_line, index, line_end) else {
+        let mut buffer = Vec::new();
+        while !is_over.load(Ordering::Relaxed) {
+            let Some((index, piece, rows, mut frames)) = lock(&turn).take(&mut buffer) else {
                 break;
             };
-            let lines = count_lines(&text[range.clone()], line_end);
-            let mut turn = is_next
-                .wait_while(turn.lock().expect(NO_PANIC), |turn| turn.index < index)
-                .expect(NO_PANIC);
-            let (is_wanted, rows) = (turn.left > 0, lines.min(turn.left));
-            let frames = turn.frames.split_off(rows);
-            turn.left -= rows;
-            turn.index += 1;
-            drop(turn);
-            is_next.notify_all();
-            // The segments after one that is not whole are discarded.
-            if !is_wanted || stop.load(Ordering::Relaxed) < index {
-                break;
-            }
-            let segment = read_segment(text, range, index, rows, &mut block, frames);
-            if (index + 1).is_multiple_of(RELEASED) {
-                // Only segments further back: other threads may still be reading the last ones.
-                let offset = |segments: usize| first_line + (index + 1).saturating_sub(segments) * LENGTH;
-                release(offset(2 * RELEASED)..offset(RELEASED));
-            }
+            let segment = read_piece(&piece, rows, &mut block, |block| frames.fill(block));
             if !segment.is_whole {
-                stop.fetch_min(index, Ordering::Relaxed);
+                is_over.store(true, Ordering::Relaxed);
             }
-            segments.lock().expect(NO_PANIC).push(segment);
+            lock(&segments).push((index, segment));
         }
     };
     thread::scope(|scope| {
@@ -119,83 +136,57 @@ pub(super) fn read<F: Frames>(
         }
         work();
     });
-    put_together(segments.into_inner().expect(NO_PANIC), start, last_row)
-}
-
-/// The locks are poisoned only if a thread panics, which would be a defect of this module.
-const NO_PANIC: &str = "nothing panics while it holds this lock";
-
-/// The result of the segments up to and including the first that is not whole.
-fn put_together(mut segments: Vec<Segment>, start: usize, last_row: &[f64]) -> Read {
-    let mut read = Read {
-        rows: 0,
-        end: start,
-        last_row: last_row.to_vec(),
-    };
-    segments.sort_unstable_by_key(|segment| segment.index);
-    for (index, segment) in segments.into_iter().enumerate() {
-        if segment.index != index {
-            break;
-        }
-        read.rows += segment.rows;
-        read.end = segment.end;
-        if let Some(last_row) = segment.last_row {
-            read.last_row = last_row;
-        }
-        if !segment.is_whole {
+    if let Some(failure) = lock(&turn).failure.take() {
+        return Err(failure);
+    }
+    let mut segments = std::mem::take(&mut *lock(&segments));
+    segments.sort_unstable_by_key(|&(index, _)| index);
+    let mut read = Read::nothing(start, last_row);
+    for (_, segment) in segments {
+        read.add(segment);
+        if !read.is_all {
             break;
         }
     }
-    read
+    Ok(read)
 }
 
-/// The byte that ends a line: the last byte of the first line end.
-fn line_end(text: &[u8]) -> u8 {
-    match memchr::memchr2(b'\n', b'\r', text).map(|end| &text[end..]) {
-        Some([b'\r', after @ ..]) if after.first() != Some(&b'\n') => b'\r',
-        _ => b'\n',
+/// Poisoned only if a thread panics, which would be a defect of this module.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("nothing panics while it holds this lock")
+}
+
+/// Reads plain rows of the pieces, and at most `most`, with one thread; `append` takes them block by block.
+pub(super) fn read_alone(
+    mut pieces: Pieces<'_>,
+    start: usize,
+    most: usize,
+    last_row: &[f64],
+    mut append: impl FnMut(&Block),
+) -> Result<Read, Failure> {
+    let mut block = Block::new(last_row.len());
+    let mut buffer = Vec::new();
+    let mut read = Read::nothing(start, last_row);
+    while read.is_all
+        && let Some(piece) = pieces.next(&mut buffer)?
+    {
+        let rows = piece.lines.min(most - read.rows);
+        read.add(read_piece(&piece, rows, &mut block, &mut append));
     }
+    Ok(read)
 }
 
-/// The number of lines; a last line without an end counts.
-fn count_lines(text: &[u8], line_end: u8) -> usize {
-    let unfinished = text.last().is_some_and(|&last| last != line_end);
-    memchr::memchr_iter(line_end, text).count() + usize::from(unfinished)
-}
-
-/// The range of a segment; `None` after the last.
-fn range(text: &[u8], start: usize, index: usize, line_end: u8) -> Option<Range<usize>> {
-    // The first line that begins at `offset` or later.
-    let line_start = |offset: usize| match text.get(offset.saturating_sub(1)..) {
-        Some(rest) => offset - 1 + memchr::memchr(line_end, rest).map_or(rest.len(), |end| end + 1),
-        None => text.len(),
-    };
-    let from = start + index * LENGTH;
-    (from < text.len()).then(|| {
-        let first = if index == 0 { start } else { line_start(from) };
-        first..line_start(from + LENGTH)
-    })
-}
-
-/// Reads `rows` plain rows at most.
-fn read_segment(
-    text: &[u8],
-    range: Range<usize>,
-    index: usize,
-    rows: usize,
-    block: &mut Block,
-    mut frames: impl Frames,
-) -> Segment {
+/// Reads `rows` plain rows at most; `put` takes them block by block.
+fn read_piece(piece: &Piece<'_>, rows: usize, block: &mut Block, mut put: impl FnMut(&Block)) -> Segment {
     let mut segment = Segment {
-        index,
         rows: 0,
         last_row: None,
-        end: range.start,
+        end: piece.offset,
         is_whole: false,
     };
     block.frames = 0;
     loop {
-        let rest = &text[segment.end..range.end];
+        let rest = &piece.text[segment.end - piece.offset..];
         let spaces = rest.iter().take_while(|byte| is_space(**byte)).count();
         let length = match segment.rows < rows {
             true => block.read_plain_row(&rest[spaces..]),
@@ -207,44 +198,12 @@ fn read_segment(
         }
         if block.is_full() || length.is_none() {
             segment.last_row = block.last_row().or(segment.last_row);
-            frames.fill(block);
+            put(block);
             block.frames = 0;
         }
         if length.is_none() {
             segment.is_whole = segment.rows == rows && spaces == rest.len();
             return segment;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn segments_cover_the_text_and_begin_lines() {
-        for line_end in ["\n", "\r", "\r\n"] {
-            let line = format!("{}{line_end}", "1 ".repeat(300));
-            let text = line.repeat(3 * LENGTH / line.len() + 7).into_bytes();
-            let end = line_end.bytes().last().unwrap();
-            assert_eq!(super::line_end(&text), end);
-            let ranges: Vec<_> = (0..).map_while(|index| range(&text, 5, index, end)).collect();
-            assert_eq!(ranges.len(), 4);
-            let lines = ranges.iter().map(|range| count_lines(&text[range.clone()], end));
-            assert_eq!(lines.sum::<usize>(), text.len() / line.len());
-            assert_eq!((ranges[0].start, ranges[3].end), (5, text.len()));
-            for pair in ranges.windows(2) {
-                assert_eq!(pair[0].end, pair[1].start);
-                assert_eq!(text[pair[0].end - 1], end);
-            }
-        }
-    }
-
-    #[test]
-    fn a_line_longer_than_a_segment_is_in_one() {
-        let text = [&vec![b'1'; 5 * LENGTH / 2][..], b"\n2\n"].concat();
-        let ranges: Vec<_> = (0..).map_while(|index| range(&text, 0, index, b'\n')).collect();
-        let line = 5 * LENGTH / 2 + 1;
-        assert_eq!(ranges, [0..line, line..line, line..line + 2]);
     }
 }
