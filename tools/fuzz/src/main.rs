@@ -1,5 +1,6 @@
-//! A fuzzer for the stable toolchain: changes the fixtures of one format at random, for a number of seconds or of inputs,
-//! or those of all formats in turn. Half of the changes to glTF and C3D are to their structure.
+//! A fuzzer for the stable toolchain: changes the fixtures of a format at random, for a number of seconds or of inputs.
+//! All formats are tried side by side, a process each, as many at a time as there are cores. Half of the changes to
+//! glTF, C3D and FBX are to their structure.
 //!
 //! It has no coverage to guide it. In its place, an input about which the library says something new joins the seeds.
 //! All memory is limited, so that an allocation without a bound ends the program; the input that was tried is then in
@@ -9,9 +10,11 @@ mod mutate;
 mod structure;
 
 use std::collections::{BTreeSet, HashSet};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use std::{env, fs, panic, thread};
 
@@ -41,7 +44,7 @@ fn main() -> ExitCode {
     let usage = || {
         let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
         eprintln!(
-            "usage: fuzz SECONDS|inputs=NUMBER [all|{}] [SEED], or fuzz every-byte [all]",
+            "usage: fuzz SECONDS|inputs=NUMBER [all|{}] [SEED], for each format, or fuzz every-byte [all]",
             names.join("|")
         );
         ExitCode::from(2)
@@ -74,24 +77,54 @@ fn main() -> ExitCode {
         return usage();
     };
     let name = arguments.get(1).map_or("all", String::as_str);
-    let chosen: Vec<&Input> = (FORMATS.iter().copied())
-        .filter(|input| name == "all" || input.name == name)
-        .collect();
-    if chosen.is_empty() {
-        return usage();
+    if name == "all" {
+        return side_by_side(&arguments[0], seed);
     }
-    thread::spawn(watch);
-    let share = match effort {
-        Effort::Seconds(seconds) => Effort::Seconds(seconds / chosen.len() as u64),
-        inputs @ Effort::Inputs(_) => inputs,
+    let Some(input) = FORMATS.iter().copied().find(|input| input.name == name) else {
+        return usage();
     };
-    for input in chosen {
-        if let Err(finding) = fuzz(input, share, seed) {
+    thread::spawn(watch);
+    match fuzz(input, effort, seed) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(finding) => {
             eprintln!("{finding}");
-            return ExitCode::FAILURE;
+            ExitCode::FAILURE
         }
     }
-    ExitCode::SUCCESS
+}
+
+/// Every byte of small BVH files, and all formats for so long each, in processes of this program: each has its own limit
+/// of memory. What one prints stands together.
+fn side_by_side(effort: &str, seed: u64) -> ExitCode {
+    let seed = seed.to_string();
+    let formats = FORMATS.iter().map(|input| vec![effort, input.name, &seed]);
+    let jobs: Vec<_> = std::iter::once(vec!["every-byte"]).chain(formats).collect();
+    let next = AtomicUsize::new(0);
+    let has_finding = AtomicBool::new(false);
+    let work = || {
+        while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let program = env::current_exe().expect("the program knows where it is");
+            let output = Command::new(program).args(job).output();
+            let output = output.expect("the program can be run again");
+            let (out, err) = (io::stdout(), io::stderr());
+            let (mut out, mut err) = (out.lock(), err.lock());
+            let _ = out.write_all(&output.stdout).and(err.write_all(&output.stderr));
+            if !output.status.success() {
+                has_finding.store(true, Ordering::Relaxed);
+                let _ = writeln!(err, "{}: {}", job.join(" "), output.status);
+            }
+        }
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..cores.min(jobs.len()) {
+            scope.spawn(work);
+        }
+    });
+    match has_finding.into_inner() {
+        true => ExitCode::FAILURE,
+        false => ExitCode::SUCCESS,
+    }
 }
 
 /// How long to try a format.

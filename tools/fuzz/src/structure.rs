@@ -2,6 +2,7 @@
 //! a file with a broken frame is refused before.
 
 mod c3d;
+mod fbx;
 mod gltf;
 
 use fastrand::Rng;
@@ -12,6 +13,7 @@ pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec
     match format {
         "glb" | "gltf" => gltf::mutate(bytes, random),
         "c3d" => c3d::mutate(bytes, random),
+        "fbx" => fbx::mutate(bytes, random),
         _ => None,
     }
 }
