@@ -19,6 +19,7 @@
 mod body;
 mod ground;
 mod level;
+mod limb_angles;
 mod measure;
 mod plan;
 mod root;
@@ -28,6 +29,7 @@ mod vrm_humanoid;
 use glam::Quat;
 
 use self::body::Body;
+pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
 pub use self::measure::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
 pub use self::plan::Unmapped;

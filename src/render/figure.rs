@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
-use crate::skeleton::{self, Humanoid, survey};
+use crate::skeleton::{self, Humanoid, HumanoidBone, survey};
 
 /// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -231,13 +231,15 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     in_body
 }
 
-/// Every node with its parent, except to and from a node that only groups others.
-fn links(scene: &Scene) -> Vec<Link> {
+/// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is to
+/// a figure that moves away from it.
+pub(super) fn links(scene: &Scene) -> Vec<Link> {
+    let leaves = leaves_a_still_node(scene);
     let nodes = scene.nodes.iter().enumerate();
     let links = nodes.filter_map(|(to, node)| {
         let from = node.parent?.index();
         let parent = &scene.nodes[from];
-        (parent.kind != NodeKind::Group).then(|| Link {
+        (parent.kind != NodeKind::Group && Some(to) != leaves).then(|| Link {
             from,
             to,
             side: Side::of(if node.kind == NodeKind::EndSite {
@@ -250,6 +252,25 @@ fn links(scene: &Scene) -> Vec<Link> {
     links.collect()
 }
 
+/// The hips, or the node above them, that moves about below nodes that all stay where they are.
+fn leaves_a_still_node(scene: &Scene) -> Option<usize> {
+    let animation = scene.animations.first()?;
+    let (mut moves, mut is_still) = (vec![false; scene.nodes.len()], vec![true; scene.nodes.len()]);
+    for (node, channel) in Binding::new(scene, animation).driven() {
+        let channel = &animation.channels[channel];
+        moves[node.index()] = channel.position_keys.len() > 1;
+        is_still[node.index()] =
+            !moves[node.index()] && channel.rotation_keys.len() <= 1 && channel.scaling_keys.len() <= 1;
+    }
+    // The nodes down to the first that moves.
+    let mut chain = vec![skeleton::humanoid(scene).joint(HumanoidBone::Hips)?];
+    while let Some(parent) = scene.nodes[chain[chain.len() - 1].index()].parent {
+        chain.push(parent);
+    }
+    let first = chain.iter().rev().find(|node| !is_still[node.index()])?.index();
+    moves[first].then_some(first)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -258,6 +279,35 @@ mod tests {
     fn numbers_are_short() {
         let numbers = [1.5, 2.0, -0.001, 0.0, -1.25, 10.0];
         assert_eq!(numbers.map(short), ["1.5", "2", "0", "0", "-1.25", "10"]);
+    }
+
+    #[test]
+    fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
+        let scene = crate::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+        let all = links(&scene).len();
+        // A still joint above the hips.
+        let mut moved = scene.clone();
+        moved.nodes.insert(
+            0,
+            crate::scene::Node {
+                name: "still".to_owned(),
+                ..scene.nodes[0].clone()
+            },
+        );
+        for node in &mut moved.nodes[1..] {
+            node.parent = Some(NodeId::new(node.parent.map_or(0, |parent| parent.index() + 1)));
+        }
+        for channel in &mut moved.animations[0].channels {
+            channel.node = channel.node.map(|node| NodeId::new(node.index() + 1));
+        }
+        assert_eq!(links(&moved).len(), all);
+        // With a turn of its own it is a part of the figure.
+        let mut still = moved.animations[0].channels[0].clone();
+        still.node_name = "still".to_owned();
+        still.node = Some(NodeId(0));
+        still.position_keys = crate::scene::Keys::constant(Vec3::ZERO);
+        moved.animations[0].channels.insert(0, still);
+        assert_eq!(links(&moved).len(), all + 1);
     }
 
     #[test]

@@ -10,6 +10,7 @@
 mod data;
 mod image_size;
 mod listing;
+mod marks;
 mod pack;
 mod skin;
 
@@ -20,10 +21,13 @@ use serde::Serialize;
 
 use self::data::{Description, describe};
 pub use self::listing::{ListingEntry, listing};
+use self::marks::bytes_of;
 use self::skin::{PackedSkin, skin_of};
 use super::figure::Clip;
 use super::svg::escape;
+use crate::edit::DetectedContacts;
 use crate::error::visible;
+use crate::retarget::LimbAngles;
 use crate::skeleton::Skeleton;
 
 /// A clip on a page.
@@ -36,16 +40,35 @@ pub struct PageClip<'a> {
     /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb). Without one the
     /// button says how to make it.
     pub glb: Option<&'a [u8]>,
+    /// When its feet are at rest; see [`contacts`](crate::edit::contacts()).
+    pub contacts: Option<&'a DetectedContacts>,
+    /// How far its limbs point from those of the motion that it was made from; see
+    /// [`Retargeter::limb_angles`](crate::retarget::Retargeter::limb_angles).
+    pub limb_angles: Option<&'a [LimbAngles]>,
+}
+
+impl<'a> PageClip<'a> {
+    /// A clip with nothing but its motion and its skin.
+    pub fn new(clip: Clip<'a>) -> Self {
+        Self {
+            clip,
+            skeleton: None,
+            glb: None,
+            contacts: None,
+            limb_angles: None,
+        }
+    }
 }
 
 const PAGE: &str = include_str!("view/page.html");
 const STYLE: &str = include_str!("view/page.css");
 
 /// The modules of the player; each imports only those before it.
-const MODULES: [&str; 17] = [
+const MODULES: [&str; 19] = [
     include_str!("view/math.js"),
     include_str!("view/dom.js"),
     include_str!("view/curves.js"),
+    include_str!("view/reach.js"),
     include_str!("view/clip.js"),
     include_str!("view/skin.js"),
     include_str!("view/batch.js"),
@@ -54,6 +77,7 @@ const MODULES: [&str; 17] = [
     include_str!("view/renderer_2d.js"),
     include_str!("view/camera.js"),
     include_str!("view/colors.js"),
+    include_str!("view/marks.js"),
     include_str!("view/chart.js"),
     include_str!("view/panel.js"),
     include_str!("view/stage.js"),
@@ -77,7 +101,8 @@ struct PageData {
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
-/// let html = page(&[PageClip { clip: Clip { name: "Test", scene: &scene }, skeleton: None, glb: Some(&glb) }]);
+/// let clip = PageClip { glb: Some(&glb), ..PageClip::new(Clip { name: "Test", scene: &scene }) };
+/// let html = page(&[clip]);
 /// assert!(html.starts_with("<!doctype html>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
@@ -121,6 +146,9 @@ pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
         let (mut description, blocks) = describe(clip, index);
         for (id, block) in std::iter::zip(&description.blocks, blocks) {
             push_block(&mut keys, id, &block);
+        }
+        if let (Some(limbs), Some(angles)) = (&description.limbs, clip.limb_angles) {
+            push_block(&mut keys, &limbs.id, &bytes_of(angles));
         }
         let (skin, left_out) = skin_of(clip.clip.scene);
         description.skin = skin.map(|PackedSkin { mut skin, bytes }| {
@@ -215,22 +243,9 @@ mod tests {
 
     #[test]
     fn a_module_imports_only_those_before_it() {
-        let names = [
-            "math",
-            "dom",
-            "curves",
-            "clip",
-            "skin",
-            "batch",
-            "renderer_skin",
-            "renderer_gl",
-            "renderer_2d",
-            "camera",
-            "colors",
-        ];
-        let names = names
-            .into_iter()
-            .chain(["chart", "panel", "stage", "player", "unpack", "page"]);
+        let names = "math dom curves reach clip skin batch renderer_skin renderer_gl renderer_2d camera colors marks chart \
+                     panel stage player unpack page";
+        let names = names.split_whitespace();
         let names: Vec<_> = names.map(|name| format!("\"./{name}.js\"")).collect();
         for (index, module) in MODULES.iter().enumerate() {
             for line in module.lines().filter(|line| line.starts_with("import ")) {

@@ -37,7 +37,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "scene", "math", "pose", "skeleton", "edit", "convert", "format",
         ],
     ),
-    ("render", &["error", "scene", "math", "pose", "skeleton"]),
+    (
+        "render",
+        &["error", "scene", "math", "pose", "skeleton", "edit", "retarget"],
+    ),
     (
         "verify",
         &[

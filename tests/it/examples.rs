@@ -7,6 +7,9 @@ mod end_effector_path;
 #[path = "../../examples/own_nodes.rs"]
 mod own_nodes;
 #[allow(dead_code, reason = "the test calls `run`, not `main`")]
+#[path = "../../examples/two_bone.rs"]
+mod two_bone;
+#[allow(dead_code, reason = "the test calls `run`, not `main`")]
 #[path = "../../examples/update_loop.rs"]
 mod update_loop;
 
@@ -77,4 +80,15 @@ fn own_nodes_are_driven_through_time() {
     }
     let found = output(|out| own_nodes::run(LECTURE, &["Shoulder", "Elbow", "Wrist"], out));
     assert_eq!(found, expected);
+}
+
+#[test]
+fn two_bones_reach_a_goal() {
+    // Two bones of length 1, bent to the right angle that the diagonal of a square asks for.
+    let text = output(|out| two_bone::run(&mut "0 0 0  1 0 0  1 1 0  -1 1 0\n".as_bytes(), out));
+    let numbers: Vec<f32> = text.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let near = |a: &[f32], b: [f32; 3]| std::iter::zip(a, b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(near(&numbers[..3], [0.0, 1.0, 0.0]), "{text}");
+    assert!(near(&numbers[3..6], [-1.0, 1.0, 0.0]), "{text}");
+    assert!(two_bone::run(&mut "1 2 3".as_bytes(), &mut Vec::new()).is_err());
 }

@@ -211,9 +211,8 @@ fn a_page_names_no_other_address() {
     let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let name = "</script><b>";
     let html = page(&[PageClip {
-        clip: Clip { name, scene: &scene },
-        skeleton: None,
         glb: Some(&glb),
+        ..PageClip::new(Clip { name, scene: &scene })
     }]);
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {
         assert!(!html.contains(foreign), "{foreign}");

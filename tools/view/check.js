@@ -9,6 +9,7 @@ import { fileURLToPath, pathToFileURL } from "node:url";
 import { parseArgs } from "node:util";
 import { Sample } from "../interop/sample.js";
 import { launch, open, settled } from "./browser.js";
+import { markChecks } from "./mark_checks.js";
 import { skinChecks } from "./skin_checks.js";
 
 const { values } = parseArgs({
@@ -197,7 +198,8 @@ check("a mouse hovers, chooses, turns, moves, zooms and scrubs", async (browser)
   await page.mouse.click(x, y);
   assert.equal(await page.textContent("#joint-name"), "LeftFoot");
   for (const [act, what] of [
-    [async () => { await page.mouse.down(); await page.mouse.move(x + 90, y + 30, { steps: 4 }); await page.mouse.up(); }, "turned"],
+    // Beside the foot, which would be dragged.
+    [async () => { await page.mouse.move(x + 60, y); await page.mouse.down(); await page.mouse.move(x + 90, y + 30, { steps: 4 }); await page.mouse.up(); }, "turned"],
     [async () => { await page.keyboard.down("Shift"); await page.mouse.down(); await page.mouse.move(x, y, { steps: 4 }); await page.mouse.up(); await page.keyboard.up("Shift"); }, "moved"],
     [async () => { await page.mouse.wheel(0, -300); }, "zoomed"],
   ]) {
@@ -519,7 +521,7 @@ check("every control has a name, and words stand out from what is behind them", 
   }
 });
 
-skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText, fixture });
+for (const more of [skinChecks, markChecks]) more({ check, sample, open, mocap, pageOfFiles, pageOfText, fixture });
 
 if (pictures) {
   check("pictures for a person to look at", async (browser) => {

@@ -183,7 +183,7 @@ export function skinChecks({ check, sample, open, mocap, pageOfFiles, pageOfText
   });
 
   check("keys show the skin, the skeleton over it, or the skeleton alone", async (browser) => {
-    const { page, trouble, close } = await open(browser, pageOfFiles(fixture(`../characters/${sample.some(CHARACTERS, 1)[0]}`)));
+    const { page, trouble, close } = await open(browser, pageOfFiles(fixture(`../characters/${sample.some(CHARACTERS, 4)[0]}`)));
     await page.evaluate(() => window.mocap.ready);
     await settled(page);
     const pictures = [await page.locator("#view").screenshot()];

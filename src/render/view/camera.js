@@ -49,14 +49,16 @@ export class OrbitCamera {
 }
 
 // One pointer turns (or moves, with Shift or another button), two pinch and move; a press without a move chooses.
-export function listenToPointers(canvas, camera, { changed, hover, choose }) {
+// `grab` may return what to do with a press that moves, in place of the camera.
+export function listenToPointers(canvas, camera, { changed, hover, choose, grab }) {
   const pointers = new Map();
+  let held = null;
   let moved = 0;
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
-    if (pointers.size === 1) moved = 0;
-    else moved = Infinity;
+    moved = pointers.size === 1 ? 0 : Infinity;
+    held = pointers.size === 1 && event.button === 0 && !event.shiftKey ? grab(event) : null;
   });
   canvas.addEventListener("pointermove", (event) => {
     const before = pointers.get(event.pointerId);
@@ -70,6 +72,8 @@ export function listenToPointers(canvas, camera, { changed, hover, choose }) {
       const spread = (place) => Math.hypot(place[0] - other[0], place[1] - other[1]) || 1;
       camera.zoom(spread(before) / spread(now));
       camera.pan(dx / 2 / height, dy / 2 / height);
+    } else if (moved > 4 && held) {
+      held(event);
     } else if (moved > 4) {
       if (event.shiftKey || event.buttons & 6) camera.pan(dx / height, dy / height);
       else camera.orbit((dx / height) * 4, (dy / height) * 4);

@@ -11,14 +11,19 @@
 //   packingError         metres between a joint here and in the file, at most
 //   humanoid             whether it is one
 //   skin                 what skin.js describes, or null
+//   isTurned             whether the page shows it from behind what the file calls its front
+//   contacts             points of feet: node, bone, and intervals, lists of first and last frame at rest
+//   limbs                null, or how far limbs point from those of another clip: nodes (where they start), frames, bytes (of
+//                        each frame, limb after limb), step (degrees of a byte), mean, largest
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
-//                        (null, or name, side, confidence, reason), inBody, lines, order, turns, moves, and the tracks
+//                        (null, or name, side, confidence, reason), inBody, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
 //   load(frame)          makes the values of a frame ready, if they are not
 //   glb()                the bytes of a .glb, or null
 
 import { add, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
 import { Curves } from "./curves.js";
+import { limbsOf, reach } from "./reach.js";
 
 // Rows of the matrix that turns the file's up into +Y.
 const TO_Y_UP = {
@@ -34,6 +39,12 @@ export class Clip {
   constructor(data, index) {
     Object.assign(this, data);
     this.index = index;
+    // Rows of the matrix from the file's axes to the page's.
+    const signs = this.isTurned ? [-1, 1, -1] : [1, 1, 1];
+    this.rows = TO_Y_UP[this.up].map((row, axis) => scale(row, signs[axis]));
+    this.limbsToDrag = limbsOf(this.nodes);
+    // Where dragged hands and feet are to be at this tick, by the limb's last node, in the file's coordinates.
+    this.goals = new Map();
     this.world = this.nodes.map(() => null);
     this.children = this.nodes.map(() => []);
     this.nodes.forEach((node, id) => node.parent >= 0 && this.children[node.parent].push(id));
@@ -73,11 +84,13 @@ export class Clip {
 
   // Parents stand before their children, so the kinematics is one loop.
   pose(tick) {
+    if (tick !== this.tick) this.goals.clear();
     this.tick = tick;
     this.nodes.forEach((node, id) => {
       const local = this.local(id, tick);
       this.world[id] = node.parent < 0 ? local : multiply(this.world[node.parent], local);
     });
+    for (const [end, goal] of this.goals) reach(this, this.limbsToDrag.get(end), goal);
     this.drawn = this.nodes.map((_, id) => this.pagePosition(id));
   }
 
@@ -96,21 +109,18 @@ export class Clip {
   filePosition(id) { return this.world[id].slice(12, 15); }
 
   toPage(point) {
-    const rows = TO_Y_UP[this.up];
-    return add(rows.map((row) => dot(row, point) * this.metresPerUnit), this.shift);
+    return add(this.rows.map((row) => dot(row, point) * this.metresPerUnit), this.shift);
   }
 
   // The same as toPage, as a matrix.
   get pageMatrix() {
-    const rows = TO_Y_UP[this.up];
-    const column = (axis) => [...rows.map((row) => row[axis] * this.metresPerUnit), 0];
+    const column = (axis) => [...this.rows.map((row) => row[axis] * this.metresPerUnit), 0];
     return [...column(0), ...column(1), ...column(2), ...this.shift, 1];
   }
 
   toFile(point) {
-    const rows = TO_Y_UP[this.up];
     const turned = scale(sub(point, this.shift), 1 / this.metresPerUnit);
-    return [0, 1, 2].map((axis) => rows.reduce((sum, row, i) => sum + row[axis] * turned[i], 0));
+    return [0, 1, 2].map((axis) => this.rows.reduce((sum, row, i) => sum + row[axis] * turned[i], 0));
   }
 
   pagePosition(id) { return this.toPage(this.filePosition(id)); }

@@ -12,12 +12,22 @@ const SIDES = { left: PALETTE[0], right: PALETTE[1], middle: GREY };
 // Of a humanoid: left and right as ever, hips, spine and head green, and what is no bone of it grey.
 export const BONE_SIDES = { left: PALETTE[0], right: PALETTE[1], middle: PALETTE[2] };
 export const NO_BONE = GREY;
+// Of the angle between limbs: from none to the worst, in degrees; and where there is none.
+export const WORST = 10;
+export const ERRORS = { least: PALETTE[2], middle: [0.95, 0.76, 0.16], most: [0.85, 0.16, 0.16], none: GREY };
+export const AT_REST = [0.05, 0.72, 0.6];
 const SURENESS = { sure: 1, likely: 0.6, unsure: 0.3 };
 
 export const mix = (a, b, share) => [0, 1, 2].map((i) => a[i] + (b[i] - a[i]) * share);
 
 // The colour of a humanoid bone; the less sure, the greyer.
 export const boneColor = ({ side, confidence }) => mix(NO_BONE, BONE_SIDES[side], SURENESS[confidence]);
+
+export function errorColor(degrees) {
+  const share = Math.min(1, degrees / WORST);
+  const { least, middle, most } = ERRORS;
+  return share < 0.5 ? mix(least, middle, 2 * share) : mix(middle, most, 2 * share - 1);
+}
 
 // The colour of a node among several clips, or alone.
 export function sideColor(clip, side, severalClips) {

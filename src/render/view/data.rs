@@ -6,14 +6,15 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
-use super::super::figure::{Clip, Figure, Side, body};
+use super::super::figure::{Clip, Figure, Side, body, links};
 use super::PageClip;
+use super::marks::{Contact, Limbs};
 use super::pack::{Part, Tracks};
 use super::skin::Skin;
 use crate::error::visible;
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
-use crate::skeleton::{Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
+use crate::skeleton::{Axis, Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
@@ -38,7 +39,11 @@ pub(super) struct Description {
     assumptions: Vec<String>,
     /// Whether the skeleton is that of a humanoid.
     humanoid: bool,
+    /// Whether the figure has a skin and faces -Z at rest, as VRM 0 demands: it is shown from its front.
+    is_turned: bool,
     pub(super) skin: Option<Skin>,
+    contacts: Vec<Contact>,
+    pub(super) limbs: Option<Limbs>,
     nodes: Vec<NodeDescription>,
 }
 
@@ -59,6 +64,8 @@ struct NodeDescription {
     moves: bool,
     /// Whether it is a part of the figure, and not a node above it.
     in_body: bool,
+    /// Whether a link from its parent is drawn.
+    is_linked: bool,
     bone: Option<Bone>,
     translation: Track,
     rotation: Track,
@@ -93,7 +100,9 @@ struct Size {
 
 /// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
 pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<Vec<u8>>) {
-    let PageClip { clip, skeleton, glb } = page;
+    let PageClip {
+        clip, skeleton, glb, ..
+    } = page;
     let scene = clip.scene;
     let skeleton = skeleton.map_or_else(|| Cow::Owned(Skeleton::new(scene)), Cow::Borrowed);
     let guesses = &skeleton.survey;
@@ -121,6 +130,10 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     for (node, in_body) in nodes.iter_mut().zip(in_body) {
         node.in_body = in_body;
     }
+    for link in links(scene) {
+        nodes[link.to].is_linked = true;
+    }
+    let has_skin = scene.meshes.iter().any(|mesh| !mesh.name.is_empty());
     let packed = tracks.pack(size.reach / guesses.metres_per_unit);
     let description = Description {
         name: shown(clip.name),
@@ -145,7 +158,12 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
         warnings: scene.warnings.iter().map(with_line).collect(),
         assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
         humanoid: skeleton.humanoid.found,
+        is_turned: has_skin && guesses.up.value == UpAxis::Y && skeleton.facing.value == Axis::NegZ,
         skin: None,
+        contacts: page.contacts.map(Contact::all).unwrap_or_default(),
+        limbs: page
+            .limb_angles
+            .map(|angles| Limbs::new(angles, format!("limbs-{index}"))),
         nodes,
     };
     (description, packed.blocks)
@@ -234,6 +252,7 @@ fn describe_node<'a>(scene: &'a Scene, index: usize, channel: &'a Channel, track
         turns: node.rotation_order.is_some(),
         moves: channel.position_keys.len() > 1,
         in_body: false,
+        is_linked: false,
         bone: None,
         translation: track(
             Part::Translation,

@@ -4,7 +4,8 @@ import { clamp } from "./math.js";
 import { byId, css, make } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
-import { BONE_SIDES, NO_BONE, PALETTE } from "./colors.js";
+import { PALETTE } from "./colors.js";
+import { drawContacts, showLegend } from "./marks.js";
 import { Panel } from "./panel.js";
 import { Stage } from "./stage.js";
 
@@ -15,7 +16,7 @@ export class Player {
   constructor() {
     this.state = {
       clips: [], active: 0, joint: -1, hovered: [-1, -1], trails: new Set(), arrangement: "side",
-      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, theme: "light",
+      time: 0, speed: 1, playing: false, loop: true, follow: true, bones: true, skin: true, skeleton: false, errors: false, contacts: true, theme: "light",
     };
     this.longest = 0;
     this.counted = { since: 0, frames: 0 };
@@ -43,20 +44,22 @@ export class Player {
     state.clips = clips.map((data, index) => new Clip(data, index));
     state.clips.forEach((clip) => { clip.color = PALETTE[clip.index % PALETTE.length]; });
     // Several clips have colours of their own.
-    Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: 0, bones: clips.length === 1 });
+    Object.assign(state, { active: 0, joint: -1, hovered: [-1, -1], time: 0, bones: clips.length === 1, errors: clips.some((clip) => clip.limbs) && clips.some((clip) => !clip.limbs) });
     state.trails.clear();
     // One time for all clips, as long as the longest.
     this.longest = Math.max(0, ...state.clips.map((clip) => clip.seconds));
     this.play(false);
     this.showLanes();
-    this.showLegend();
     this.arrange("side");
     this.activate(0);
     byId("arrange").hidden = state.clips.length < 2;
     const hasSkin = this.stage.renderer.skins && state.clips.some((clip) => clip.skin);
     byId("skin").hidden = byId("skeleton").hidden = !hasSkin;
     for (const clip of state.clips) this.listenToImages(clip);
-    for (const name of ["loop", "follow", "bones", "skin", "skeleton"]) this.toggle(name, state[name]);
+    byId("bones").hidden = !state.clips.some((clip) => clip.humanoid);
+    byId("errors").hidden = !state.clips.some((clip) => clip.limbs);
+    byId("contacts").hidden = !state.clips.some((clip) => clip.contacts.length);
+    for (const name of ["loop", "follow", "bones", "skin", "skeleton", "errors", "contacts"]) this.toggle(name, state[name]);
   }
 
   // An image that the browser cannot decode is one warning more.
@@ -134,15 +137,26 @@ export class Player {
     }));
   }
 
-  showLegend() {
-    const entry = (name, color) => {
-      const swatch = make("span", { class: "swatch", "aria-hidden": "true" });
-      swatch.style.background = css(color);
-      return make("span", {}, swatch, name);
+  showContacts() {
+    drawContacts(byId("rests"), this.clip, this.longest, this.state.contacts);
+  }
+
+  // A hand or a foot goes where it is dragged, until the time changes. A finger must choose it first.
+  grab(event) {
+    const { clip: index, joint } = this.stage.jointAt(event);
+    const clip = this.state.clips[index];
+    if (!clip?.limbsToDrag.has(joint) || (event.pointerType === "touch" && joint !== this.state.joint)) return null;
+    return (moved) => {
+      this.play(false);
+      this.hover(-1, -1);
+      clip.goals.set(joint, clip.toFile(this.stage.beside(clip.drawn[joint], moved)));
+      byId("said").textContent = `${clip.nodes[joint].name} is dragged; Z puts it back`;
     };
-    byId("bones").hidden = !this.state.clips.some((clip) => clip.humanoid);
-    byId("bone-legend").replaceChildren(entry("left", BONE_SIDES.left), entry("right", BONE_SIDES.right),
-      entry("middle", BONE_SIDES.middle), entry("no bone", NO_BONE), make("span", {}, "greyer: less sure"));
+  }
+
+  resetLimbs() {
+    for (const clip of this.state.clips) clip.goals.clear();
+    this.changed();
   }
 
   play(wanted) {
@@ -181,8 +195,10 @@ export class Player {
   toggle(name, wanted = !this.state[name]) {
     this.state[name] = wanted;
     byId(name).setAttribute("aria-pressed", wanted);
-    byId("bone-legend").hidden = !this.state.bones || byId("bones").hidden || !this.stage.showsSkeleton(this.clip);
+    showLegend(this.state, this.stage.showsSkeleton(this.clip));
+    this.showContacts();
     byId("skeleton").disabled = !this.state.skin;
+    byId("bones").disabled = !this.stage.showsSkeleton(this.clip);
     this.changed();
   }
 
@@ -211,6 +227,7 @@ export class Player {
     Object.assign(state, { active: index, joint: -1 });
     this.stage.before = null;
     byId("scrub").max = this.ticks;
+    this.showContacts();
     const { glb } = this.clip;
     byId("download").disabled = !glb;
     byId("download").title = glb ? "Save as animated glTF (G)" : "Too long for a page; mocap convert makes it";
@@ -289,6 +306,9 @@ export class Player {
       b: () => byId("bones").hidden || this.toggle("bones"),
       m: () => byId("skin").hidden || this.toggle("skin"),
       o: () => byId("skin").hidden || this.toggle("skeleton"),
+      e: () => byId("errors").hidden || this.toggle("errors"),
+      x: () => byId("contacts").hidden || this.toggle("contacts"),
+      z: () => this.resetLimbs(),
       t: () => this.toggleTrail(),
       j: () => this.nextJoint(1),
       k: () => this.nextJoint(-1),
@@ -328,7 +348,7 @@ export class Player {
     const { canvas, keys } = this;
     const clicks = {
       play: keys[" "], back: () => this.step(-1), forward: () => this.step(1), loop: keys.l, follow: keys.f, bones: keys.b,
-      skin: keys.m, skeleton: keys.o,
+      skin: keys.m, skeleton: keys.o, errors: keys.e, contacts: keys.x,
       trail: keys.t, arrange: keys.c, frame: keys.r, theme: keys.n, download: keys.g, "help-button": keys["?"],
       "panel-button": () => this.showPanel(!byId("panel").classList.contains("open")),
       "all-joints": () => this.choose(this.state.active, -1),
@@ -339,10 +359,13 @@ export class Player {
     byId("speed").addEventListener("change", (event) => this.setSpeed(Number(event.target.value)));
     document.addEventListener("keydown", (event) => this.onKey(event));
     new ResizeObserver(() => this.changed()).observe(canvas);
+    new ResizeObserver(() => this.clip && this.showContacts()).observe(byId("line"));
     listenToPointers(canvas, this.stage.camera, {
       changed: () => this.changed(),
+      grab: (event) => this.grab(event),
       hover: (event) => {
         const { clip, joint } = event ? this.stage.jointAt(event) : { clip: -1, joint: -1 };
+        canvas.style.cursor = this.state.clips[clip]?.limbsToDrag.has(joint) ? "move" : "";
         this.hover(clip, joint);
       },
       choose: (event) => {

@@ -6,7 +6,8 @@ import { Batch } from "./batch.js";
 import { GlRenderer } from "./renderer_gl.js";
 import { FlatRenderer } from "./renderer_2d.js";
 import { OrbitCamera } from "./camera.js";
-import { AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, mix, sideColor } from "./colors.js";
+import { AT_REST, AXIS_COLORS, CHOSEN, NO_BONE, THEMES, boneColor, errorColor, mix, sideColor } from "./colors.js";
+import { isAtRest, limbError } from "./marks.js";
 
 // Bones that have a label in the picture: not those of fingers, face and collar.
 const HAS_LABEL = /^(hips|spine|chest|upperChest|neck|head|(left|right)(UpperArm|LowerArm|Hand|UpperLeg|LowerLeg|Foot|Toes))$/;
@@ -34,7 +35,7 @@ export class Stage {
 
   // Whether a clip is drawn with its skin, and whether its skeleton is.
   showsSkin(clip) { return Boolean(clip.skin && this.state.skin && this.renderer.skins); }
-  showsSkeleton(clip) { return this.state.skeleton || !this.showsSkin(clip); }
+  showsSkeleton(clip) { return this.state.skeleton || !this.showsSkin(clip) || (this.state.errors && Boolean(clip.limbs)); }
 
   draw() {
     const { state, view, camera, canvas } = this;
@@ -117,7 +118,7 @@ export class Stage {
         const isChosen = clip.index === state.active && id === state.joint;
         const isHovered = clip.index === state.hovered[0] && id === state.hovered[1];
         const [linkTint, jointTint] = this.tints(clip, node);
-        if (isDrawn && node.parent >= 0 && clip.nodes[node.parent].kind !== "group") {
+        if (isDrawn && node.isLinked) {
           const [from, to] = [clip.drawn[node.parent], clip.drawn[id]];
           view.bones.add(from, to, Math.min(0.1 * length(sub(to, from)), 0.036 * reach), isChosen ? mix(linkTint, CHOSEN, 0.8) : linkTint);
         }
@@ -125,13 +126,27 @@ export class Stage {
         const radius = (large ? 0.03 : node.kind === "end_site" ? 0.008 : 0.014) * reach;
         if (node.kind !== "group" && (isDrawn || large)) view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
       });
+      if (state.contacts) this.addContacts(clip);
     }
     for (const trail of state.trails) this.addTrail(...trail.split(":").map(Number));
     if (state.joint >= 0) this.addAxes();
   }
 
+  // The points of feet that are at rest.
+  addContacts(clip) {
+    for (const contact of clip.contacts) {
+      const place = clip.drawn[contact.node];
+      if (isAtRest(contact, Math.round(clip.tick))) this.view.balls.add(place, place, 0.026 * clip.size.reach, AT_REST);
+    }
+  }
+
   // The colours of the link that ends in a node, and of the node. A link belongs to the bone of the joint it starts from.
   tints(clip, node) {
+    if (this.state.errors && clip.limbs) {
+      const error = limbError(clip, node.parent);
+      const tint = error === null ? NO_BONE : errorColor(error);
+      return [tint, tint];
+    }
     if (!this.state.bones || !clip.humanoid) {
       const tint = sideColor(clip, node.side, this.state.clips.length > 1);
       return [tint, tint];
@@ -175,6 +190,17 @@ export class Stage {
     return [(0.5 + 0.5 * x) * width, (0.5 - 0.5 * y) * height, depth];
   }
 
+  // The place below a pointer that is as far from the camera as another place.
+  beside(place, event) {
+    const box = this.canvas.getBoundingClientRect();
+    const [x, y, depth] = this.onCanvas(place);
+    const { focal } = this.camera.see(box.width / Math.max(1, box.height));
+    const size = (2 * depth) / focal / box.height;
+    const axes = this.camera.axes();
+    const [right, up] = [event.clientX - box.left - x, y - (event.clientY - box.top)];
+    return add(place, add(scale(axes.x, right * size), scale(axes.y, up * size)));
+  }
+
   // The joint below a pointer: the nearest one within reach of a mouse or a finger.
   jointAt(event) {
     const box = this.canvas.getBoundingClientRect();
@@ -201,6 +227,8 @@ export class Stage {
     const lines = [`${this.state.clips.length > 1 ? `${clip.name}: ` : ""}${name}`];
     if (bone) lines.push(`${bone.name}, ${bone.confidence}: ${bone.reason}`);
     else if (clip.humanoid) lines.push("no bone of the humanoid");
+    const error = this.state.errors ? limbError(clip, joint) : null;
+    if (error !== null) lines.push(`limb ${short(error)}° off the source`);
     tip.textContent = [...lines, `local  ${local}`, `world  ${world}`].join("\n");
     // Beside the joint, within the picture.
     const left = clamp(x + 14, 4, Math.max(4, this.canvas.clientWidth - tip.offsetWidth - 4));

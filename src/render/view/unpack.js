@@ -91,6 +91,7 @@ export function unpacked(description) {
   return {
     ...description,
     nodes,
+    limbs: description.limbs && { ...description.limbs, bytes: takeBytes(description.limbs.id) },
     skin: description.skin && skinOf(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
     // Loads one more block; false where there is none.

@@ -8,12 +8,16 @@ use super::{FrameRateArgs, InputArgs, MapArgs, ReadArgs, SourceArgs, SourceUpArg
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
-    /// The motion files, shown together, or one folder, whose clips are listed
+    /// The motion files, shown together, or one folder, whose clips are listed. Of two that have the same frames of two
+    /// humanoids, the second is compared with the first
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a humanoid
+    #[arg(long, value_name = "FILE")]
+    pub(crate) character: Option<PathBuf>,
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TrimArg>,

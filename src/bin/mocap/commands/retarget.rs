@@ -69,17 +69,8 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         let retargeter = Retargeter::new(&source, target.scene(), &options);
         let mut retargeter = retargeter.map_err(|error| error.with_path(motion))?;
         for (index, animation) in source.animations.iter().enumerate() {
-            let mut moved = retargeter.animation(&source, animation);
-            moved.name = names.of(motion, &source, animation);
-            let mut found = retargeter.measure(&source, animation, target.scene(), &moved);
-            if args.feet == FeetArg::Lock && found.slides() {
-                let mut locked = moved.clone();
-                retargeter.lock_feet(&source, index, target.scene(), &mut locked)?;
-                let after = retargeter.measure(&source, animation, target.scene(), &locked);
-                if after.is_better_locked_than(&found) {
-                    (moved, found) = (locked, after);
-                }
-            }
+            let name = names.of(motion, &source, animation);
+            let (moved, found) = moved(&mut retargeter, &source, index, target.scene(), name, args.feet)?;
             reports.push(found);
             animations.push(moved);
         }
@@ -96,6 +87,30 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         Some(most) => require(&reports, most),
         None => Ok(()),
     }
+}
+
+/// An animation of the source on the target, with its feet locked where that is asked for and better, and its report.
+pub(super) fn moved(
+    retargeter: &mut Retargeter,
+    source: &Scene,
+    index: usize,
+    target: &Scene,
+    name: String,
+    feet: FeetArg,
+) -> mocap::Result<(Animation, RetargetReport)> {
+    let animation = &source.animations[index];
+    let mut moved = retargeter.animation(source, animation);
+    moved.name = name;
+    let found = retargeter.measure(source, animation, target, &moved);
+    if feet == FeetArg::Lock && found.slides() {
+        let mut locked = moved.clone();
+        retargeter.lock_feet(source, index, target, &mut locked)?;
+        let after = retargeter.measure(source, animation, target, &locked);
+        if after.is_better_locked_than(&found) {
+            return Ok((locked, after));
+        }
+    }
+    Ok((moved, found))
 }
 
 /// The motions, and the file of the character.
@@ -244,7 +259,7 @@ fn write(
     streams::write(output, &bytes)
 }
 
-fn tell(found: &RetargetReport) {
+pub(super) fn tell(found: &RetargetReport) {
     report::say(&format!(
         "{}: limbs {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; steps {:.3} times as long",
         found.clip,

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
+use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
 use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
-use mocap::{Code, Conversion, Diagnostic, Scene, SkeletonMesh, gltf};
+use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
-use super::{extension, import_to_resample, short_name, unknown_extension};
-use crate::args::ViewArgs;
+use super::{extension, import_to_resample, retarget, short_name, unknown_extension};
+use crate::args::{FeetArg, ViewArgs};
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
 
@@ -31,6 +33,10 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
             let message = "a folder has a page for each clip: name an output file, not -";
             Err(Failure::Usage(message.to_owned()))
         }
+        [folder] if folder.is_dir() && args.character.is_some() => {
+            let message = "--character shows files, not the clips of a folder: name the files";
+            Err(Failure::Usage(message.to_owned()))
+        }
         [folder] if folder.is_dir() => view_folder(args, folder, &output),
         files => view_files(args, files, &output),
     };
@@ -50,12 +56,19 @@ fn temporary_folder() -> Result<PathBuf, Failure> {
 }
 
 fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), Failure> {
+    let character = args.character.as_deref().map(read_character).transpose()?;
     let mut clips = Vec::new();
     for file in files {
         let read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
         report::clip_taken(&read.scene);
-        clips.push(read);
+        clips.push(match &character {
+            Some(character) => on_character(&read, character, file)?,
+            None => read,
+        });
+    }
+    if let ([source, target], None) = (clips.as_mut_slice(), &character) {
+        target.limb_angles = compare(source, target);
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
     let (html, made_of) = page_with_report(&pages);
@@ -158,9 +171,26 @@ struct Read {
     scene: Scene,
     skeleton: Skeleton,
     glb: Option<Vec<u8>>,
+    contacts: Option<DetectedContacts>,
+    limb_angles: Option<Vec<LimbAngles>>,
 }
 
 impl Read {
+    fn new(name: String, scene: Scene, skeleton: Skeleton, bones: HumanoidMap) -> mocap::Result<Self> {
+        let is_short = key_bytes(&scene) <= LARGEST_GLB;
+        let glb = is_short.then(|| glb(&scene, bones)).transpose()?;
+        // Only a humanoid with a motion has contacts.
+        let contacts = contacts(&scene, 0, Some(&skeleton.humanoid), &ContactOptions::default()).ok();
+        Ok(Self {
+            name,
+            scene,
+            skeleton,
+            glb,
+            contacts,
+            limb_angles: None,
+        })
+    }
+
     fn page_clip(&self) -> PageClip<'_> {
         PageClip {
             clip: Clip {
@@ -169,6 +199,8 @@ impl Read {
             },
             skeleton: Some(&self.skeleton),
             glb: self.glb.as_deref(),
+            contacts: self.contacts.as_ref(),
+            limb_angles: self.limb_angles.as_deref(),
         }
     }
 }
@@ -188,14 +220,69 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     // A map that names no joint of the file is refused already.
     let mapped = found.clone().with_map(&scene, args.map.bones()).unwrap_or(found);
     let skeleton = Skeleton::of(&scene, mapped);
-    let is_short = key_bytes(&scene) <= LARGEST_GLB;
-    let glb = is_short.then(|| glb(&scene, args.map.bones())).transpose()?;
+    Read::new(short_name(file), scene, skeleton, args.map.bones())
+}
+
+/// The character on which motions are shown.
+fn read_character(file: &Path) -> Result<Read, Failure> {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).gltf_meshes(true);
+    let mut scene = importer.import(file)?;
+    // It needs no motion of its own.
+    scene.warnings.retain(|warning| warning.code != Code::NoMotion);
+    report::warnings(Some(file), &scene.warnings);
+    let skeleton = Skeleton::new(&scene);
+    check_target(&scene, Some(&skeleton.humanoid)).map_err(|error| error.with_path(file))?;
     Ok(Read {
         name: short_name(file),
         scene,
         skeleton,
-        glb,
+        glb: None,
+        contacts: None,
+        limb_angles: None,
     })
+}
+
+/// A motion on a character, and how far its limbs are from those of the source.
+fn on_character(source: &Read, character: &Read, file: &Path) -> Result<Read, Failure> {
+    let Some(motion) = source.scene.animations.first() else {
+        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+    };
+    let mut scene = character.scene.clone();
+    let mut retargeter = retargeter(source, character).map_err(|error| error.with_path(file))?;
+    let name = source.name.clone();
+    let (moved, found) = retarget::moved(&mut retargeter, &source.scene, 0, &scene, name, FeetArg::Lock)?;
+    retarget::tell(&found);
+    let limb_angles = retargeter.limb_angles(&source.scene, motion, &scene, &moved);
+    scene.animations = vec![moved];
+    let name = format!("{} on {}", source.name, character.name);
+    let skeleton = Skeleton::of(&scene, character.skeleton.humanoid.clone());
+    let read = Read::new(name, scene, skeleton, HumanoidMap::default())?;
+    Ok(Read {
+        limb_angles: Some(limb_angles),
+        ..read
+    })
+}
+
+fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {
+    let options = RetargetOptions {
+        source: Some(source.skeleton.humanoid.clone()),
+        target: Some(target.skeleton.humanoid.clone()),
+        ..RetargetOptions::default()
+    };
+    Retargeter::new(&source.scene, &target.scene, &options)
+}
+
+/// The limbs of the second clip against those of the first, where both are humanoids with the same frames.
+fn compare(source: &Read, target: &Read) -> Option<Vec<LimbAngles>> {
+    /// As a share: frame rates of one take are written with few digits.
+    const SAME_RATE: f64 = 1e-3;
+    let (from, to) = (source.scene.animations.first()?, target.scene.animations.first()?);
+    let rates = to.ticks_per_second / from.ticks_per_second;
+    if from.frame_count() != to.frame_count() || (rates - 1.0).abs() > SAME_RATE {
+        return None;
+    }
+    let retargeter = retargeter(source, target).ok()?;
+    Some(retargeter.limb_angles(&source.scene, from, &target.scene, to))
 }
 
 /// In metres with +Y up.

@@ -1,0 +1,86 @@
+// Inverse kinematics of an arm or a leg: two bones, solved by the law of cosines, as `ik::two_bone_rotations` does it.
+
+import { add, clamp, compose, cross, dot, length, multiply, normalize, scale, sub } from "./math.js";
+
+// Below this share of the limb's length a direction is not known.
+const NO_DIRECTION = 1e-6;
+
+const product = ([a, b, c, d], [x, y, z, w]) => [
+  d * x + a * w + b * z - c * y, d * y - a * z + b * w + c * x, d * z + a * y - b * x + c * w, d * w - a * x - b * y - c * z,
+];
+
+// A vector turned by a quaternion.
+export function turned([x, y, z, w], v) {
+  const twice = scale(cross([x, y, z], v), 2);
+  return add(v, add(scale(twice, w), cross([x, y, z], twice)));
+}
+
+// The smallest rotation from one direction to another; about `axis` where they are opposite.
+function arc(from, to, axis) {
+  const size = Math.sqrt(dot(from, from) * dot(to, to));
+  const w = size + dot(from, to);
+  if (!(size > 0)) return [0, 0, 0, 1];
+  const q = w <= 1e-12 * size ? [...axis, 0] : [...cross(from, to), w];
+  return q.map((value) => value / Math.hypot(...q));
+}
+
+const direction = (way, nothing) => (length(way) > nothing ? normalize(way) : null);
+const across = (v, unit) => sub(v, scale(unit, dot(v, unit)));
+
+// Some direction that is perpendicular to another.
+function perpendicular(v) {
+  return normalize(cross(v, Math.abs(v[0]) < 0.6 ? [1, 0, 0] : [0, 1, 0]));
+}
+
+// How the bones between three joints turn in the world to bring the last joint to a goal: `lower` contains `upper`, and
+// `middle` is where the second joint comes. Out of reach, the bones are straight towards the goal.
+export function twoBone([start, middle, end], goal) {
+  const [first, second] = [sub(middle, start), sub(end, middle)];
+  const [a, b] = [length(first), length(second)];
+  if (!(a + b > 0 && goal.every(Number.isFinite))) return { upper: [0, 0, 0, 1], lower: [0, 0, 0, 1], middle };
+  const nothing = NO_DIRECTION * (a + b);
+  const old = direction(sub(end, start), nothing) ?? direction(first, 0) ?? direction(second, 0);
+  const way = sub(goal, start);
+  const towards = direction(way, nothing) ?? old;
+  const far = clamp(length(way), Math.abs(a - b), a + b);
+  const along = far > nothing ? clamp((far * far + a * a - b * b) / (2 * far), -a, a) : 0;
+  const aside = Math.sqrt(Math.max(0, a * a - along * along));
+  const turn = arc(old, towards, perpendicular(old));
+  const bent = direction(across(first, old), nothing);
+  const bend = normalize(across(bent ? turned(turn, bent) : perpendicular(towards), towards));
+  const normal = cross(towards, bend);
+  const upperWay = add(scale(towards, along), scale(bend, aside));
+  const lowerWay = sub(scale(towards, far), upperWay);
+  return {
+    upper: product(arc(turned(turn, first), upperWay, normal), turn),
+    lower: product(arc(turned(turn, second), lowerWay, normal), turn),
+    middle: add(start, upperWay),
+  };
+}
+
+// Turns a limb of a clip, three nodes, so that the last comes to a goal in the file's coordinates, for this picture.
+export function reach(clip, limb, goal) {
+  const joints = limb.map((id) => clip.filePosition(id));
+  const { upper, lower, middle } = twoBone(joints, goal);
+  const about = (rotation, from, to) => multiply(compose(to, rotation, [1, 1, 1]), compose(scale(from, -1), [0, 0, 0, 1], [1, 1, 1]));
+  const moves = { upper: about(upper, joints[0], joints[0]), lower: about(lower, joints[1], middle) };
+  const moved = [];
+  for (let id = limb[0]; id < clip.nodes.length; id++) {
+    const above = moved[clip.nodes[id].parent];
+    moved[id] = id === limb[0] ? "upper" : above && (id === limb[1] ? "lower" : above);
+    if (moved[id]) clip.world[id] = multiply(moves[moved[id]], clip.world[id]);
+  }
+}
+
+// The limbs that a hand or a foot can be dragged by: the last node, and all three.
+export function limbsOf(nodes) {
+  const limbs = new Map();
+  const node = (name) => nodes.findIndex(({ bone }) => bone?.name === name);
+  for (const side of ["left", "right"]) {
+    for (const names of [["UpperArm", "LowerArm", "Hand"], ["UpperLeg", "LowerLeg", "Foot"]]) {
+      const limb = names.map((name) => node(side + name));
+      if (limb.every((id) => id >= 0)) limbs.set(limb[2], limb);
+    }
+  }
+  return limbs;
+}
