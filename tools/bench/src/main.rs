@@ -4,6 +4,7 @@
 //! alike. The table has the least time and the median of each stage. Other work on the machine only adds time, so the
 //! targets are compared with ratios of least times.
 
+mod edit;
 mod floors;
 mod inputs;
 mod peers;
@@ -28,6 +29,9 @@ fn main() -> Result<()> {
         && command == "convert"
     {
         return convert_and_tell_memory(threads.parse()?, input.as_ref(), output.as_ref());
+    }
+    if let ["edit"] = args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        return edit::measure(15);
     }
     let sizes: Vec<usize> = match args.as_slice() {
         [] => vec![1, 20, 200],

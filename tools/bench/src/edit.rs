@@ -1,0 +1,104 @@
+//! How many seconds of a motion each step of `edit` changes in a second, with one thread.
+
+use std::path::Path;
+use std::time::Instant;
+
+use mocap::convert::FirstFrame;
+use mocap::edit::{ContactOptions, EditStep, contacts, mirror};
+use mocap::{Conversion, Importer, Scene, SkeletonMesh};
+
+use crate::Result;
+
+/// Times real time that every step must reach.
+const WANTED: f64 = 1000.0;
+
+const FILES: [&str; 2] = ["cmu_12_01_walk.bvh", "cmu_01_01.bvh"];
+
+const STEPS: [&str; 16] = [
+    "foot-lock",
+    "mirror",
+    "smooth",
+    "smooth:filter=gaussian",
+    "smooth:cut-off=2",
+    "despike",
+    "fill",
+    "loop",
+    "loop:in-place=true",
+    "concat",
+    "blend",
+    "layer",
+    "warp:speed=0.8",
+    "in-between:every=20",
+    "in-between:every=20,interpolation=slerp",
+    "in-between:every=1",
+];
+
+/// Prints a table with a row for each step and a column for each file. The steps are done in turns, round by round, each
+/// on a copy of the motion that is made before the clock starts.
+pub(crate) fn measure(rounds: usize) -> Result<()> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/real");
+    let scenes = FILES.map(|file| import(&folder.join(file)));
+    let mut rows: Vec<(&str, Vec<f64>)> = std::iter::once("contacts")
+        .chain(STEPS)
+        .map(|step| (step, Vec::new()))
+        .collect();
+    let mut lengths = Vec::new();
+    for scene in scenes {
+        let scene = scene?;
+        let mut other = scene.clone();
+        mirror(&mut other, 0, None)?;
+        let seconds = scene.animations[0].duration / scene.animations[0].ticks_per_second;
+        lengths.push(seconds);
+        let mut least = vec![f64::INFINITY; rows.len()];
+        for _ in 0..rounds {
+            for ((step, _), least) in rows.iter().zip(&mut least) {
+                let mut copy = scene.clone();
+                let took = match *step {
+                    "contacts" => {
+                        let start = Instant::now();
+                        contacts(&copy, 0, None, &ContactOptions::default())?;
+                        start.elapsed()
+                    }
+                    step => {
+                        let step: EditStep = step.parse()?;
+                        let start = Instant::now();
+                        step.apply(&mut copy, 0, step.needs_other().then_some(&other))?;
+                        start.elapsed()
+                    }
+                };
+                *least = least.min(took.as_secs_f64());
+            }
+        }
+        for ((_, ratios), least) in rows.iter_mut().zip(least) {
+            ratios.push(seconds / least);
+        }
+    }
+    let heads = FILES
+        .iter()
+        .zip(&lengths)
+        .map(|(file, seconds)| format!("{file}, {seconds:.1} s"));
+    println!("| step | {} |", heads.collect::<Vec<_>>().join(" | "));
+    println!("|---|{}", "--:|".repeat(FILES.len()));
+    for (step, ratios) in &rows {
+        let cells: Vec<String> = ratios.iter().map(|ratio| format!("{ratio:.0}")).collect();
+        println!("| `{step}` | {} |", cells.join(" | "));
+    }
+    let slow: Vec<&str> = rows
+        .iter()
+        .filter(|(_, ratios)| ratios.iter().any(|ratio| *ratio < WANTED))
+        .map(|(step, _)| *step)
+        .collect();
+    match slow.as_slice() {
+        [] => println!("every step runs at {WANTED} times real time or more"),
+        slow => println!("below {WANTED} times real time: {}", slow.join("; ")),
+    }
+    Ok(())
+}
+
+fn import(path: &Path) -> Result<Scene> {
+    let mut scene = Importer::new().skeleton_mesh(SkeletonMesh::None).import(path)?;
+    Conversion::new()
+        .first_frame(FirstFrame::DropRestPose)
+        .apply(&mut scene)?;
+    Ok(scene)
+}
