@@ -22,7 +22,7 @@ mod npz;
 mod pairs;
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ use crate::format::gltf::{File, Provenance};
 use crate::import::{Clips, Importer};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-use crate::scene::{AppliedStep, Format, NodeKind, Scene};
+use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 use crate::skeleton;
 
 /// How far a written file is from its source.
@@ -225,7 +225,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
             .into())
     };
     let output = Output::read(output, "output".as_ref(), &refuse)?;
-    Verifier::new().compare(source, &output)
+    Verifier::new().compare(source, None, &output)
 }
 
 /// Compares files, where more is known than they say.
@@ -253,6 +253,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 pub struct Verifier {
     importer: Importer,
     provenance: Option<Provenance>,
+    seconds: Vec<PathBuf>,
 }
 
 impl Verifier {
@@ -272,6 +273,14 @@ impl Verifier {
     #[must_use]
     pub fn provenance(mut self, provenance: Provenance) -> Self {
         self.provenance = Some(provenance);
+        self
+    }
+
+    /// The files of the second motions that steps took, in any order: a concat, a blend or a layer. Each is recognised by the
+    /// SHA-256 that the file records.
+    #[must_use]
+    pub fn second_motions(mut self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
+        self.seconds = files.into_iter().map(Into::into).collect();
         self
     }
 
@@ -296,19 +305,52 @@ impl Verifier {
             Some(provenance) => provenance.importer(self.importer.clone()),
             None => self.importer.clone(),
         };
+        let source = source.as_ref();
         let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
-        self.compare(&scene, &output).map_err(|error| error.with_path(path))
+        self.compare(&scene, Some(source), &output)
+            .map_err(|error| error.with_path(path))
+    }
+
+    /// The second motion of a step, from the files that are known, as it is read.
+    fn second(&self, motion: &SecondMotion, source: Option<&Path>) -> Result<Scene> {
+        let provenance = Provenance {
+            source: motion.source.clone(),
+            root_offset: motion.root_offset.clone(),
+            steps: motion.steps.clone(),
+            ..Provenance::default()
+        };
+        let importer = provenance
+            .importer(self.importer.clone())
+            .skeleton_mesh(SkeletonMesh::None);
+        let wanted = motion.source.clone().unwrap_or_default();
+        let is_it = |origin: &Origin| match wanted.sha256.is_empty() || origin.sha256.is_empty() {
+            true => origin.name == wanted.name,
+            false => origin.sha256 == wanted.sha256,
+        };
+        for file in self.seconds.iter().map(PathBuf::as_path).chain(source) {
+            let scene = importer.clone().import(file)?;
+            if scene.metadata.origin.as_ref().is_some_and(is_it) {
+                return Ok(scene);
+            }
+        }
+        let message = format!(
+            "the file was made with a second motion, \"{}\", which is none of the files given",
+            wanted.name
+        );
+        Err(Diagnostic::new(Code::UnknownOption, message)
+            .help("name it: mocap verify SOURCE OUTPUT --with FILE")
+            .into())
     }
 
     fn provenance_of(&self, output: &Output<'_>) -> Option<Provenance> {
         output.provenance().or_else(|| self.provenance.clone())
     }
 
-    fn compare(&self, source: &Scene, output: &Output<'_>) -> Result<Verification> {
+    fn compare(&self, source: &Scene, file: Option<&Path>, output: &Output<'_>) -> Result<Verification> {
         let provenance = self.provenance_of(output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
         let original = source;
-        let edited = change::edited(original, steps)?;
+        let edited = change::edited(original, steps, &|motion| self.second(motion, file))?;
         let (source, steps) = match &edited {
             Some((scene, done)) => (scene, &steps[*done..]),
             None => (source, steps),

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::concat::pair;
 use super::frames::{Frames, between};
 use super::ground::Carrier;
-use super::inertia::pose_distance;
+use super::pose_distance::Poses;
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Trs;
 use crate::scene::Scene;
@@ -19,6 +19,63 @@ pub struct BlendReport {
     pub largest_time_shift: f64,
 }
 
+/// How much of the second motion there is in a mix: 0 is none, 1 all.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BlendWeight {
+    /// The same all the time.
+    Constant(f64),
+    /// Weights at times of the result in seconds, which increase. It runs evenly from each to the next, and stays before the
+    /// first and after the last.
+    Curve(Vec<(f64, f64)>),
+}
+
+impl From<f64> for BlendWeight {
+    fn from(weight: f64) -> Self {
+        Self::Constant(weight)
+    }
+}
+
+impl BlendWeight {
+    fn check(&self) -> Result<()> {
+        let refuse = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
+        let is_weight = |weight: &f64| (0.0..=1.0).contains(weight);
+        match self {
+            Self::Constant(weight) if !is_weight(weight) => refuse(format!("weight must be from 0 to 1, got {weight}")),
+            Self::Constant(_) => Ok(()),
+            Self::Curve(points) => {
+                if points.is_empty() {
+                    return refuse("a curve of weights must have at least one point, got 0".to_owned());
+                }
+                if let Some((time, weight)) = points.iter().find(|(_, weight)| !is_weight(weight)) {
+                    return refuse(format!("weight must be from 0 to 1, got {weight} at {time} s"));
+                }
+                let increase = points.windows(2).all(|pair| pair[0].0 < pair[1].0);
+                if !increase || !points.iter().all(|(time, _)| time.is_finite() && *time >= 0.0) {
+                    let times: Vec<f64> = points.iter().map(|(time, _)| *time).collect();
+                    return refuse(format!(
+                        "the times of a curve of weights must be finite, not negative, and increase, got {times:?}"
+                    ));
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The weight at a time in seconds.
+    fn at(&self, time: f64) -> f64 {
+        let points = match self {
+            Self::Constant(weight) => return *weight,
+            Self::Curve(points) => points,
+        };
+        let after = points.partition_point(|point| point.0 <= time);
+        match (after.checked_sub(1).map(|before| points[before]), points.get(after)) {
+            (Some((from, weight)), Some((to, next))) => weight + (next - weight) * (time - from) / (to - from),
+            (Some((_, weight)), None) | (None, Some(&(_, weight))) => weight,
+            (None, None) => 0.0,
+        }
+    }
+}
+
 /// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
 const COMPARED: usize = 160;
 
@@ -26,27 +83,45 @@ const COMPARED: usize = 160;
 /// second. The two are aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result
 /// is as long as its share of both.
 ///
+/// ```
+/// use mocap::edit::{BlendWeight, blend};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let other = scene.clone();
+/// // From the first motion to the second, from 1 s to 2 s.
+/// let report = blend(&mut scene, 0, &other, 0, BlendWeight::Curve(vec![(1.0, 0.0), (2.0, 1.0)]))?;
+/// assert_eq!(report.frames, 524);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
 /// # Errors
-/// [`Code::UnknownOption`] where the joints differ, or the weight is not from 0 to 1; [`Code::NoMotion`] without one of
+/// [`Code::UnknownOption`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one of
 /// the animations.
 pub fn blend(
     scene: &mut Scene,
     animation: usize,
     other: &Scene,
     other_animation: usize,
-    weight: f64,
+    weight: impl Into<BlendWeight>,
 ) -> Result<BlendReport> {
-    if !(0.0..=1.0).contains(&weight) {
-        let message = format!("weight must be from 0 to 1, got {weight}");
-        return Err(Diagnostic::new(Code::UnknownOption, message).into());
-    }
+    let weight = weight.into();
+    weight.check()?;
     let (first, second) = pair(scene, animation, other, other_animation)?;
     let carrier = Carrier::new(scene, &first);
     let path = align(&first, &second, &carrier);
-    // Time of the result in seconds at each point of the path.
-    let at = |(a, b): (f64, f64)| (1.0 - weight) * a / first.rate + weight * b / second.rate;
+    // The time of the result in seconds at each point of the path.
+    let mut times = vec![0.0];
+    for pair in path.windows(2) {
+        let last = times[times.len() - 1];
+        let share = weight.at(last);
+        let (by_first, by_second) = (
+            (pair[1].0 - pair[0].0) / first.rate,
+            (pair[1].1 - pair[0].1) / second.rate,
+        );
+        times.push(last + (1.0 - share) * by_first + share * by_second);
+    }
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
-    let count = (at((last_a, last_b)) * first.rate + 1e-6).floor() as usize + 1;
+    let count = (times[times.len() - 1] * first.rate + 1e-6).floor() as usize + 1;
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
     let mut piece = 0;
     let mut report = BlendReport {
@@ -55,32 +130,49 @@ pub fn blend(
     };
     for frame in 0..count {
         let time = frame as f64 / first.rate;
-        while piece + 2 < path.len() && at(path[piece + 1]) < time {
+        while piece + 2 < path.len() && times[piece + 1] < time {
             piece += 1;
         }
-        let (from, to) = (path[piece], path[(piece + 1).min(path.len() - 1)]);
-        let length = at(to) - at(from);
+        let next = (piece + 1).min(path.len() - 1);
+        let (from, to) = (path[piece], path[next]);
+        let length = times[next] - times[piece];
         let share = if length > 0.0 {
-            ((time - at(from)) / length).clamp(0.0, 1.0)
+            ((time - times[piece]) / length).clamp(0.0, 1.0)
         } else {
             0.0
         };
         let (a, b) = (from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1));
         let even = a / last_a.max(1.0) * last_b;
         report.largest_time_shift = report.largest_time_shift.max((b - even).abs() / second.rate);
-        // At both ends the time of a motion is that of its frames.
-        let a = if weight == 0.0 { frame as f64 } else { a };
-        let b = if weight == 1.0 { time * second.rate } else { b };
-        let (row, other) = (first.row_at(a), second.row_at(b));
-        rows.push(
-            row.iter()
-                .zip(&other)
-                .map(|(a, b)| between(*a, *b, weight as f32))
-                .collect(),
-        );
+        // A motion that counts alone is interpolated at times of its own, not at those of the path.
+        let (a, b) = match weight {
+            BlendWeight::Constant(0.0) => (frame as f64, b),
+            BlendWeight::Constant(1.0) => (a, time * second.rate),
+            _ => (whole(a), whole(b)),
+        };
+        rows.push(match weight.at(time) {
+            0.0 => first.row_at(a),
+            1.0 => second.row_at(b),
+            weight => {
+                let (row, other) = (first.row_at(a), second.row_at(b));
+                row.iter()
+                    .zip(&other)
+                    .map(|(a, b)| between(*a, *b, weight as f32))
+                    .collect()
+            }
+        });
     }
     first.with_rows(rows).write_all(scene, animation);
     Ok(report)
+}
+
+/// A frame that sums of times have missed by their last bits.
+fn whole(frame: f64) -> f64 {
+    if (frame - frame.round()).abs() < 1e-6 {
+        frame.round()
+    } else {
+        frame
+    }
 }
 
 /// Pairs of frames of both motions that are the same moment, from the first of both to the last of both: dynamic time
@@ -95,11 +187,12 @@ fn align(first: &Frames, second: &Frames, carrier: &Carrier) -> Vec<(f64, f64)> 
         picked
     };
     let (a, b) = (picked(first), picked(second));
+    let poses = Poses::new(first, &a, carrier, None);
+    let others = Poses::new(second, &b, carrier, None);
     let width = b.len();
     let mut costs = vec![f32::INFINITY; a.len() * width];
-    for (i, &in_a) in a.iter().enumerate() {
-        for (j, &in_b) in b.iter().enumerate() {
-            let own = pose_distance(first.row(in_a), second.row(in_b), carrier.column, carrier.up);
+    for i in 0..a.len() {
+        for (j, own) in others.distances(&poses, i).into_iter().enumerate() {
             let mut before = if i + j == 0 { 0.0 } else { f32::INFINITY };
             if i > 0 && j > 0 {
                 before = costs[(i - 1) * width + j - 1];

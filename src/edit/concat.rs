@@ -104,8 +104,7 @@ pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene, other_animati
         binding.iter().flat_map(Binding::driven).map(|(node, _)| node).collect()
     };
     let nodes = [driven(scene, animation), driven(other, other_animation)].concat();
-    Ok((
-        Frames::new(scene, animation, &nodes)?,
-        Frames::new(other, other_animation, &nodes)?,
-    ))
+    let first = Frames::new(scene, animation, &nodes)?;
+    first.require_nodes()?;
+    Ok((first, Frames::new(other, other_animation, &nodes)?))
 }

@@ -85,6 +85,14 @@ impl Frames {
         })
     }
 
+    /// Refuses an animation that moves no node, of which nothing can carry the figure.
+    pub(super) fn require_nodes(&self) -> Result<()> {
+        match self.nodes.is_empty() {
+            true => Err(Diagnostic::new(Code::NoMotion, "the animation has no channel of a node of the scene").into()),
+            false => Ok(()),
+        }
+    }
+
     /// The nodes that are held, in the order of the scene.
     pub(super) fn nodes(&self) -> &[NodeId] {
         &self.nodes

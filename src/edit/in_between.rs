@@ -36,8 +36,8 @@ pub struct InBetweenOptions {
 /// What [`in_between()`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct InBetweenReport {
-    /// The frames that stayed.
-    pub keys: usize,
+    /// The frames that stayed, in order.
+    pub keys: Vec<usize>,
     /// The largest change of a rotation to its parent, in degrees.
     pub largest_rotation: f32,
     /// The largest change of a position to its parent, in units of the scene.
@@ -82,7 +82,7 @@ pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOption
         }
     }
     let mut report = InBetweenReport {
-        keys: keys.len(),
+        keys: keys.clone(),
         ..InBetweenReport::default()
     };
     for (frame, row) in rows.iter().enumerate() {

@@ -2,7 +2,6 @@
 
 use glam::Vec3;
 
-use super::frames::Frames;
 use crate::math::quaternion::{exp, log};
 use crate::pose::Trs;
 
@@ -78,33 +77,4 @@ pub(super) fn onward(rows: [&[Trs]; 3]) -> Vec<Trs> {
         }
     };
     (0..rows[0].len()).map(column).collect()
-}
-
-/// How far two poses are apart: the sum of the squared angles of all joints but the one at `carrier`, of which only the
-/// tilt and the height count, since where a figure stands and looks is no part of its pose.
-pub(super) fn pose_distance(a: &[Trs], b: &[Trs], carrier: usize, up: Vec3) -> f32 {
-    let mut sum = 0.0;
-    for (column, (a, b)) in a.iter().zip(b).enumerate() {
-        let change = log(a.rotation.inverse() * b.rotation);
-        if column == carrier {
-            let up_of = |trs: &Trs| trs.rotation.inverse() * up;
-            sum += (up_of(a) - up_of(b)).length_squared();
-        } else {
-            sum += change.length_squared();
-        }
-    }
-    sum
-}
-
-/// The speed of a pose: the change of each joint to the next row.
-pub(super) fn speed_distance(frames: &Frames, a: usize, b: usize, carrier: usize) -> f32 {
-    let last = frames.len() - 1;
-    let speed = |frame: usize, column: usize| {
-        let (from, to) = (frame.min(last - 1), frame.min(last - 1) + 1);
-        log(frames.row(from)[column].rotation.inverse() * frames.row(to)[column].rotation)
-    };
-    let columns = (0..frames.nodes().len()).filter(|column| *column != carrier);
-    columns
-        .map(|column| (speed(a, column) - speed(b, column)).length_squared())
-        .sum()
 }

@@ -6,7 +6,8 @@ use super::body::Body;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use super::ground::Carrier;
-use super::inertia::{self, Seam, pose_distance, speed_distance};
+use super::inertia::{self, Seam};
+use super::pose_distance::Poses;
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::{not_negative, positive};
 use crate::pose::Trs;
@@ -69,6 +70,7 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
     positive(Code::UnknownOption, "longest", options.longest)?;
     not_negative(Code::UnknownOption, "blend", options.blend)?;
     let frames = Frames::new(scene, animation, &[])?;
+    frames.require_nodes()?;
     let too_short = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
     let carrier = Carrier::new(scene, &frames);
     let contacts = Body::new(scene, None)
@@ -141,38 +143,29 @@ fn best(
     let stride = frames.len().div_ceil(CANDIDATES).max(1);
     // Speeds count as the poses to which they lead in a tenth of a second.
     let weight = (0.1 * frames.rate).powi(2) as f32;
-    let cost = |first: usize, last: usize| {
-        let pose = pose_distance(frames.row(first), frames.row(last), carrier.column, carrier.up);
-        let speed = speed_distance(frames, first, last, carrier.column);
-        let feet = if contacts.is_none_or(|contacts| agree(contacts, first, last)) {
-            1.0
-        } else {
-            4.0
-        };
-        feet * (pose + weight * speed)
-    };
     let mut found: Option<(f32, usize, usize)> = None;
-    let mut consider = |first: usize, last: usize| {
-        let length = last.saturating_sub(first);
-        if last < frames.len() && length >= least.max(2) && length <= most {
-            let cost = cost(first, last);
-            if found.is_none_or(|found| cost < found.0) {
-                found = Some((cost, first, last));
+    let mut consider = |firsts: &[usize], lasts: &[usize]| {
+        let poses = [firsts, lasts].map(|chosen| Poses::new(frames, chosen, carrier, Some(weight)));
+        for (place, &first) in firsts.iter().enumerate() {
+            for (distance, &last) in poses[1].distances(&poses[0], place).into_iter().zip(lasts) {
+                let length = last.saturating_sub(first);
+                if length < least.max(2) || length > most {
+                    continue;
+                }
+                let agree = contacts.is_none_or(|contacts| agree(contacts, first, last));
+                let cost = if agree { distance } else { 4.0 * distance };
+                if found.is_none_or(|found| cost < found.0) {
+                    found = Some((cost, first, last));
+                }
             }
         }
         found
     };
-    for first in (0..frames.len()).step_by(stride) {
-        for last in (first + least..frames.len()).step_by(stride) {
-            consider(first, last);
-        }
-    }
-    let (_, first, last) = consider(0, 0)?;
+    let candidates: Vec<usize> = (0..frames.len()).step_by(stride).collect();
+    let (_, first, last) = consider(&candidates, &candidates)?;
     // Between the candidates.
-    for near_first in first.saturating_sub(stride)..=first + stride {
-        for near_last in last.saturating_sub(stride)..=last + stride {
-            consider(near_first, near_last);
-        }
-    }
-    consider(0, 0).map(|(_, first, last)| (first, last))
+    let near = |frame: usize| -> Vec<usize> {
+        (frame.saturating_sub(stride)..=(frame + stride).min(frames.len() - 1)).collect()
+    };
+    consider(&near(first), &near(last)).map(|(_, first, last)| (first, last))
 }

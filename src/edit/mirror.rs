@@ -1,6 +1,7 @@
 //! Exchanges left and right.
 
 mod partners;
+mod reference;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 use serde::Serialize;
@@ -69,7 +70,8 @@ pub fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) 
     let mut frames = Frames::new(scene, animation, &held)?;
     let before = Pose::at_tick(scene, animation, 0.0);
 
-    let mirrored = Mirrored::new(scene, &frames, &reference, &partners, hips, normal, body.up.as_dvec3());
+    let symmetric = reference::symmetric(&still, &body.humanoid, &reference, &partners, normal);
+    let mirrored = Mirrored::new(scene, &frames, symmetric, &partners, hips, normal, body.up.as_dvec3());
     let old: Vec<Vec<Trs>> = (0..frames.nodes().len()).map(|column| frames.track(column)).collect();
     let mut column_of = vec![None; scene.nodes.len()];
     for (column, node) in frames.nodes().iter().enumerate() {
@@ -83,13 +85,7 @@ pub fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) 
         mirrored.frame(scene, frame, &old, &column_of, &mut rotations, &mut new, &mut frames);
     }
     let nodes = frames.nodes().to_vec();
-    let moves = |node: &NodeId| {
-        column_of[node.index()].is_some_and(|column| {
-            old[column]
-                .windows(2)
-                .any(|pair| pair[0].translation != pair[1].translation)
-        })
-    };
+    let moves = |node: &NodeId| column_of[node.index()].is_some_and(|column| mirrored.moves[column]);
     let moved: Vec<NodeId> = nodes
         .iter()
         .copied()
@@ -151,13 +147,15 @@ struct Mirrored<'a> {
     plane: DVec3,
     /// The mirror image in the reference pose to that across the plane.
     turn: DQuat,
+    /// Which held nodes change their translation.
+    moves: Vec<bool>,
 }
 
 impl<'a> Mirrored<'a> {
     fn new(
         scene: &Scene,
         frames: &Frames,
-        reference: &Pose,
+        reference: Vec<DQuat>,
         partners: &'a [NodeId],
         hips: NodeId,
         normal: DVec3,
@@ -169,7 +167,7 @@ impl<'a> Mirrored<'a> {
                 .as_dquat()
                 .normalize()
         };
-        let at_reference = rotation(reference, hips.index()).inverse();
+        let at_reference = reference[hips.index()].inverse();
         let mut pose = Pose::rest(scene);
         let mut left_of = |frame: usize| {
             frames.pose(frame, &mut pose);
@@ -187,10 +185,16 @@ impl<'a> Mirrored<'a> {
         let cross = plane.cross(normal);
         Self {
             partners,
-            reference: (0..scene.nodes.len()).map(|node| rotation(reference, node)).collect(),
+            reference,
             normal,
             plane,
             turn: DQuat::from_xyzw(cross.x, cross.y, cross.z, turn.w).normalize(),
+            moves: (0..frames.nodes().len())
+                .map(|column| {
+                    let track = frames.track(column);
+                    track.windows(2).any(|pair| pair[0].translation != pair[1].translation)
+                })
+                .collect(),
         }
     }
 
@@ -224,8 +228,10 @@ impl<'a> Mirrored<'a> {
             };
             let partner = self.partners[node].index();
             let change = rotations[partner] * self.reference[partner].inverse();
-            new[node] = (self.turn * mirrored(change, self.normal) * self.reference[node]).normalize();
-            let own = (above.inverse() * new[node]).as_quat().normalize();
+            let wanted = self.turn * mirrored(change, self.normal) * self.reference[node];
+            // From where the parent is after rounding, so that what keys of 32 bits lose does not add up along a chain.
+            let own = (above.inverse() * wanted).normalize().as_quat();
+            new[node] = (above * own.as_dquat()).normalize();
             let was = old[column][frame];
             let translation = self.translation(scene, frame, node, old, column_of);
             let rotation = if own.dot(was.rotation) < 0.0 { -own } else { own };
@@ -241,8 +247,8 @@ impl<'a> Mirrored<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane; any
-    /// other moves from where it is in the first frame as its partner does.
+    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane, from
+    /// where it is in the first frame; any other is as far from its offset as its partner is.
     fn translation(
         &self,
         scene: &Scene,
@@ -251,25 +257,29 @@ impl<'a> Mirrored<'a> {
         old: &[Vec<Trs>],
         column_of: &[Option<usize>],
     ) -> Vec3 {
+        let offset = |node: usize| scene.nodes[node].transform.w_axis.truncate();
         let partner = self.partners[node].index();
         let (Some(own), Some(other)) = (column_of[node], column_of[partner]) else {
-            return scene.nodes[node].transform.w_axis.truncate();
+            return offset(node);
         };
-        let moved = (old[other][frame].translation - old[other][0].translation).as_dvec3();
-        if moved == DVec3::ZERO {
-            return old[own][0].translation;
-        }
+        let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
+        let is_topmost = above.into_iter().all(|above| column_of[above.index()].is_none());
+        let (normal, base, base_of_partner) = if is_topmost {
+            (self.plane, old[own][0].translation, old[other][0].translation)
+        } else if self.moves[own] || self.moves[other] {
+            (self.normal, offset(node), offset(partner))
+        } else {
+            return old[own][frame].translation;
+        };
+        let moved = (old[other][frame].translation - base_of_partner).as_dvec3();
         let reference = |node: usize| {
             scene.nodes[node]
                 .parent
                 .map_or(DQuat::IDENTITY, |parent| self.reference[parent.index()])
         };
-        let above = std::iter::successors(scene.nodes[node].parent, |parent| scene.nodes[parent.index()].parent);
-        let is_topmost = above.into_iter().all(|above| column_of[above.index()].is_none());
-        let normal = if is_topmost { self.plane } else { self.normal };
         let moved = reference(partner) * moved;
         let moved = reference(node).inverse() * (moved - 2.0 * moved.dot(normal) * normal);
-        (old[own][0].translation.as_dvec3() + moved).as_vec3()
+        (base.as_dvec3() + moved).as_vec3()
     }
 }
 

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
-use crate::math::quaternion::{exp, log};
+use crate::math::quaternion::{exp, log, log_without_branches};
+use crate::math::wide;
 use crate::pose::Trs;
 use crate::scene::Scene;
 
@@ -164,14 +165,118 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
     sum
 }
 
+/// The weighted mean of what is around each frame, in its tangent space.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
-    let last = track.len() - 1;
-    for (frame, filtered) in filtered.iter_mut().enumerate() {
-        let here = track[frame].rotation;
-        let inverse = here.inverse();
-        let change = mean(frame, last, kernel, |other| log(inverse * track[other].rotation));
-        filtered.rotation = (here * exp(change)).normalize();
+    let padded = Padded::new(track, kernel.len() - 1);
+    for (block, filtered) in filtered.chunks_mut(BLOCK).enumerate() {
+        let [x, y, z] = change(&padded, kernel, block * BLOCK, filtered.len());
+        for (place, filtered) in filtered.iter_mut().enumerate() {
+            let turn = exp(Vec3::new(x[place], y[place], z[place]));
+            filtered.rotation = (track[block * BLOCK + place].rotation * turn).normalize();
+        }
     }
+}
+
+/// Frames that are filtered together: their lists stay in the nearest cache.
+const BLOCK: usize = 256;
+
+/// The rotations of a track with those that its point reflections at both ends are made of.
+struct Padded {
+    /// How many stand before the first frame, and after the last.
+    pad: usize,
+    last: usize,
+    /// The components x, y, z, w.
+    components: [Vec<f32>; 4],
+    /// -1 for reflections, else 1.
+    sign: Vec<f32>,
+}
+
+impl Padded {
+    fn new(track: &[Trs], pad: usize) -> Self {
+        let last = track.len() - 1;
+        let places = 0..2 * pad + track.len();
+        let frame = |place: usize| match place.checked_sub(pad) {
+            None => (pad - place).min(last),
+            Some(frame) if frame <= last => frame,
+            Some(frame) => (2 * last).saturating_sub(frame),
+        };
+        let component = |component: usize| {
+            let values = places
+                .clone()
+                .map(|place| track[frame(place)].rotation.to_array()[component]);
+            values.collect()
+        };
+        let is_inside = |place: usize| (pad..=pad + last).contains(&place);
+        let sign = |place: usize| if is_inside(place) { 1.0 } else { -1.0 };
+        Self {
+            pad,
+            last,
+            components: [0, 1, 2, 3].map(component),
+            sign: places.clone().map(sign).collect(),
+        }
+    }
+
+    fn at(&self, frame: usize) -> [f32; 4] {
+        [0, 1, 2, 3].map(|component: usize| self.components[component][self.pad + frame])
+    }
+}
+
+/// The changes of `count` frames from `first` on, each in its tangent space: x, y and z.
+fn change(padded: &Padded, kernel: &[f32], first: usize, count: usize) -> [Vec<f32>; 3] {
+    let mut sums = [0, 1, 2].map(|_| vec![0.0; count]);
+    let here = first + padded.pad;
+    for (offset, weight) in kernel.iter().enumerate().skip(1) {
+        add_differences(&mut sums, padded, here, here - offset, *weight);
+        add_differences(&mut sums, padded, here, here + offset, *weight);
+    }
+    // A reflection is twice the end less what it reflects.
+    for (end, is_start) in [(0, true), (padded.last, false)] {
+        for place in 0..count {
+            let frame = first + place;
+            let inside = if is_start { frame } else { padded.last - frame };
+            let beyond: f32 = kernel.iter().skip(inside + 1).sum();
+            if beyond > 0.0 {
+                let difference = log_without_branches(difference(padded.at(frame), padded.at(end)));
+                for (sum, difference) in sums.iter_mut().zip(difference) {
+                    sum[place] += 2.0 * beyond * difference;
+                }
+            }
+        }
+    }
+    sums
+}
+
+wide::dispatch! {
+    /// Adds the weighted differences of the rotations from one place on from those from another on.
+    fn add_differences(sums: &mut [Vec<f32>; 3], padded: &Padded, here: usize, there: usize, weight: f32) {
+        let count = sums[0].len();
+        let [sum_x, sum_y, sum_z] = sums;
+        let (sum_x, sum_y, sum_z) = (&mut sum_x[..count], &mut sum_y[..count], &mut sum_z[..count]);
+        let [x, y, z, w] = &padded.components;
+        let [ax, ay, az, aw] = [&x[here..here + count], &y[here..here + count], &z[here..here + count], &w[here..here + count]];
+        let [bx, by, bz, bw] =
+            [&x[there..there + count], &y[there..there + count], &z[there..there + count], &w[there..there + count]];
+        let sign = &padded.sign[there..there + count];
+        for i in 0..count {
+            let turn = difference([ax[i], ay[i], az[i], aw[i]], [bx[i], by[i], bz[i], bw[i]]);
+            let [x, y, z] = log_without_branches(turn);
+            let factor = weight * sign[i];
+            sum_x[i] += x * factor;
+            sum_y[i] += y * factor;
+            sum_z[i] += z * factor;
+        }
+    }
+}
+
+/// The inverse of one unit quaternion times another.
+#[inline(always)]
+fn difference([ax, ay, az, aw]: [f32; 4], [bx, by, bz, bw]: [f32; 4]) -> [f32; 4] {
+    [
+        aw * bx - ax * bw - ay * bz + az * by,
+        aw * by + ax * bz - ay * bw - az * bx,
+        aw * bz - ax * by + ay * bx - az * bw,
+        aw * bw + ax * bx + ay * by + az * bz,
+    ]
 }
 
 fn positions(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {

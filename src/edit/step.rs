@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::{
-    ConcatOptions, ContactOptions, DespikeOptions, FillOptions, FootLockOptions, InBetweenOptions, LayerPart,
-    LoopOptions, SmoothOptions, blend, concat, despike, fill, foot_lock, in_between, layer, loop_clip, mirror, smooth,
-    warp_time,
+    BlendWeight, ConcatOptions, ContactOptions, DespikeOptions, FillOptions, FootLockOptions, InBetweenOptions,
+    LayerPart, LoopOptions, PathFacing, PathPoint, SmoothOptions, WarpPathOptions, blend, concat, despike, fill,
+    foot_lock, in_between, layer, loop_clip, mirror, smooth, warp_path, warp_time,
 };
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::scene::{AppliedStep, Scene};
+use crate::scene::{AppliedStep, Scene, SecondMotion};
 
 /// The steps by name, each with its keys and what it does.
 pub const EDIT_STEPS: &[(&str, &str)] = &[
@@ -36,12 +36,18 @@ pub const EDIT_STEPS: &[(&str, &str)] = &[
         "cut to a loop: frames=A..B, or the best one of shortest=S to longest=S; blend=S, in-place=true",
     ),
     ("concat", "append the next IN, or with=N: blend=S, align=false"),
-    ("blend", "mix with the next IN, or with=N, aligned in time: weight=0..1"),
+    (
+        "blend",
+        "mix with the next IN, or with=N, aligned in time: weight=0..1, or weight=SECONDS:WEIGHT+... for a curve",
+    ),
     (
         "layer",
         "take a part of the body from the next IN, or with=N: part=upper|legs|arms|head",
     ),
-    ("warp", "move moments: SECONDS=SECONDS,..., or speed=FACTOR for all"),
+    (
+        "warp",
+        "move moments: SECONDS=SECONDS,..., or speed=FACTOR for all; or bend the way over the ground to points: path=[SECONDS:]M/M+..., facing=along|kept",
+    ),
     (
         "in-between",
         "keep key frames, compute the others: every=N, keys=A+B+..., interpolation=slerp|squad",
@@ -78,10 +84,11 @@ enum Kind {
     Fill(FillOptions),
     Loop(LoopOptions),
     Concat(ConcatOptions),
-    Blend(BlendKeys),
+    Blend(BlendWeight),
     Layer(LayerKeys),
     Warp(Vec<(f64, f64)>),
     Speed(f64),
+    Path(WarpPathOptions),
     InBetween(InBetweenOptions),
 }
 
@@ -112,17 +119,8 @@ impl Default for FootLockKeys {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct BlendKeys {
-    weight: f64,
-}
-
-impl Default for BlendKeys {
-    fn default() -> Self {
-        Self { weight: 0.5 }
-    }
-}
+/// Of a blend without a weight.
+const HALF: BlendWeight = BlendWeight::Constant(0.5);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -135,6 +133,9 @@ struct LayerKeys {
 pub struct EditReport {
     /// The step with all its parameters.
     pub step: String,
+    /// The file of the second motion, of a step that takes one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub with: Option<String>,
     /// The report of its function, as JSON.
     pub changed: Value,
 }
@@ -152,7 +153,7 @@ impl EditStep {
             Kind::Concat(_) => "concat",
             Kind::Blend(_) => "blend",
             Kind::Layer(_) => "layer",
-            Kind::Warp(_) | Kind::Speed(_) => "warp",
+            Kind::Warp(_) | Kind::Speed(_) | Kind::Path(_) => "warp",
             Kind::InBetween(_) => "in-between",
         }
     }
@@ -186,22 +187,27 @@ impl EditStep {
             Kind::Fill(options) => json(&fill(scene, animation, options)?),
             Kind::Loop(options) => json(&loop_clip(scene, animation, options)?),
             Kind::Concat(options) => json(&concat(scene, animation, second()?, 0, options)?),
-            Kind::Blend(keys) => json(&blend(scene, animation, second()?, 0, keys.weight)?),
+            Kind::Blend(weight) => json(&blend(scene, animation, second()?, 0, weight.clone())?),
             Kind::Layer(keys) => json(&layer(scene, animation, second()?, 0, keys.part)?),
             Kind::Warp(moments) => json(&warp_time(scene, animation, moments)?),
             Kind::Speed(speed) => json(&warp_time(scene, animation, &[(0.0, 0.0), (LONGEST * speed, LONGEST)])?),
+            Kind::Path(options) => json(&warp_path(scene, animation, options)?),
             Kind::InBetween(options) => json(&in_between(scene, animation, options)?),
         };
-        let mut step = self.to_string();
-        if let Some(origin) = other.and_then(|other| other.metadata.origin.as_ref()) {
-            step += if step.contains(':') { "," } else { ":" };
-            step += &format!("with={}", origin.name);
-        }
-        scene.metadata.steps.push(AppliedStep::Edit { edit: step.clone() });
-        Ok(EditReport { step, changed })
+        let edit = self.to_string();
+        let second = other.filter(|_| self.needs_other()).map(SecondMotion::of);
+        let origin = second.as_ref().and_then(|second| second.source.as_ref());
+        let report = EditReport {
+            step: edit.clone(),
+            with: origin.map(|origin| origin.name.clone()),
+            changed,
+        };
+        scene.metadata.steps.push(AppliedStep::Edit { edit, with: second });
+        Ok(report)
     }
 
     fn keys(&self) -> Map<String, Value> {
+        let of = |key: &str, value: Value| json(&Map::from_iter([(key.to_owned(), value)]));
         let value = match &self.kind {
             Kind::FootLock(keys) => json(keys),
             Kind::Smooth(options) => json(options),
@@ -209,10 +215,21 @@ impl EditStep {
             Kind::Fill(options) => json(options),
             Kind::Loop(options) => json(options),
             Kind::Concat(options) => json(options),
-            Kind::Blend(keys) => json(keys),
+            Kind::Blend(BlendWeight::Constant(weight)) => of("weight", Value::from(*weight)),
+            Kind::Blend(BlendWeight::Curve(points)) => {
+                let points: Vec<String> = points.iter().map(|(time, weight)| format!("{time}:{weight}")).collect();
+                of("weight", Value::from(points.join("+")))
+            }
             Kind::Layer(keys) => json(keys),
             Kind::InBetween(options) => json(options),
-            Kind::Speed(speed) => json(&Map::from_iter([("speed".to_owned(), Value::from(*speed))])),
+            Kind::Speed(speed) => of("speed", Value::from(*speed)),
+            Kind::Path(options) => {
+                let time = |point: &PathPoint| point.seconds.map_or(String::new(), |seconds| format!("{seconds}:"));
+                let point = |point: &PathPoint| format!("{}{}/{}", time(point), point.at[0], point.at[1]);
+                let points: Vec<String> = options.points.iter().map(point).collect();
+                let path = ("path".to_owned(), Value::from(points.join("+")));
+                json(&Map::from_iter([path, ("facing".to_owned(), json(&options.facing))]))
+            }
             Kind::Mirror | Kind::Warp(_) => Value::Null,
         };
         match value {
@@ -281,13 +298,24 @@ impl FromStr for EditStep {
         let (name, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut map = Map::new();
         let mut with = None;
+        let (mut weight, mut path) = (None, None);
         let mut moments = Vec::new();
         for part in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
             let Some((key, value)) = part.split_once('=') else {
                 return refuse(format!("{part:?} in the step {text:?} is not key=value"));
             };
             match (name, key, value.parse::<f64>()) {
-                (_, "with", _) => with = value.parse().ok(),
+                ("concat" | "blend" | "layer", "with", _) => match value.parse() {
+                    Ok(place) if place >= 2 => with = Some(place),
+                    _ => {
+                        return refuse(format!(
+                            "with in the step {text:?} must be the place of a motion among the inputs, 2 or more, got {value:?}"
+                        ));
+                    }
+                },
+                ("blend", "weight", Err(_)) => weight = Some(BlendWeight::Curve(points(text, value)?)),
+                ("blend", "weight", Ok(constant)) => weight = Some(BlendWeight::Constant(constant)),
+                ("warp", "path", _) => path = Some(path_points(text, value)?),
                 ("warp", key, Ok(to)) if key.parse::<f64>().is_ok() => moments.push((key.parse().unwrap_or(to), to)),
                 _ => {
                     map.insert(key.replace('-', "_"), parsed(key, value));
@@ -301,20 +329,29 @@ impl FromStr for EditStep {
             "fill" => Kind::Fill(read(text, map)?),
             "loop" => Kind::Loop(read(text, map)?),
             "concat" => Kind::Concat(read(text, map)?),
-            "blend" => Kind::Blend(read(text, map)?),
+            "blend" if map.is_empty() => Kind::Blend(weight.unwrap_or(HALF)),
             "layer" => Kind::Layer(read(text, map)?),
             "in-between" => Kind::InBetween(read(text, map)?),
             "mirror" if map.is_empty() => Kind::Mirror,
-            "warp" if map.is_empty() && !moments.is_empty() => Kind::Warp(moments),
-            "warp" if moments.is_empty() => match map.get("speed").and_then(Value::as_f64) {
+            "warp" if path.is_some() && moments.is_empty() => {
+                let PathKeys { facing } = read(text, map)?;
+                let points = path.unwrap_or_default();
+                Kind::Path(WarpPathOptions { points, facing })
+            }
+            "warp" if map.is_empty() && path.is_none() && !moments.is_empty() => Kind::Warp(moments),
+            "warp" if moments.is_empty() && path.is_none() => match map.get("speed").and_then(Value::as_f64) {
                 Some(speed) if speed > 0.0 && map.len() == 1 => Kind::Speed(speed),
                 _ => {
                     return refuse(format!(
-                        "the step {text:?} must be warp:SECONDS=SECONDS,... or warp:speed=FACTOR above 0"
+                        "the step {text:?} must be warp:SECONDS=SECONDS,..., warp:speed=FACTOR above 0, or warp:path=..."
                     ));
                 }
             },
-            "mirror" | "warp" => return refuse(format!("the step {text:?} has a key that {name} does not have")),
+            "mirror" | "warp" | "blend" => {
+                return refuse(format!(
+                    "the step {text:?} has a key that {name} does not have, or not beside the others"
+                ));
+            }
             _ => {
                 let names: Vec<&str> = EDIT_STEPS.iter().map(|(name, _)| *name).collect();
                 let diagnostic = Diagnostic::new(Code::UnknownOption, format!("there is no step {name:?}"));
@@ -323,6 +360,47 @@ impl FromStr for EditStep {
         };
         Ok(Self { kind, with })
     }
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct PathKeys {
+    facing: PathFacing,
+}
+
+/// `SECONDS:WEIGHT+...`.
+fn points(text: &str, value: &str) -> Result<Vec<(f64, f64)>> {
+    let point = |part: &str| {
+        let (time, value) = part.split_once(':')?;
+        Some((time.trim().parse().ok()?, value.trim().parse().ok()?))
+    };
+    let read = |part: &str| match point(part) {
+        Some(point) => Ok(point),
+        None => refuse(format!(
+            "{part:?} in the step {text:?} is neither a number nor SECONDS:WEIGHT"
+        )),
+    };
+    value.split('+').map(read).collect()
+}
+
+/// `[SECONDS:]M/M+...`.
+fn path_points(text: &str, value: &str) -> Result<Vec<PathPoint>> {
+    let point = |part: &str| {
+        let (seconds, at) = match part.split_once(':') {
+            Some((seconds, at)) => (Some(seconds.trim().parse().ok()?), at),
+            None => (None, part),
+        };
+        let (first, second) = at.split_once('/')?;
+        let at = [first.trim().parse().ok()?, second.trim().parse().ok()?];
+        Some(PathPoint { seconds, at })
+    };
+    let read = |part: &str| match point(part) {
+        Some(point) => Ok(point),
+        None => refuse(format!(
+            "{part:?} in the step {text:?} is not a point: M/M or SECONDS:M/M"
+        )),
+    };
+    value.split('+').map(read).collect()
 }
 
 fn refuse<T>(message: String) -> Result<T> {
@@ -371,6 +449,10 @@ mod tests {
             "loop",
             "concat:align=false",
             "blend:weight=0.25",
+            "blend",
+            "blend:weight=0:0+1.5:1",
+            "warp:path=0:0/0+2.5:-1/2.25",
+            "warp:path=0/0+1/2+3/-1,facing=kept",
             "layer:part=legs",
             "warp:0=0,1.5=3",
             "warp:speed=2",
@@ -392,7 +474,21 @@ mod tests {
             refused("smooth:cutoff=8").starts_with("the step \"smooth:cutoff=8\": unknown field `cutoff`, expected")
         );
         assert!(refused("fill:longest=soon").contains("invalid type: string \"soon\""));
-        assert!(refused("warp:speed=0").ends_with("or warp:speed=FACTOR above 0"));
-        assert!(refused("mirror:axis=x").ends_with("has a key that mirror does not have"));
+        assert!(refused("warp:speed=0").ends_with("warp:speed=FACTOR above 0, or warp:path=..."));
+        for text in [
+            "mirror:axis=x",
+            "warp:path=1/1,0=0",
+            "warp:0=0,speed=2",
+            "blend:heavy=1",
+        ] {
+            assert!(
+                refused(text).ends_with("does not have, or not beside the others"),
+                "{text}"
+            );
+        }
+        assert!(refused("blend:weight=0:0+1").starts_with("\"1\" in the step"));
+        assert!(refused("warp:path=1/2+3").ends_with("is not a point: M/M or SECONDS:M/M"));
+        assert!(refused("blend:with=b.bvh").ends_with("2 or more, got \"b.bvh\""));
+        assert!(refused("smooth:with=2").contains("unknown field `with`"));
     }
 }

@@ -43,6 +43,60 @@ pub(crate) fn log(rotation: Quat) -> Vec3 {
     v * (2.0 * sin.atan2(w) / sin)
 }
 
+/// [`log`] of the components x, y, z, w without a branch, so that a loop over it becomes vector instructions. The quotient
+/// of an angle and its sine is a polynomial in `1 - w` here, the interpolation of degree 9 at Chebyshev's nodes of 0 to 1,
+/// which is within 2e-8.
+#[inline(always)]
+pub(crate) fn log_without_branches([x, y, z, w]: [f32; 4]) -> [f32; 3] {
+    const QUOTIENT: [f32; 10] = [
+        1.0,
+        0.333_335_38,
+        0.133_266_57,
+        0.057_977_802,
+        0.020_163_49,
+        0.030_059_176,
+        -0.033_552_997,
+        0.050_975_76,
+        -0.032_591_69,
+        0.011_162_825,
+    ];
+    let quotient = 2.0 * polynomial(QUOTIENT, 1.0 - w.abs());
+    let factor = if w < 0.0 { -quotient } else { quotient };
+    [x * factor, y * factor, z * factor]
+}
+
+/// The square of the angle between two rotations, the square of the length of a [`log`], without a branch. It is a
+/// polynomial in the square of the chord between the quaternions, at Chebyshev's nodes of 0 to 2, and within 4e-8 of its
+/// size.
+#[inline(always)]
+pub(crate) fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
+    const QUOTIENT: [f32; 9] = [
+        4.0,
+        0.333_331_8,
+        0.044_464_83,
+        0.007_040_987,
+        0.001_520_764_2,
+        -0.000_098_814_1,
+        0.000_307_327_4,
+        -0.000_098_291_15,
+        0.000_022_240_254,
+    ];
+    let (x, y, z, w) = (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]);
+    let chord = (x * x + y * y) + (z * z + w * w);
+    // That to the negative of the other quaternion, which is the same rotation, is 4 less it.
+    let chord = if chord > 2.0 { 4.0 - chord } else { chord };
+    chord * polynomial(QUOTIENT, chord)
+}
+
+#[inline(always)]
+fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
+    let mut sum = coefficients[N - 1];
+    for place in (0..N - 1).rev() {
+        sum = sum * x + coefficients[place];
+    }
+    sum
+}
+
 /// The rotation of a rotation vector: the inverse of [`log`].
 #[inline]
 pub(crate) fn exp(vector: Vec3) -> Quat {
@@ -69,6 +123,26 @@ mod tests {
             assert!(rotation.abs_diff_eq(Quat::from_axis_angle(Vec3::new(0.6, 0.0, -0.8), angle), 1e-6));
             for rotation in [rotation, -rotation] {
                 assert!(log(rotation).abs_diff_eq(vector, 1e-6 * (1.0 + angle.abs())), "{angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_branches_is_the_same() {
+        let axis = Vec3::new(0.48, -0.6, 0.64);
+        for angle in [0.0f32, 1e-4, 0.02, 0.5, 1.5, 2.5, 3.1, -2.9] {
+            for sign in [1.0, -1.0] {
+                let rotation = Quat::from_axis_angle(axis, angle) * sign;
+                let found = Vec3::from_array(log_without_branches(rotation.to_array()));
+                assert!(
+                    found.abs_diff_eq(axis * angle, 1e-6 * (1.0 + angle.abs())),
+                    "{angle}: {found}"
+                );
+                let square = squared_angle(rotation.to_array(), Quat::IDENTITY.to_array());
+                assert!(
+                    (square - angle * angle).abs() < 1e-6 * (1.0 + angle * angle),
+                    "{angle}: {square}"
+                );
             }
         }
     }

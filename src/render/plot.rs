@@ -8,12 +8,14 @@ use crate::pose::{Binding, Pose};
 use crate::scene::NodeId;
 
 /// Options of a plot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlotOptions {
     /// Width in pixels. Default: 960.
     pub width: u32,
     /// Height of one pair of axes in pixels. Default: 260.
     pub panel_height: u32,
+    /// Frames to mark on the curves, such as the keys of a keyframe animation. Default: none.
+    pub marked_frames: Vec<usize>,
 }
 
 impl Default for PlotOptions {
@@ -21,6 +23,7 @@ impl Default for PlotOptions {
         Self {
             width: 960,
             panel_height: 260,
+            marked_frames: Vec::new(),
         }
     }
 }
@@ -63,9 +66,23 @@ pub fn plot(clip: &Clip<'_>, joints: &[NodeId], options: &PlotOptions) -> Drawin
         let (position, rotation) = curves(clip, joint);
         let top = 2.0 * panel * index as f32;
         let heading = format!("{}, {}: position in the world [file units]", node.name, clip.name);
-        paint_panel(&mut drawing, clip, &heading, &position, top, panel);
+        paint_panel(
+            &mut drawing,
+            clip,
+            &heading,
+            &position,
+            [top, panel],
+            &options.marked_frames,
+        );
         let heading = format!("{}: rotation to the parent [degrees]", node.name);
-        paint_panel(&mut drawing, clip, &heading, &rotation, top + panel, panel);
+        paint_panel(
+            &mut drawing,
+            clip,
+            &heading,
+            &rotation,
+            [top + panel, panel],
+            &options.marked_frames,
+        );
     }
     drawing
 }
@@ -108,8 +125,15 @@ const TOP: f32 = 34.0;
 const BOTTOM: f32 = 34.0;
 const LABEL: f32 = 11.0;
 
-/// One pair of axes with its grid, its curves and its legend.
-fn paint_panel(drawing: &mut Drawing, clip: &Clip<'_>, heading: &str, curves: &[Curve], top: f32, height: f32) {
+/// One pair of axes with its grid, its curves and its legend, and the marked frames.
+fn paint_panel(
+    drawing: &mut Drawing,
+    clip: &Clip<'_>,
+    heading: &str,
+    curves: &[Curve],
+    [top, height]: [f32; 2],
+    marked: &[usize],
+) {
     let [left, right] = [LEFT, drawing.width as f32 - RIGHT];
     let [upper, lower] = [top + TOP, top + height - BOTTOM];
     let all = curves.iter().flat_map(|curve| &curve.values);
@@ -156,6 +180,11 @@ fn paint_panel(drawing: &mut Drawing, clip: &Clip<'_>, heading: &str, curves: &[
         match points.as_slice() {
             [only] => drawing.circle(*only, 3.0, curve.color),
             _ => drawing.line(points, 1.6, curve.color),
+        }
+        for &frame in marked {
+            if let Some(value) = curve.values.get(frame) {
+                drawing.circle(place((frame, *value)), 3.0, curve.color);
+            }
         }
     }
     let mut x = right;

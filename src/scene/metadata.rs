@@ -241,7 +241,36 @@ pub enum AppliedStep {
     Edit {
         /// Its name and all its parameters, as [`EditStep`](crate::edit::EditStep) parses it.
         edit: String,
+        /// The second motion, of a step that takes one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        with: Option<SecondMotion>,
     },
+}
+
+/// The second motion that a step took: where it comes from, and what was done to it before.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SecondMotion {
+    /// The file that it was read from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<Origin>,
+    /// How the root's OFFSET was used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_offset: Option<RootOffsetUsed>,
+    /// The steps that changed it, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<AppliedStep>,
+}
+
+impl SecondMotion {
+    /// A motion that is at hand.
+    pub(crate) fn of(scene: &super::Scene) -> Self {
+        Self {
+            source: scene.metadata.origin.clone(),
+            root_offset: scene.metadata.root_offset.clone(),
+            steps: scene.metadata.steps.clone(),
+        }
+    }
 }
 
 /// How a root's OFFSET and its position channels combine.

@@ -9,21 +9,30 @@ use crate::edit::EditStep;
 use crate::error::Result;
 use crate::limits::Limits;
 use crate::process;
-use crate::scene::{AppliedStep, Scene, UpAxis};
+use crate::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
 use crate::skeleton;
 
 /// How near, in ticks, two moments are that are one.
 const SAME_TICK: f64 = 1e-6;
 
 /// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
-/// source too. `None` where there is none.
-pub(super) fn edited(source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Scene, usize)>> {
+/// source too. `None` where there is none. `second` finds the second motion of a step, as it was read.
+pub(super) fn edited(
+    source: &Scene,
+    steps: &[AppliedStep],
+    second: &dyn Fn(&SecondMotion) -> Result<Scene>,
+) -> Result<Option<(Scene, usize)>> {
     let is_edit = |step: &AppliedStep| matches!(step, AppliedStep::Edit { .. });
     let Some(last) = steps.iter().rposition(is_edit) else {
         return Ok(None);
     };
     let mut scene = source.clone();
-    for step in &steps[..=last] {
+    apply(&mut scene, &steps[..=last], second)?;
+    Ok(Some((scene, last + 1)))
+}
+
+fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion) -> Result<Scene>) -> Result<()> {
+    for step in steps {
         match step {
             AppliedStep::ConvertUnits {
                 metres_per_unit,
@@ -31,23 +40,31 @@ pub(super) fn edited(source: &Scene, steps: &[AppliedStep]) -> Result<Option<(Sc
                 out_metres_per_unit,
                 out_up,
             } => {
-                process::convert_units_to(&mut scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
+                process::convert_units_to(scene, (*metres_per_unit, *up), (*out_metres_per_unit, *out_up));
                 scene.metadata.metres_per_unit = Some(*out_metres_per_unit);
                 scene.metadata.up = Some(*out_up);
             }
-            AppliedStep::Trim { first, last } => process::trim(&mut scene, *first, *last),
+            AppliedStep::Trim { first, last } => process::trim(scene, *first, *last),
             AppliedStep::Resample { frames_per_second } => {
-                process::resample(&mut scene, *frames_per_second, &Limits::default())?;
+                process::resample(scene, *frames_per_second, &Limits::default())?;
             }
-            AppliedStep::InPlace => process::in_place(&mut scene),
-            AppliedStep::RootMotion => process::root_motion(&mut scene),
+            AppliedStep::InPlace => process::in_place(scene),
+            AppliedStep::RootMotion => process::root_motion(scene),
             AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } => {}
-            AppliedStep::Edit { edit } => {
-                edit.parse::<EditStep>()?.apply(&mut scene, 0, None)?;
+            AppliedStep::Edit { edit, with } => {
+                let other = match with {
+                    Some(with) => {
+                        let mut other = second(with)?;
+                        apply(&mut other, &with.steps, second)?;
+                        Some(other)
+                    }
+                    None => None,
+                };
+                edit.parse::<EditStep>()?.apply(scene, 0, other.as_ref())?;
             }
         }
     }
-    Ok(Some((scene, last + 1)))
+    Ok(())
 }
 
 /// What lies on purpose between a source and a file.

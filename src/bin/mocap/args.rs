@@ -139,6 +139,9 @@ pub(crate) struct VerifyArgs {
     pub(crate) source: PathBuf,
     /// The file that was made from it: any that is read, or the .npz of `mocap fk`
     pub(crate) output: PathBuf,
+    /// A second motion that `mocap edit` joined, blended or layered with the source; once for each
+    #[arg(long, value_name = "FILE")]
+    pub(crate) with: Vec<PathBuf>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

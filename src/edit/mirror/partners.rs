@@ -8,8 +8,8 @@ use crate::skeleton::{Humanoid, HumanoidBone};
 
 /// The partner of every node; its own for a node in the middle, or without one. Who is whose partner is mutual.
 ///
-/// The bones of the humanoid say it for most. Of the others, those below two partners are paired where one is nearest to
-/// the mirror image of the other in the T-pose.
+/// The bones of the humanoid say it for most, and for the joints between two of them. Of the others, those below two
+/// partners are paired where one is nearest to the mirror image of the other in the T-pose.
 pub(super) fn partners(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -21,6 +21,20 @@ pub(super) fn partners(
     for (bone, joint) in &humanoid.bones {
         let other = humanoid.joint(HumanoidBone::mirrored(*bone)).unwrap_or(joint.joint);
         partners[joint.joint.index()] = Some(other);
+    }
+    // As many joints lead up from a bone to the next as from its partner.
+    for joint in humanoid.bones.values() {
+        let Some(partner) = partners[joint.joint.index()].filter(|partner| *partner != joint.joint) else {
+            continue;
+        };
+        let parent = |node: NodeId| scene.nodes[node.index()].parent;
+        let is_free =
+            |(a, b): &(NodeId, NodeId)| partners[a.index()].is_none() && partners[b.index()].is_none() && a != b;
+        let next = |(a, b): &(NodeId, NodeId)| Some((parent(*a)?, parent(*b)?));
+        let pairs = std::iter::successors(next(&(joint.joint, partner)), next);
+        for (a, b) in pairs.take_while(is_free).collect::<Vec<_>>() {
+            (partners[a.index()], partners[b.index()]) = (Some(b), Some(a));
+        }
     }
     let from_hips = |node: usize| (reference.position(NodeId::new(node)) - reference.position(hips)).as_dvec3();
     for node in 0..scene.nodes.len() {

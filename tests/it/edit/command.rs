@@ -132,3 +132,97 @@ fn motions_are_joined_in_the_order_of_the_inputs() {
     );
     assert!(!std::fs::exists(path("x.glb")).unwrap());
 }
+
+#[test]
+fn second_motions_are_recorded_and_verified() {
+    let (_folder, path) = folder();
+    let (walk, other, output) = (real("cmu_12_01_walk.bvh"), path("mirrored.bvh"), path("both.glb"));
+    assert!(run(&["edit", &walk, "-o", &other, "--step", "mirror"]).status.success());
+    let found = run(&[
+        "edit",
+        &walk,
+        &other,
+        "-o",
+        &output,
+        "--step",
+        "blend:weight=0.5:0+2:1",
+        "--loop",
+        "10..100",
+        "--step",
+        "concat:with=2,blend=0.1",
+    ]);
+    assert!(found.status.success(), "{}", words(&found));
+    // The steps were done in the order given.
+    let told = words(&found);
+    let places = ["blend: ", "loop: ", "concat: "].map(|name| told.find(name).unwrap());
+    assert!(places.is_sorted(), "{told}");
+    assert!(told.contains("blend: with mirrored.bvh, "), "{told}");
+    assert_eq!(
+        mocap::import(&output).unwrap().animations[0].frame_count(),
+        91 + 523 - 1
+    );
+
+    let verified = run(&["verify", &walk, &output, "--with", &other, "--max-error", "0.01mm"]);
+    assert!(verified.status.success(), "{}", words(&verified));
+    for more in [&[][..], &["--with", &walk]] {
+        let refused = run(&[&["verify", &walk, &output][..], more].concat());
+        assert_eq!(refused.status.code(), Some(1));
+        assert!(
+            words(&refused)
+                .contains("the file was made with a second motion, \"mirrored.bvh\", which is none of the files given"),
+            "{}",
+            words(&refused)
+        );
+    }
+    // What the other steps did to the second motion is done again: here the rest pose in its first frame goes.
+    let twice = path("twice.glb");
+    assert!(
+        run(&["edit", &walk, &walk, "-o", &twice, "--step", "concat"])
+            .status
+            .success()
+    );
+    assert!(
+        run(&["verify", &walk, &twice, "--max-error", "0.01mm"])
+            .status
+            .success()
+    );
+}
+
+#[test]
+fn keys_are_marked_on_the_curves() {
+    let (_folder, path) = folder();
+    let (walk, output, curves) = (real("cmu_12_01_walk.bvh"), path("keys.glb"), path("keys.svg"));
+    let between = |curves: &str, joints: &[&str]| {
+        let arguments = [
+            "edit",
+            &walk,
+            "-o",
+            &output,
+            "--force",
+            "--step",
+            "in-between:every=100",
+            "--curves",
+            curves,
+        ];
+        run(&[&arguments[..], joints].concat())
+    };
+    let found = between(&curves, &["--joint", "LeftUpLeg"]);
+    assert!(found.status.success(), "{}", words(&found));
+    let picture = std::fs::read_to_string(&curves).unwrap();
+    // Frames 0, 100, ... 500 and 522, on three curves of the position and three of the rotation.
+    assert_eq!(picture.matches("<circle").count(), 7 * 6);
+    let refused = between(&path("other.svg"), &["--joint", "Tail"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        words(&refused).contains("no joint is called \"Tail\"; the joints are Hips,"),
+        "{}",
+        words(&refused)
+    );
+    assert_eq!(between(&curves, &[]).status.code(), Some(2));
+    let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--loop", "10-40"]);
+    assert!(
+        words(&refused).contains("it must be two frames, such as 10..140"),
+        "{}",
+        words(&refused)
+    );
+}

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EDIT_STEPS, EditStep};
 
 use super::{FrameRateArgs, SourceArgs};
@@ -15,12 +16,17 @@ pub(crate) struct EditArgs {
     /// The file to write: .glb, .gltf or .bvh
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// A step, such as smooth:cut-off=8; steps are applied in the order given
-    #[arg(long = "step", value_name = "NAME[:key=value,...]", value_parser = parse_step)]
-    pub(crate) steps: Vec<EditStep>,
+    #[command(flatten)]
+    pub(crate) steps: Steps,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz
     #[arg(long, value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
+    /// Draw curves of the changed motion: .svg or .png; the keys of an in-between are marked if it is the last step
+    #[arg(long, value_name = "FILE", requires = "joint")]
+    pub(crate) curves: Option<PathBuf>,
+    /// A joint to draw; once for each
+    #[arg(long, value_name = "NAME", requires = "curves")]
+    pub(crate) joint: Vec<String>,
     /// Print what each step changed as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -31,6 +37,56 @@ pub(crate) struct EditArgs {
     pub(crate) source: SourceArgs,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+}
+
+/// The steps in the order given: those of --step, and --loop, which is one of them.
+#[derive(Debug)]
+pub(crate) struct Steps(pub(crate) Vec<EditStep>);
+
+impl clap::Args for Steps {
+    fn augment_args(command: Command) -> Command {
+        let step = Arg::new("step")
+            .value_name("NAME[:key=value,...]")
+            .value_parser(parse_step)
+            .help("A step, such as smooth:cut-off=8; steps are applied in the order given");
+        let cut = Arg::new("loop")
+            .value_name("A..B")
+            .value_parser(parse_loop)
+            .help("Cut to the loop from frame A to frame B: the step loop:frames=A..B");
+        [step, cut].into_iter().fold(command, |command, arg| {
+            let name = arg.get_id().clone();
+            command.arg(arg.long(name).action(ArgAction::Append))
+        })
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Steps {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = ["step", "loop"].into_iter().flat_map(|name| {
+            let steps = matches.get_many::<EditStep>(name).into_iter().flatten();
+            matches.indices_of(name).into_iter().flatten().zip(steps)
+        });
+        let mut given: Vec<_> = given.collect();
+        given.sort_by_key(|(place, _)| *place);
+        Ok(Self(given.into_iter().map(|(_, step)| step.clone()).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+fn parse_loop(text: &str) -> Result<EditStep, String> {
+    let is_frame = |frame: &str| frame.parse::<usize>().is_ok();
+    match text.split_once("..") {
+        Some((first, last)) if is_frame(first) && is_frame(last) => parse_step(&format!("loop:frames={text}")),
+        _ => Err("it must be two frames, such as 10..140".to_owned()),
+    }
 }
 
 fn parse_step(text: &str) -> Result<EditStep, String> {

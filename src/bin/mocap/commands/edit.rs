@@ -5,11 +5,15 @@ use std::path::Path;
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, contacts};
 use mocap::export::ReplacePolicy;
+use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::Scene;
 use mocap::{Conversion, SkeletonMesh, arrays};
 use serde_json::Value;
 
-use super::{convert_aloud, extension, import_moving, print_json, scene_bytes, unknown_extension};
+use super::plot::joints_named;
+use super::{
+    convert_aloud, extension, import_moving, print_json, scene_bytes, short_name, unknown_extension, write_drawing,
+};
 use crate::args::EditArgs;
 use crate::{Failure, report, streams};
 
@@ -24,7 +28,12 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
     {
         return Err(unknown_extension(file, ".json or .npz"));
     }
-    if args.steps.is_empty() && args.contacts.is_none() {
+    if let Some(file) = &args.curves
+        && !["svg", "png"].contains(&extension(file).as_str())
+    {
+        return Err(unknown_extension(file, ".png or .svg"));
+    }
+    if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
     let policy = ReplacePolicy::new(&args.inputs).force(args.force);
@@ -37,7 +46,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
     let mut scene = scenes.remove(0);
     let mut reports: Vec<EditReport> = Vec::new();
     let mut next = 0;
-    for step in &args.steps {
+    for step in &args.steps.0 {
         let other = step.needs_other().then(|| {
             // The inputs are counted from 1, and the first is the motion itself.
             let place = step.with().unwrap_or(next + 2);
@@ -75,6 +84,10 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         }
         None => None,
     };
+    if let Some(file) = &args.curves {
+        policy.check_inputs(file)?;
+        joints_named(&scene, &args.joint)?;
+    }
     let bytes = scene_bytes(&scene, &args.output)?;
     policy.check_bytes(&args.output, &bytes)?;
     streams::write(&args.output, &bytes)?;
@@ -82,10 +95,31 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         policy.check_bytes(file, &bytes)?;
         streams::write(file, &bytes)?;
     }
+    if let Some(file) = &args.curves {
+        draw(args, &scene, reports.last(), file)?;
+    }
     if args.json {
         print_json(&reports)?;
     }
     Ok(())
+}
+
+/// Draws curves of the changed motion, with the keys of the last step.
+fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) -> Result<(), Failure> {
+    let keys = last
+        .filter(|last| last.step.starts_with("in-between"))
+        .and_then(|last| last.changed["keys"].as_array());
+    let options = PlotOptions {
+        marked_frames: keys
+            .into_iter()
+            .flatten()
+            .filter_map(|key| Some(key.as_u64()? as usize))
+            .collect(),
+        ..PlotOptions::default()
+    };
+    let name = short_name(&args.output);
+    let clip = Clip { name: &name, scene };
+    write_drawing(&plot(&clip, &joints_named(scene, &args.joint)?, &options), file)
 }
 
 /// A motion with one animation, without a rest pose in the first frame; for glTF in metres with +Y up.
@@ -107,10 +141,11 @@ fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> 
 fn tell(found: &EditReport) {
     let name = found.step.split(':').next().unwrap_or_default();
     let Value::Object(map) = &found.changed else { return };
-    let parts: Vec<String> = map
+    let with = found.with.iter().map(|with| format!("with {with}"));
+    let numbers = map
         .iter()
-        .filter_map(|(key, value)| Some(format!("{} {}", key.replace('_', " "), short(value)?)))
-        .collect();
+        .filter_map(|(key, value)| Some(format!("{} {}", key.replace('_', " "), short(value)?)));
+    let parts: Vec<String> = with.chain(numbers).collect();
     report::say(&format!("{name}: {}", parts.join(", ")));
 }
 

@@ -1,7 +1,7 @@
 //! `mocap plot`: draws curves of a joint.
 
 use mocap::render::{Clip, PlotOptions, plot};
-use mocap::scene::NodeId;
+use mocap::scene::{NodeId, Scene};
 
 use super::{import_motion, short_name, write_drawing};
 use crate::args::PlotArgs;
@@ -10,17 +10,7 @@ use crate::{Failure, streams};
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     streams::check_output(&[&args.file], &args.output)?;
     let scene = import_motion(&args.read, &args.file)?;
-    let mut joints = Vec::new();
-    for name in &args.joint {
-        let Some(index) = scene.nodes.iter().position(|node| node.name == *name) else {
-            let names: Vec<_> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
-            let known = names.join(", ");
-            return Err(Failure::Usage(format!(
-                "no joint is called \"{name}\"; the joints are {known}"
-            )));
-        };
-        joints.push(NodeId::new(index));
-    }
+    let joints = joints_named(&scene, &args.joint)?;
     let name = short_name(&args.file);
     let options = PlotOptions {
         width: args.width,
@@ -37,4 +27,17 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
         ),
         &args.output,
     )
+}
+
+/// The joints of these names.
+pub(super) fn joints_named(scene: &Scene, names: &[String]) -> Result<Vec<NodeId>, Failure> {
+    let find = |name: &String| {
+        let index = scene.nodes.iter().position(|node| node.name == *name);
+        index.map(NodeId::new).ok_or_else(|| {
+            let names: Vec<_> = scene.nodes.iter().map(|node| node.name.as_str()).collect();
+            let known = names.join(", ");
+            Failure::Usage(format!("no joint is called \"{name}\"; the joints are {known}"))
+        })
+    };
+    names.iter().map(find).collect()
 }

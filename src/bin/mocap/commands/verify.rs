@@ -21,7 +21,9 @@ struct Verdict<'a> {
 }
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
-    let verifier = Verifier::new().importer(args.read.importer());
+    let verifier = Verifier::new()
+        .importer(args.read.importer())
+        .second_motions(&args.with);
     let verification = verifier.files(&args.source, &args.output)?;
     let max_allowed = args.tolerance.max_error;
     let ok = verification.is_within(max_allowed);

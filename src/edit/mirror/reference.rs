@@ -1,0 +1,167 @@
+//! The rotations from which both sides of a figure are mirror images of each other.
+
+use glam::{DQuat, DVec3};
+
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeId, Scene};
+use crate::skeleton::{Humanoid, HumanoidBone};
+
+/// Bones farther apart from the mirror images of their partners than this, as a cosine, are left alone: 45 degrees.
+const NEAR: f64 = 0.7;
+
+/// The least sine of the angle of a knee or an elbow at rest that shows about which axis it bends.
+const BENT: f64 = 0.2;
+
+/// Limbs by their bones, of which the two upper ones turn about one axis.
+const LIMBS: [[HumanoidBone; 3]; 2] = [
+    [
+        HumanoidBone::LeftUpperLeg,
+        HumanoidBone::LeftLowerLeg,
+        HumanoidBone::LeftFoot,
+    ],
+    [
+        HumanoidBone::LeftUpperArm,
+        HumanoidBone::LeftLowerArm,
+        HumanoidBone::LeftHand,
+    ],
+];
+
+/// The rotations in the world of the T-pose `pose`, turned so that each bone has the direction of the mirror image of its
+/// partner and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which one leg is
+/// ahead has legs that point down, but each turned about itself as it came.
+pub(super) fn symmetric(
+    scene: &Scene,
+    humanoid: &Humanoid,
+    pose: &Pose,
+    partners: &[NodeId],
+    normal: DVec3,
+) -> Vec<DQuat> {
+    let rotation = |pose: &Pose, node: usize| {
+        let rotation = Trs::from_matrix(pose.node_to_world[node]).rotation;
+        rotation.as_dquat().normalize()
+    };
+    let count = scene.nodes.len();
+    let mut rotations: Vec<DQuat> = (0..count).map(|node| rotation(pose, node)).collect();
+    let at = |node: usize| pose.position(NodeId::new(node)).as_dvec3();
+    let reflect = |vector: DVec3| vector - 2.0 * vector.dot(normal) * normal;
+    let axes = axes(scene, humanoid, &|rest, node| {
+        rotations[node] * rotation(rest, node).inverse()
+    });
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); count];
+    for (node, parent) in scene
+        .nodes
+        .iter()
+        .enumerate()
+        .filter_map(|(node, it)| Some((node, it.parent?)))
+    {
+        children[parent.index()].push(node);
+    }
+    let mut turns = vec![DQuat::IDENTITY; count];
+    for node in 0..count {
+        let partner = partners[node].index();
+        if partner == node {
+            // A bone in the middle lies in the plane, and what is on both sides of it is across.
+            let in_middle = children[node]
+                .iter()
+                .filter(|child| partners[**child].index() == **child);
+            let along = in_middle
+                .map(|child| at(*child) - at(node))
+                .max_by(|a, b| a.length().total_cmp(&b.length()))
+                .and_then(DVec3::try_normalize);
+            let across: DVec3 = children[node]
+                .iter()
+                .map(|child| {
+                    let way = at(*child) - at(partners[*child].index());
+                    way * way.dot(normal).signum()
+                })
+                .sum();
+            let across = across.try_normalize().filter(|across| across.dot(normal) > NEAR);
+            let in_plane = along.and_then(|along| along.reject_from_normalized(normal).try_normalize());
+            let turn = match (along.zip(in_plane), across) {
+                (Some((along, in_plane)), across) if along.dot(in_plane) > NEAR => {
+                    let turn = DQuat::from_rotation_arc(along, in_plane);
+                    let across = across.map(|across| (turn * across).reject_from_normalized(in_plane));
+                    let across = across.and_then(DVec3::try_normalize);
+                    across.map_or(turn, |across| DQuat::from_rotation_arc(across, normal) * turn)
+                }
+                (_, Some(across)) => DQuat::from_rotation_arc(across, normal),
+                _ => DQuat::IDENTITY,
+            };
+            rotations[node] = turn * rotations[node];
+        } else if node < partner {
+            let is_pair = |child: &&usize| scene.nodes[partners[**child].index()].parent == Some(partners[node]);
+            let ways: Vec<[DVec3; 2]> = children[node]
+                .iter()
+                .filter(is_pair)
+                .map(|child| [at(*child) - at(node), at(partners[*child].index()) - at(partner)])
+                .collect();
+            // To the middle of what hangs on it: a thumb that stands off is no direction of a hand.
+            let sums = [0, 1].map(|side: usize| ways.iter().map(|ways| ways[side]).sum::<DVec3>().try_normalize());
+            let [Some(own), Some(other)] = sums else {
+                continue;
+            };
+            // Only the partner turns: it is all the same how a bone stands, if its partner is its mirror image.
+            let along = reflect(own);
+            // A joint that the T-pose does not know went with the bone above it.
+            let above = scene.nodes[partner]
+                .parent
+                .map_or(DQuat::IDENTITY, |parent| turns[parent.index()]);
+            let start = if (above * other).dot(along) > other.dot(along) {
+                above
+            } else {
+                DQuat::IDENTITY
+            };
+            if (start * other).dot(along) < NEAR {
+                continue;
+            }
+            let mut turn = DQuat::from_rotation_arc(start * other, along) * start;
+            // About itself a bone is turned as its axis says, or else as a finger does that goes off to one side.
+            let beside = |ways: &&[DVec3; 2]| {
+                let off = |along: &DVec3, way: DVec3| way.reject_from_normalized(*along).length() > BENT * way.length();
+                [own, other].iter().zip(**ways).all(|(along, way)| off(along, way))
+            };
+            let second = match (axes[node], axes[partner]) {
+                // The mirror image of an axis of rotation is turned round besides.
+                (Some(axis), Some(other)) => Some([axis, -other]),
+                _ => ways
+                    .iter()
+                    .filter(beside)
+                    .max_by(|a, b| a[0].length().total_cmp(&b[0].length()))
+                    .copied(),
+            };
+            if let Some([second, other]) = second {
+                let wanted = reflect(second).reject_from_normalized(along);
+                let found = (turn * other).reject_from_normalized(along);
+                let angle = found.cross(wanted).dot(along).atan2(found.dot(wanted));
+                turn = DQuat::from_axis_angle(along, angle) * turn;
+            }
+            turns[partner] = turn;
+            rotations[partner] = turn * rotations[partner];
+        }
+    }
+    rotations
+}
+
+/// The axes about which the bones of limbs bend, in the world of the T-pose, where the rest pose shows them. `to_pose` takes
+/// a direction of a node at rest to that pose.
+fn axes(scene: &Scene, humanoid: &Humanoid, to_pose: &dyn Fn(&Pose, usize) -> DQuat) -> Vec<Option<DVec3>> {
+    let rest = Pose::rest(scene);
+    let mut axes = vec![None; scene.nodes.len()];
+    for limb in LIMBS
+        .into_iter()
+        .flat_map(|limb| [limb, limb.map(HumanoidBone::mirrored)])
+    {
+        let [Some(upper), Some(lower), Some(end)] = limb.map(|bone| humanoid.joint(bone)) else {
+            continue;
+        };
+        let at = |node: NodeId| rest.position(node).as_dvec3();
+        let (thigh, shin) = (at(lower) - at(upper), at(end) - at(lower));
+        let axis = thigh.cross(shin);
+        if axis.length() > BENT * thigh.length() * shin.length() {
+            for node in [upper, lower] {
+                axes[node.index()] = Some(to_pose(&rest, node.index()) * axis.normalize());
+            }
+        }
+    }
+    axes
+}

@@ -1,0 +1,92 @@
+//! How far poses are apart, many at a time.
+
+use glam::Vec3;
+
+use super::frames::Frames;
+use super::ground::Carrier;
+use crate::math::quaternion::{log, squared_angle};
+use crate::math::wide;
+
+/// What counts of the poses of chosen frames, list by list.
+///
+/// The distance of two poses is the sum of the squared angles of all joints but the carrier, of which only the tilt
+/// counts, since where a figure stands and looks is no part of its pose.
+pub(super) struct Poses {
+    count: usize,
+    /// For each joint the components x, y, z, w of its rotations in all frames.
+    rotations: Vec<[Vec<f32>; 4]>,
+    /// Other values whose squared differences count: for each, that of all frames.
+    values: Vec<Vec<f32>>,
+}
+
+impl Poses {
+    /// The poses of `chosen` frames. With `speed_weight`, the speeds of the joints to their next frames count too.
+    pub(super) fn new(frames: &Frames, chosen: &[usize], carrier: &Carrier, speed_weight: Option<f32>) -> Self {
+        let rotation = |frame: usize, column: usize| frames.row(frame)[column].rotation;
+        let mut poses = Self {
+            count: chosen.len(),
+            rotations: Vec::new(),
+            values: Vec::new(),
+        };
+        let mut add = |values: Vec<Vec3>| {
+            let axis = |axis: usize| values.iter().map(|value| value[axis]).collect();
+            poses.values.extend([0, 1, 2].map(axis));
+        };
+        let last = frames.len() - 1;
+        for column in 0..frames.nodes().len() {
+            let of_chosen = |value: &dyn Fn(usize) -> Vec3| chosen.iter().map(|frame| value(*frame)).collect();
+            if column == carrier.column {
+                add(of_chosen(&|frame| rotation(frame, column).inverse() * carrier.up));
+                continue;
+            }
+            if let Some(weight) = speed_weight.filter(|_| last > 0) {
+                // That of the last frame is that of the one before.
+                add(of_chosen(&|frame| {
+                    let from = frame.min(last - 1);
+                    log(rotation(from, column).inverse() * rotation(from + 1, column)) * weight.sqrt()
+                }));
+            }
+            let component = |component: usize| {
+                chosen
+                    .iter()
+                    .map(|frame| rotation(*frame, column).to_array()[component])
+                    .collect()
+            };
+            poses.rotations.push([0, 1, 2, 3].map(component));
+        }
+        poses
+    }
+
+    /// The distances of one pose, the place among the chosen frames of `from`, which is of the same joints, to all of these.
+    pub(super) fn distances(&self, from: &Self, place: usize) -> Vec<f32> {
+        let mut sums = vec![0.0; self.count];
+        for (track, from) in self.rotations.iter().zip(&from.rotations) {
+            add_angles(
+                &mut sums,
+                track,
+                [&from[0], &from[1], &from[2], &from[3]].map(|list| list[place]),
+            );
+        }
+        for (track, from) in self.values.iter().zip(&from.values) {
+            add_squares(&mut sums, track, from[place]);
+        }
+        sums
+    }
+}
+
+wide::dispatch! {
+    fn add_angles(sums: &mut [f32], track: &[Vec<f32>; 4], from: [f32; 4]) {
+        let [x, y, z, w] = track;
+        for ((((sum, x), y), z), w) in sums.iter_mut().zip(x).zip(y).zip(z).zip(w) {
+            *sum += squared_angle(from, [*x, *y, *z, *w]);
+        }
+    }
+}
+
+wide::dispatch! {
+    fn add_squares(sums: &mut [f32], track: &[f32], from: f32) {
+        for (sum, value) in sums.iter_mut().zip(track) {
+            *sum += (value - from) * (value - from);
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Bends the path of a figure over the ground.
+
+mod spline;
+
+use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use self::spline::Spline;
+use super::frames::Frames;
+use super::ground::Carrier;
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::{Pose, Trs};
+use crate::scene::Scene;
+use crate::skeleton::Skeleton;
+
+/// A point of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PathPoint {
+    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even share of the way that
+    /// it goes anyway.
+    pub seconds: Option<f64>,
+    /// Where, in metres along the two axes of the ground: x and z where +Y is up, x and y where +Z is.
+    pub at: [f64; 2],
+}
+
+/// Where a figure looks on its new path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathFacing {
+    /// It turns with the path: one that walks sideways walks sideways along the new one.
+    #[default]
+    Along,
+    /// It looks where it looked.
+    Kept,
+}
+
+/// Options of [`warp_path()`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WarpPathOptions {
+    /// The points, in the order of time.
+    pub points: Vec<PathPoint>,
+    /// Where the figure looks. Default: along the path.
+    pub facing: PathFacing,
+}
+
+/// What [`warp_path()`] did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct WarpPathReport {
+    /// Where the figure was at the times of the points. A warp to these undoes this one.
+    pub points_before: Vec<PathPoint>,
+    /// The length of the path through those points, in metres.
+    pub length_before: f64,
+    /// The length of the new path, in metres. Feet slide as far as the two differ.
+    pub length: f64,
+    /// How far the figure was moved at most, in metres.
+    pub largest_shift: f64,
+    /// How far the figure was turned at most, in degrees.
+    pub largest_turn: f64,
+}
+
+/// Moves the figure of `animation`, an index into the animations of `scene`, over the ground so that it is at every point
+/// at its time. What a figure does besides, such as swaying from step to step, stays: both paths are natural cubic
+/// splines, one through the places where the figure was, the other through the points, and the figure keeps its place
+/// beside the first one (motion warping: Witkin and Popovic, 1995). Beyond the first and the last point the paths go on
+/// straight. Heights and poses stay.
+///
+/// ```
+/// use mocap::edit::{PathPoint, WarpPathOptions, warp_path};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let point = |seconds: f64, x: f64, z: f64| PathPoint { seconds: Some(seconds), at: [x, z] };
+/// let points = vec![point(0.0, 0.0, 0.0), point(2.0, 0.5, 2.0), point(4.0, 3.0, 3.0)];
+/// let report = warp_path(&mut scene, 0, &WarpPathOptions { points, ..WarpPathOptions::default() })?;
+/// assert!(report.largest_turn > 20.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] without points, or where a number is not finite, or
+/// the times are negative, do not increase from frame to frame, or are after the end, or some points have times and others
+/// not.
+pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions) -> Result<WarpPathReport> {
+    check(&options.points)?;
+    let frames = Frames::new(scene, animation, &[])?;
+    frames.require_nodes()?;
+    let carrier = Carrier::new(scene, &frames);
+    let metres = Skeleton::new(scene).survey.metres_per_unit;
+    let up = carrier.up.as_dvec3();
+    let axes = ground_axes(up);
+    let over_ground = |point: Vec3| DVec2::from(axes.map(|axis| point.as_dvec3().dot(axis))) * metres;
+    // Nothing above the carrier moves.
+    let above = scene.nodes[frames.nodes()[carrier.column].index()].parent;
+    let to_world = above.map_or(Mat4::IDENTITY, |parent| Pose::rest(scene).node_to_world[parent.index()]);
+    let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
+    let place = |frame: usize| to_world.transform_point3(frames.row(frame)[carrier.column].translation);
+    let was_at: Vec<DVec2> = (0..frames.len()).map(|frame| over_ground(place(frame))).collect();
+    let at_frames = frames_of(&options.points, &was_at, frames.rate)?;
+    let seconds: Vec<f64> = frames.ticks.iter().map(|tick| tick / frames.rate).collect();
+    let times: Vec<f64> = at_frames.iter().map(|frame| seconds[*frame]).collect();
+    let before: Vec<DVec2> = at_frames.iter().map(|frame| was_at[*frame]).collect();
+    let points: Vec<DVec2> = options.points.iter().map(|point| DVec2::from(point.at)).collect();
+    let (old, new) = (Spline::new(&times, &before), Spline::new(&times, &points));
+    let turns = match options.facing {
+        PathFacing::Along => {
+            let (old, new) = (headings(&old, &seconds), headings(&new, &seconds));
+            old.zip(new)
+                .map(|(old, new)| old.iter().zip(&new).map(|(old, new)| new - old).collect())
+        }
+        PathFacing::Kept => None,
+    };
+    let turns: Vec<f64> = turns.unwrap_or_else(|| vec![0.0; frames.len()]);
+    let mut report = WarpPathReport {
+        points_before: times
+            .iter()
+            .zip(&before)
+            .map(|(seconds, at)| PathPoint {
+                seconds: Some(*seconds),
+                at: at.to_array(),
+            })
+            .collect(),
+        ..WarpPathReport::default()
+    };
+    let length = |spline: &Spline| {
+        seconds
+            .windows(2)
+            .map(|pair| spline.at(pair[0]).distance(spline.at(pair[1])))
+            .sum()
+    };
+    (report.length_before, report.length) = (length(&old), length(&new));
+    // A turn about the up axis takes the first of the two axes towards the second, or away from it.
+    let handed = axes[0].cross(axes[1]).dot(up);
+    let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(frames.len());
+    for (frame, turn) in turns.into_iter().enumerate() {
+        let mut row = frames.row(frame).to_vec();
+        let from = was_at[frame];
+        let to = new.at(seconds[frame]) + DVec2::from_angle(turn).rotate(from - old.at(seconds[frame]));
+        let shift: DVec3 = axes[0] * (to - from).x + axes[1] * (to - from).y;
+        let turn = turn.sin().atan2(turn.cos());
+        let about = Quat::from_axis_angle(carrier.up, (turn * handed) as f32);
+        let trs = &mut row[carrier.column];
+        trs.translation = from_world.transform_point3((place(frame).as_dvec3() + shift / metres).as_vec3());
+        trs.rotation = (above_turned.inverse() * about * above_turned * trs.rotation).normalize();
+        report.largest_shift = report.largest_shift.max(from.distance(to));
+        report.largest_turn = report.largest_turn.max(turn.abs().to_degrees());
+        rows.push(row);
+    }
+    let ticks = frames.ticks.clone();
+    let mut changed = frames.with_rows(rows);
+    changed.ticks = ticks;
+    changed.write_all(scene, animation);
+    Ok(report)
+}
+
+fn check(points: &[PathPoint]) -> Result<()> {
+    let refuse = |message: &str| {
+        let diagnostic = Diagnostic::new(Code::UnknownOption, message);
+        Err(diagnostic
+            .expected_found(
+                "points with increasing times in seconds, or all without",
+                format!("{points:?}"),
+            )
+            .into())
+    };
+    let times: Vec<f64> = points.iter().filter_map(|point| point.seconds).collect();
+    let is_finite = points
+        .iter()
+        .all(|point| point.at.iter().all(|value| value.is_finite() && value.abs() < 1e9));
+    if points.is_empty() {
+        refuse("a path must have at least one point")
+    } else if !is_finite {
+        refuse("the points of a path must be finite and within 1e9 m")
+    } else if !times.is_empty() && times.len() < points.len() {
+        refuse("either all points of a path have a time, or none")
+    } else if !times.iter().all(|time| (0.0..1e9).contains(time)) || times.windows(2).any(|pair| pair[0] >= pair[1]) {
+        refuse("the times of a path must be finite, not negative, and increase")
+    } else {
+        Ok(())
+    }
+}
+
+/// The two axes over the ground: those of the world that are not up, in their order.
+fn ground_axes(up: DVec3) -> [DVec3; 2] {
+    let upright = up.abs().max_position();
+    let mut axes = DVec3::AXES
+        .into_iter()
+        .enumerate()
+        .filter(|(axis, _)| *axis != upright)
+        .map(|(_, axis)| axis);
+    [axes.next().unwrap_or(DVec3::X), axes.next().unwrap_or(DVec3::Z)]
+}
+
+/// The frame of each point: the nearest to its time, or to its share of the way.
+fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<usize>> {
+    let last = was_at.len() - 1;
+    let mut gone = vec![0.0];
+    for pair in was_at.windows(2) {
+        gone.push(gone[gone.len() - 1] + pair[0].distance(pair[1]));
+    }
+    let whole = gone[last];
+    let at_share = |share: f64| {
+        // One that stays where it is goes by time.
+        if whole <= 1e-6 {
+            return (share * last as f64).round() as usize;
+        }
+        let after = gone.partition_point(|way| *way < share * whole).min(last);
+        let before = after.saturating_sub(1);
+        if share * whole - gone[before] < gone[after] - share * whole {
+            before
+        } else {
+            after
+        }
+    };
+    let mut frames: Vec<usize> = Vec::with_capacity(points.len());
+    for (place, point) in points.iter().enumerate() {
+        let frame = match point.seconds {
+            Some(seconds) => (seconds * rate).round() as usize,
+            None => at_share(place as f64 / (points.len() - 1).max(1) as f64),
+        };
+        let least = frames.last().map_or(0, |last| last + 1);
+        // The way of a figure that stands for a while has several moments, and two points cannot have one.
+        let frame = if point.seconds.is_some() {
+            frame
+        } else {
+            frame.max(least)
+        };
+        if frame < least || frame > last {
+            let message = format!("point {} of the path would be at frame {frame}", place + 1);
+            let expected = format!("a frame from {least} to {last}, one for each point");
+            return Err(Diagnostic::new(Code::UnknownOption, message)
+                .expected_found(expected, format!("{points:?}"))
+                .into());
+        }
+        frames.push(frame);
+    }
+    Ok(frames)
+}
+
+/// The direction of a path at some moments, as angles. Where a path stands it keeps its direction; one that stands all the
+/// time has none.
+fn headings(path: &Spline, seconds: &[f64]) -> Option<Vec<f64>> {
+    let speeds: Vec<DVec2> = seconds.iter().map(|seconds| path.speed(*seconds)).collect();
+    let fastest = speeds.iter().map(|speed| speed.length()).fold(0.0, f64::max);
+    if fastest <= 1e-9 {
+        return None;
+    }
+    let is_clear = |speed: &DVec2| speed.length() > 1e-6 * fastest;
+    let mut heading = speeds.iter().copied().find(is_clear)?.to_angle();
+    let of = |speed: &DVec2| {
+        if is_clear(speed) {
+            heading = speed.to_angle();
+        }
+        heading
+    };
+    Some(speeds.iter().map(of).collect())
+}

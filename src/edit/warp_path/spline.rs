@@ -1,0 +1,109 @@
+//! A natural cubic spline through points in the plane.
+
+use glam::DVec2;
+
+/// A curve with continuous speed and acceleration, which goes on straight beyond its ends. It is linear in its points.
+pub(super) struct Spline {
+    times: Vec<f64>,
+    points: Vec<DVec2>,
+    /// The second derivatives at the points.
+    bends: Vec<DVec2>,
+}
+
+impl Spline {
+    /// Through `points` at `times`, which increase. There is at least one.
+    pub(super) fn new(times: &[f64], points: &[DVec2]) -> Self {
+        let count = points.len();
+        let mut bends = vec![DVec2::ZERO; count];
+        // The tridiagonal system of the second derivatives, which are 0 at both ends: forwards, and backwards.
+        let mut over = vec![0.0; count];
+        for place in 1..count.saturating_sub(1) {
+            let (before, after) = (times[place] - times[place - 1], times[place + 1] - times[place]);
+            let jump = (points[place + 1] - points[place]) / after - (points[place] - points[place - 1]) / before;
+            let pivot = 2.0 * (before + after) - before * over[place - 1];
+            over[place] = after / pivot;
+            bends[place] = (6.0 * jump - before * bends[place - 1]) / pivot;
+        }
+        for place in (1..count.saturating_sub(1)).rev() {
+            let next = bends[place + 1];
+            bends[place] -= over[place] * next;
+        }
+        Self {
+            times: times.to_vec(),
+            points: points.to_vec(),
+            bends,
+        }
+    }
+
+    /// The piece of a time, its length, and the shares of its two ends.
+    fn piece(&self, time: f64) -> (usize, f64, f64, f64) {
+        let last = self.times.len() - 2;
+        let place = self
+            .times
+            .partition_point(|key| *key <= time)
+            .saturating_sub(1)
+            .min(last);
+        let length = self.times[place + 1] - self.times[place];
+        let share = (time - self.times[place]) / length;
+        (place, length, 1.0 - share, share)
+    }
+
+    fn ends(&self) -> (f64, f64) {
+        (self.times[0], self.times[self.times.len() - 1])
+    }
+
+    pub(super) fn at(&self, time: f64) -> DVec2 {
+        if self.times.len() == 1 {
+            return self.points[0];
+        }
+        let (first, last) = self.ends();
+        let inside = time.clamp(first, last);
+        let (place, length, a, b) = self.piece(inside);
+        let cubic =
+            ((a * a * a - a) * self.bends[place] + (b * b * b - b) * self.bends[place + 1]) * length * length / 6.0;
+        let point = a * self.points[place] + b * self.points[place + 1] + cubic;
+        point + self.speed(inside) * (time - inside)
+    }
+
+    pub(super) fn speed(&self, time: f64) -> DVec2 {
+        if self.times.len() == 1 {
+            return DVec2::ZERO;
+        }
+        let (first, last) = self.ends();
+        let (place, length, a, b) = self.piece(time.clamp(first, last));
+        let slope = (self.points[place + 1] - self.points[place]) / length;
+        let (before, after) = (self.bends[place], self.bends[place + 1]);
+        slope + ((3.0 * b * b - 1.0) * after - (3.0 * a * a - 1.0) * before) * length / 6.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_goes_through_its_points_smoothly_and_straight_on() {
+        let times = [0.5, 1.0, 3.0, 3.5];
+        let points = [(0.0, 1.0), (2.0, 1.0), (-1.0, 4.0), (0.0, 0.0)].map(DVec2::from);
+        let spline = Spline::new(&times, &points);
+        for (time, point) in times.into_iter().zip(points) {
+            assert!(spline.at(time).abs_diff_eq(point, 1e-12));
+        }
+        let step = 1e-5;
+        for time in [0.2, 0.5, 0.7, 1.0, 2.2, 3.0, 3.4, 3.5, 4.0] {
+            let chord = (spline.at(time + step) - spline.at(time - step)) / (2.0 * step);
+            assert!(
+                chord.abs_diff_eq(spline.speed(time), 1e-3),
+                "{time}: {chord} {}",
+                spline.speed(time)
+            );
+            let bend = (spline.speed(time + step) - spline.speed(time - step)) / step;
+            // The acceleration is continuous, so it is bounded everywhere.
+            assert!(bend.length() < 200.0, "{time}: {bend}");
+        }
+        assert!(spline.at(5.5).abs_diff_eq(points[3] + 2.0 * spline.speed(3.5), 1e-9));
+        let line = Spline::new(&[0.0, 2.0], &[DVec2::ZERO, DVec2::X]);
+        assert!(line.at(1.0).abs_diff_eq(DVec2::X * 0.5, 1e-12) && line.at(4.0).abs_diff_eq(DVec2::X * 2.0, 1e-12));
+        assert_eq!(Spline::new(&[1.0], &[DVec2::Y]).at(7.0), DVec2::Y);
+    }
+}

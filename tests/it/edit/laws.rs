@@ -1,0 +1,108 @@
+//! What every step keeps, and what each refuses.
+
+use mocap::edit::{EditStep, mirror};
+use mocap::process::{trim, validate};
+
+use super::*;
+
+/// Every step, with parameters that change something.
+const STEPS: [&str; 18] = [
+    "foot-lock",
+    "mirror",
+    "smooth",
+    "smooth:filter=gaussian,cut-off=3",
+    "despike:threshold=2,angle=0.1",
+    "fill",
+    "loop",
+    "loop:frames=10..70,in-place=true",
+    "concat",
+    "concat:align=false,blend=0",
+    "blend",
+    "blend:weight=0.5:0+1.5:1",
+    "layer:part=arms",
+    "warp:speed=0.7",
+    "warp:path=0/0+1/2+3/2",
+    "warp:path=0:0/0+1:0/1,facing=kept",
+    "in-between:every=15",
+    "in-between:every=15,interpolation=slerp",
+];
+
+fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::EditReport> {
+    let step: EditStep = step.parse().unwrap();
+    step.apply(scene, 0, step.needs_other().then_some(other))
+}
+
+#[test]
+fn no_step_changes_the_length_of_a_bone() {
+    for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
+        let mut before = import(file);
+        let rate = before.animations[0].ticks_per_second;
+        trim(&mut before, 0.0, 2.5 * rate);
+        let mut other = before.clone();
+        mirror(&mut other, 0, None).unwrap();
+        for step in STEPS {
+            let mut scene = before.clone();
+            apply(step, &mut scene, &other).unwrap_or_else(|error| panic!("{file}: {step}: {error}"));
+            assert_bones_keep_their_lengths(&before, &scene);
+            assert_eq!(validate(&scene), [], "{file}: {step}");
+        }
+    }
+}
+
+/// A motion of one frame, of two, without a rate to speak of, of a skeleton that is no figure, and without joints: each
+/// step does something valid, or it says why not and leaves the scene as it was.
+#[test]
+fn odd_motions_are_changed_or_refused() {
+    let walk = import("cmu_12_01_walk.bvh");
+    let part = |last: f64| {
+        let mut scene = walk.clone();
+        trim(&mut scene, 0.0, last);
+        scene
+    };
+    let mut slow = part(20.0);
+    slow.animations[0].ticks_per_second = 1e-3;
+    let mut fast = part(20.0);
+    fast.animations[0].ticks_per_second = 1e6;
+    let mut empty = walk.clone();
+    empty.animations[0].channels.clear();
+    let mut fraction = part(30.0);
+    trim(&mut fraction, 0.0, 20.5);
+    let arm = import("lecture_Test.bvh");
+    let still = {
+        let mut scene = part(40.0);
+        for channel in &mut scene.animations[0].channels {
+            channel.rotation_keys.values.truncate(1);
+            channel.position_keys.values.truncate(1);
+        }
+        scene
+    };
+    for (name, scene) in [
+        ("one frame", part(0.0)),
+        ("two frames", part(1.0)),
+        ("three frames", part(2.0)),
+        ("0.001 frames a second", slow),
+        ("a million frames a second", fast),
+        ("no channel", empty),
+        ("a last frame between two ticks", fraction),
+        ("an arm", arm),
+        ("still", still),
+    ] {
+        for step in STEPS {
+            let mut changed = scene.clone();
+            match apply(step, &mut changed, &scene) {
+                Ok(_) => assert_eq!(validate(&changed), [], "{name}: {step}"),
+                Err(_) => assert!(changed == scene, "{name}: {step} fails and changes the scene"),
+            }
+        }
+        let mut none = scene.clone();
+        none.animations.clear();
+        for step in STEPS {
+            let refused = apply(step, &mut none, &scene).unwrap_err();
+            let code = refused.code().as_str();
+            assert!(
+                ["no-motion", "not-humanoid"].contains(&code),
+                "{name}: {step}: {refused}"
+            );
+        }
+    }
+}
