@@ -46,6 +46,8 @@ impl Rest {
 struct Writer<'a> {
     scene: &'a Scene,
     ticks_per_second: f64,
+    /// Whether nodes keep their rest transforms, and all but the root their places.
+    keeps_rest: bool,
     /// Whether the constant tracks become those of the nodes.
     sets_rest: bool,
     options: &'a GltfOptions,
@@ -146,6 +148,7 @@ pub(super) fn write(
     let mut writer = Writer {
         scene,
         ticks_per_second,
+        keeps_rest,
         sets_rest: scene.animations.len() == 1 && !keeps_rest,
         options,
         buffer,
@@ -384,6 +387,10 @@ impl<'a> Writer<'a> {
         array: [f32; N],
     ) {
         self.report.constant_tracks += 1;
+        // A place that was rounded is still the rest pose's.
+        if self.keeps_rest && property == Property::Translation && node > 0 {
+            return;
+        }
         if self.options.keep_constant || !(self.sets_rest || value.is_same(*rest)) {
             let clock = self.clock(None, 1);
             self.channel(node, property, clock, &[array]);
