@@ -14,6 +14,8 @@ const PARTS = [
   "three",
   "babylon",
   "bvh",
+  "vrma",
+  "characters",
   "browser",
   "extremes",
   "compress",

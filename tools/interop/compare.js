@@ -30,6 +30,13 @@ export function stepsOf(provenance) {
         const turned = step.up === "z" ? [x, z, -y] : [x, y, z];
         return turned.map((value) => value * step.metres_per_unit);
       };
+    } else if (step.step === "vrm_humanoid") {
+      const before = change;
+      const [sine, cosine] = [Math.sin, Math.cos].map((of) => of((step.heading * Math.PI) / 180));
+      change = (place) => {
+        const [x, y, z] = before(place);
+        return [cosine * x + sine * z, y + step.lift, cosine * z - sine * x];
+      };
     } else {
       throw new Error(`no way to repeat the step ${step.step}`);
     }

@@ -43,6 +43,11 @@ export function realFixture(name) {
   return join(FIXTURES, "real", name);
 }
 
+/** One file of the skeletons by name. */
+export function skeletonFixture(name) {
+  return join(FIXTURES, "skeletons", name);
+}
+
 /** A folder for the files that one part writes. */
 export function subfolder(folder, name) {
   const path = join(folder, name);

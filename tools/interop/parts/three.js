@@ -67,7 +67,7 @@ export function placesOf(objects) {
 }
 
 /** The joints of a BVH file as three.js reads it, in the order of the file, and a way to put them at a time. */
-function loadBvh(path) {
+export function loadBvh(path) {
   const { skeleton, clip } = new BVHLoader().parse(readFileSync(path, "utf8"));
   const [root] = skeleton.bones;
   const mixer = new AnimationMixer(root);
