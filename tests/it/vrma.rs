@@ -234,7 +234,9 @@ fn compression_keeps_its_bound_and_the_t_pose() {
     assert!(verify(&source, &bytes).unwrap().is_within(0.001));
     let (json, _) = parts(&bytes);
     let channels = json["animations"][0]["channels"].as_array().unwrap();
-    let paths = channels.iter().filter(|channel| channel["target"]["path"] == "translation");
+    let paths = channels
+        .iter()
+        .filter(|channel| channel["target"]["path"] == "translation");
     assert_eq!(paths.count(), 1);
     assert!(
         json["nodes"]
