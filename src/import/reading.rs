@@ -119,18 +119,9 @@ impl Importer {
 
     /// The explicit choice, else the contents, else the extension.
     pub(super) fn find_format(&self, bytes: &[u8], name: &Path) -> Result<&'static FormatInfo> {
-        if let Some(chosen) = self.format {
-            let format = FORMATS.iter().find(|row| row.format == chosen);
-            return format.ok_or_else(|| {
-                let message = format!("this build does not read {chosen}");
-                let help = format!("build it with the feature `{chosen}`");
-                Diagnostic::new(Code::MissingFeature, message).help(help).into()
-            });
-        }
-        if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(bytes)) {
-            return Ok(format);
-        }
-        format_of_extension(name).ok_or_else(|| {
+        let chosen = FORMATS.iter().find(|format| Some(format.format) == self.format);
+        let found = chosen.or_else(|| FORMATS.iter().find(|format| (format.sniff)(bytes)));
+        found.or_else(|| format_of_extension(name)).ok_or_else(|| {
             let extension = name.extension().unwrap_or_default().to_string_lossy();
             let known: Vec<_> = FORMATS.iter().map(|row| row.format.as_str()).collect();
             let message = "neither the contents nor the extension belong to a known format";

@@ -223,6 +223,24 @@ fn an_option_that_would_do_nothing_is_refused() {
     // What is the default does something no more than another value.
     folder.refuses(&format!("convert {bvh} --mesh skinned"), 2, "--mesh would do nothing");
     std::fs::write(folder.path("map.json"), r#"{"bones": {}}"#).unwrap();
+    for (arguments, name) in [
+        ("edit lecture_Test.bvh -o new.glb --step mirror --to glb", "--to"),
+        (
+            "edit lecture_Test.bvh cmu_short.bvh -o new.glb --step smooth",
+            "cmu_short.bvh",
+        ),
+        (
+            "edit lecture_Test.bvh cmu_short.bvh z_up_dab.bvh -o new.glb --step concat:with=3",
+            "cmu_short.bvh",
+        ),
+        ("retarget cmu_short.bvh cmu_short.bvh -o new.glb --to glb", "--to"),
+        (
+            "retarget cmu_short.bvh cmu_short.bvh -o new.glb --replace-animations",
+            "--replace-animations",
+        ),
+    ] {
+        folder.refuses(arguments, 2, &format!("{name} would do nothing: "));
+    }
     for arguments in [
         format!("convert {bvh} --map map.json"),
         format!("convert {glb} --unit m --up y --map map.json"),

@@ -161,10 +161,34 @@ fn a_dash_is_standard_input_in_every_command() {
 #[test]
 fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     let walk = "real/lecture_Test.bvh";
-    let cases: [(&[&str], &[u8]); 9] = [
+    let (captured, character) = (
+        "fixtures/skeletons/bvhtoolbox_walk01.bvh",
+        "fixtures/characters/human_default.glb",
+    );
+    let cases: [(&[&str], &[u8]); 14] = [
         (&["convert", "-", "-"], b"glTF"),
         (&["convert", "-", "-", "--to", "bvh"], b"HIERARCHY"),
         (&["convert", "-", "-", "--to", "gltf"], b"{\"accessors\""),
+        (&["edit", "-", "-o", "-", "--step", "despike"], b"glTF"),
+        (
+            &["edit", "-", "-o", "-", "--to", "bvh", "--step", "smooth"],
+            b"HIERARCHY",
+        ),
+        (&["retarget", captured, character, "-o", "-"], b"glTF"),
+        (&["retarget", captured, character, "-o", "-", "--to", "vrma"], b"glTF"),
+        (
+            &[
+                "retarget",
+                captured,
+                "--to-skeleton",
+                captured,
+                "-o",
+                "-",
+                "--to",
+                "bvh",
+            ],
+            b"HIERARCHY",
+        ),
         (&["fk", "-", "-o", "-"], b"# {"),
         (&["sheet", "-", "-o", "-"], b"\x89PNG"),
         (&["plot", "-", "--joint", "Elbow", "-o", "-"], b"\x89PNG"),
@@ -199,11 +223,18 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     let written = folder.path().join("a.glb");
     let named = ["convert", "fixtures/real/lecture_Test.bvh", written.to_str().unwrap()];
     assert!(mocap_with_input(&named, walk).status.success());
-    assert_eq!(file, fs::read(written).unwrap());
+    assert_eq!(file, fs::read(&written).unwrap());
+    // The same bytes as in a file.
+    let retarget = |output| mocap_with_input(&["retarget", captured, character, "-o", output], walk);
+    assert!(retarget(written.to_str().unwrap()).status.success());
+    assert_eq!(retarget("-").stdout, fs::read(&written).unwrap());
     for refused in [
         &["convert", "-"][..],
         &["convert", "-", "-", "--verify"],
         &["view", "fixtures/made", "-o", "-"],
+        &["edit", "-", "-o", "-", "--step", "smooth", "--json"],
+        &["retarget", captured, character, "-o", "-", "--to", "bvh"],
+        &["retarget", captured, "-", "-o", "-"],
     ] {
         let output = mocap_with_input(refused, walk);
         assert_eq!(output.status.code(), Some(2), "{refused:?}: {}", words(&output));

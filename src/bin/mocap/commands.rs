@@ -24,6 +24,7 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
+use mocap::export::ReplacePolicy;
 use mocap::scene::{Assumption, Scene, Topic};
 use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Importer, RootOffset, SkeletonMesh, bvh, gltf};
@@ -76,14 +77,44 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
     Ok(())
 }
 
-/// The bytes of a scene in the format of the output's extension: BVH, glTF with its buffer within, or else GLB.
-fn scene_bytes(scene: &Scene, output: &Path) -> mocap::Result<Vec<u8>> {
+/// The bytes of a scene in a format: BVH, glTF with its buffer within, or else GLB.
+fn scene_bytes(scene: &Scene, format: &str) -> mocap::Result<Vec<u8>> {
     let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
-    match extension(output).as_str() {
+    match format {
         "bvh" => bvh::write(scene, &bvh::BvhOptions::default()),
         "gltf" => document()?.to_embedded(),
         _ => document()?.to_glb(),
     }
+}
+
+/// The format of an output, in lower case: its extension, or for standard output that of `--to`, or else `default`.
+fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<String, Failure> {
+    match (streams::is_standard(output), to) {
+        (true, to) => Ok(to.unwrap_or(default).to_owned()),
+        (false, None) => Ok(extension(output)),
+        (false, Some(_)) => {
+            let message = "--to would do nothing: the name of the output names the format";
+            Err(Failure::Usage(message.to_owned()))
+        }
+    }
+}
+
+/// Refuses a report on standard output beside the data.
+fn check_json(json: bool, output: &Path) -> Result<(), Failure> {
+    match json && streams::is_standard(output) {
+        true => Err(Failure::Usage(
+            "--json and -o - would both write to standard output: name a file".to_owned(),
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Writes an output, unless it would replace an input or a file that may be a source.
+fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    if !streams::is_standard(output) {
+        policy.check_bytes(output, bytes)?;
+    }
+    streams::write(output, bytes)
 }
 
 /// The skeleton of `scene`, with the bones of `--map`.
@@ -151,10 +182,10 @@ fn extension(path: &Path) -> String {
 }
 
 fn unknown_extension(path: &Path, known: &str) -> crate::Failure {
-    crate::Failure::Usage(format!(
-        "{}: the name of the output must end in {known}",
-        path.display()
-    ))
+    crate::Failure::Usage(match streams::is_standard(path) {
+        true => format!("--to: the format must be {known}"),
+        false => format!("{}: the name of the output must end in {known}", path.display()),
+    })
 }
 
 /// The name of a file in a picture.

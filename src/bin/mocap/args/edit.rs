@@ -13,9 +13,12 @@ pub(crate) struct EditArgs {
     /// The motion to change, and after it those that steps join, blend or layer with it
     #[arg(required = true, value_name = "IN")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write: .glb, .gltf or .bvh
+    /// The file to write: .glb, .gltf or .bvh, or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Format of standard output [default: glb]
+    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh"])]
+    pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) steps: Steps,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz

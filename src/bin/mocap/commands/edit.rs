@@ -12,13 +12,16 @@ use serde_json::Value;
 
 use super::plot::joints_named;
 use super::{
-    convert_aloud, extension, import_moving, print_json, scene_bytes, short_name, unknown_extension, write_drawing,
+    check_json, convert_aloud, extension, import_moving, output_format, print_json, scene_bytes, short_name,
+    unknown_extension, write_drawing, write_output,
 };
 use crate::args::EditArgs;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
-    let is_bvh = match extension(&args.output).as_str() {
+    let format = output_format(&args.output, args.to.as_deref(), "glb")?;
+    check_json(args.json, &args.output)?;
+    let is_bvh = match format.as_str() {
         "bvh" => true,
         "glb" | "gltf" => false,
         _ => return Err(unknown_extension(&args.output, ".glb, .gltf or .bvh")),
@@ -36,8 +39,11 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
     if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
+    let others = others(args)?;
     let policy = ReplacePolicy::new(&args.inputs).force(args.force);
-    policy.check_inputs(&args.output)?;
+    if !streams::is_standard(&args.output) {
+        policy.check_inputs(&args.output)?;
+    }
     let mut scenes = args
         .inputs
         .iter()
@@ -45,23 +51,9 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         .collect::<Result<Vec<Scene>, _>>()?;
     let mut scene = scenes.remove(0);
     let mut reports: Vec<EditReport> = Vec::new();
-    let mut next = 0;
-    for step in &args.steps.0 {
-        let other = step.needs_other().then(|| {
-            // The inputs are counted from 1, and the first is the motion itself.
-            let place = step.with().unwrap_or(next + 2);
-            next = place.saturating_sub(1);
-            let other = place.checked_sub(2).and_then(|place| scenes.get(place));
-            other.ok_or_else(|| {
-                let found = args.inputs.len();
-                Failure::Usage(format!(
-                    "the step {} takes motion {place}, and there are {found}",
-                    step.name()
-                ))
-            })
-        });
+    for (step, other) in args.steps.0.iter().zip(others) {
         let found = step
-            .apply(&mut scene, 0, other.transpose()?)
+            .apply(&mut scene, 0, other.map(|other| &scenes[other]))
             .map_err(|error| error.with_path(&args.inputs[0]))?;
         if !args.json {
             tell(&found);
@@ -88,12 +80,10 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    let bytes = scene_bytes(&scene, &args.output)?;
-    policy.check_bytes(&args.output, &bytes)?;
-    streams::write(&args.output, &bytes)?;
+    let bytes = scene_bytes(&scene, &format)?;
+    write_output(&policy, &args.output, &bytes)?;
     if let Some((file, bytes)) = contact_bytes {
-        policy.check_bytes(file, &bytes)?;
-        streams::write(file, &bytes)?;
+        write_output(&policy, file, &bytes)?;
     }
     if let Some(file) = &args.curves {
         draw(args, &scene, reports.last(), file)?;
@@ -120,6 +110,36 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
     let name = short_name(&args.output);
     let clip = Clip { name: &name, scene };
     write_drawing(&plot(&clip, &joints_named(scene, &args.joint)?, &options), file)
+}
+
+/// The motion that each step takes beside the first, counted from 0 after it.
+fn others(args: &EditArgs) -> Result<Vec<Option<usize>>, Failure> {
+    let count = args.inputs.len();
+    // The inputs are counted from 1, and the first is the motion itself.
+    let mut next = 2;
+    let mut others = Vec::new();
+    for step in &args.steps.0 {
+        if !step.needs_other() {
+            others.push(None);
+            continue;
+        }
+        let place = step.with().unwrap_or(next);
+        if !(2..=count).contains(&place) {
+            return Err(Failure::Usage(format!(
+                "the step {} takes motion {place}, and there are {count}",
+                step.name()
+            )));
+        }
+        others.push(Some(place - 2));
+        next = place + 1;
+    }
+    match (0..count - 1).find(|&place| !others.contains(&Some(place))) {
+        Some(place) => Err(Failure::Usage(format!(
+            "{} would do nothing: no step takes it; leave it out",
+            args.inputs[place + 1].display()
+        ))),
+        None => Ok(others),
+    }
 }
 
 /// A motion with one animation, without a rest pose in the first frame; for glTF in metres with +Y up.

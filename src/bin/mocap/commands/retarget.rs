@@ -10,7 +10,10 @@ use mocap::scene::{Animation, Scene};
 use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
-use super::{convert_aloud, extension, import_moving, mapped, print_json, scene_bytes, short_name, unknown_extension};
+use super::{
+    check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes, short_name,
+    unknown_extension, write_output,
+};
 use crate::args::{FeetArg, RetargetArgs};
 use crate::{Failure, report, streams};
 
@@ -40,10 +43,18 @@ impl Target {
 
 pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
     let (motions, file) = inputs(args)?;
+    check_json(args.json, &args.output)?;
     let policy = ReplacePolicy::new(args.paths.iter().chain([&file])).force(args.force);
-    policy.check_inputs(&args.output)?;
+    if !streams::is_standard(&args.output) {
+        policy.check_inputs(&args.output)?;
+    }
     let target = import_target(args, &file)?;
-    check_output(args, &file, &target)?;
+    let default = match target {
+        Target::Character(_) if extension(&file) == "gltf" => "gltf",
+        _ => "glb",
+    };
+    let format = output_format(&args.output, args.to.as_deref(), default)?;
+    check_output(args, &file, &target, &format)?;
     let bones = match &target {
         Target::Character(character) => character.humanoid().cloned(),
         Target::Scene(_) => None,
@@ -76,7 +87,8 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         }
     }
     let clips = animations.len();
-    write(args, target, bones, animations, &policy)?;
+    let bytes = write(args, target, bones, animations, &format)?;
+    write_output(&policy, &args.output, &bytes)?;
     match args.json {
         true => print_json(&reports)?,
         false => reports.iter().for_each(tell),
@@ -127,6 +139,10 @@ fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
 }
 
 fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
+    if streams::is_standard(file) {
+        let message = "the character cannot come from standard input: name a file, not -";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     if args.to_skeleton.is_none() {
         match importer.import_character(file) {
@@ -181,13 +197,18 @@ impl Names {
 }
 
 /// Refuses an output of another format than the target can be written in.
-fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(), Failure> {
-    let (output, wanted) = (&args.output, extension(&args.output));
+fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str) -> Result<(), Failure> {
+    let output = &args.output;
+    let adds = wanted != "vrma" && matches!(target, Target::Character(_));
+    if args.replace_animations && !adds {
+        let message = "--replace-animations would do nothing: only a glTF or VRM file keeps its animations";
+        return Err(Failure::Usage(message.to_owned()));
+    }
     if wanted == "vrma" {
         return Ok(());
     }
     let Target::Character(character) = target else {
-        return match wanted.as_str() {
+        return match wanted {
             "glb" | "gltf" | "bvh" => Ok(()),
             _ => Err(unknown_extension(output, ".glb, .gltf, .bvh or .vrma")),
         };
@@ -196,7 +217,7 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target) -> Result<(),
     let fits = if is_text {
         wanted == "gltf"
     } else {
-        ["glb", "vrm"].contains(&wanted.as_str())
+        ["glb", "vrm"].contains(&wanted)
     };
     if !fits {
         let known = if is_text {
@@ -225,11 +246,10 @@ fn write(
     target: Target,
     bones: Humanoid,
     animations: Vec<Animation>,
-    policy: &ReplacePolicy,
-) -> Result<(), Failure> {
-    let output = &args.output;
-    let bytes = match target {
-        target if extension(output) == "vrma" => {
+    format: &str,
+) -> Result<Vec<u8>, Failure> {
+    match target {
+        target if format == "vrma" => {
             let mut scene = target.into_scene();
             scene.animations = animations;
             // The origin and the steps are those of the character, which is not the source of the motion.
@@ -239,24 +259,22 @@ fn write(
                 humanoid: Some(bones),
                 ..vrma::VrmaOptions::default()
             };
-            vrma::write(&scene, &options)?.0
+            Ok(vrma::write(&scene, &options)?.0)
         }
-        Target::Character(character) => character.with_animations(&animations, args.replace_animations)?,
+        Target::Character(character) => Ok(character.with_animations(&animations, args.replace_animations)?),
         Target::Scene(mut scene) => {
-            if extension(output) == "bvh" && animations.len() > 1 {
-                let message = format!("{}: a BVH file has one motion; name one", output.display());
+            if format == "bvh" && animations.len() > 1 {
+                let message = format!("{}: a BVH file has one motion; name one", args.output.display());
                 return Err(Failure::Usage(message));
             }
             scene.animations = animations;
             // BVH keeps the target's own unit and axes.
-            if extension(output) != "bvh" {
+            if format != "bvh" {
                 Conversion::new().apply(&mut scene)?;
             }
-            scene_bytes(&scene, output)?
+            Ok(scene_bytes(&scene, format)?)
         }
-    };
-    policy.check_bytes(output, &bytes)?;
-    streams::write(output, &bytes)
+    }
 }
 
 pub(super) fn tell(found: &RetargetReport) {
