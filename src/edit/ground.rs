@@ -3,6 +3,7 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::frames::Frames;
+use crate::math::quaternion::twist;
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
 use crate::skeleton::Skeleton;
@@ -55,7 +56,7 @@ impl Carrier {
     /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let ((from, turned), (to, turned_to)) = (self.place(from), self.place(to));
-        let turn = about(turned_to * turned.inverse(), self.up);
+        let turn = twist(turned_to * turned.inverse(), self.up);
         Placement {
             turn,
             from,
@@ -95,19 +96,6 @@ impl Placement {
     /// How far it goes over the ground.
     pub(super) fn distance(&self) -> f32 {
         self.from.distance(self.to)
-    }
-}
-
-/// The part of a rotation that turns about `up`.
-fn about(rotation: Quat, up: Vec3) -> Quat {
-    let along = rotation.xyz().dot(up);
-    let v = up * along;
-    let twist = Quat::from_xyzw(v.x, v.y, v.z, rotation.w);
-    // A figure that is turned upside down has no heading.
-    if twist.length_squared() > 1e-9 {
-        twist.normalize()
-    } else {
-        Quat::IDENTITY
     }
 }
 

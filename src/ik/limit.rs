@@ -2,6 +2,8 @@
 
 use glam::{Quat, Vec3};
 
+use crate::math::quaternion::twist_angle;
+
 /// The rotations that a joint may have to its parent, from its rest rotation. Angles are in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum JointLimit {
@@ -62,18 +64,5 @@ impl JointLimit {
         } else {
             rotation
         }
-    }
-}
-
-/// The angle of the part of a rotation that turns about `axis`, from -pi to pi.
-fn twist_angle(rotation: Quat, axis: Vec3) -> f32 {
-    let along = rotation.xyz().dot(axis);
-    let angle = 2.0 * along.atan2(rotation.w);
-    if angle > std::f32::consts::PI {
-        angle - std::f32::consts::TAU
-    } else if angle < -std::f32::consts::PI {
-        angle + std::f32::consts::TAU
-    } else {
-        angle
     }
 }

@@ -110,6 +110,32 @@ pub(crate) fn exp(vector: Vec3) -> Quat {
     Quat::from_xyzw(v.x, v.y, v.z, half.cos())
 }
 
+/// The twist of a rotation about an axis of unit length: what is left of it after the shortest rotation that brings the
+/// axis where the rotation brings it (swing-twist decomposition).
+pub(crate) fn twist(rotation: Quat, axis: Vec3) -> Quat {
+    let along = axis * rotation.xyz().dot(axis);
+    let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
+    // Both parts vanish where the axis is turned round; the twist is undefined there.
+    if twist.length_squared() > 1e-9 {
+        twist.normalize()
+    } else {
+        Quat::IDENTITY
+    }
+}
+
+/// The angle of the [`twist`], from -pi to pi.
+pub(crate) fn twist_angle(rotation: Quat, axis: Vec3) -> f32 {
+    let along = rotation.xyz().dot(axis);
+    let angle = 2.0 * along.atan2(rotation.w);
+    if angle > std::f32::consts::PI {
+        angle - std::f32::consts::TAU
+    } else if angle < -std::f32::consts::PI {
+        angle + std::f32::consts::TAU
+    } else {
+        angle
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,6 +171,22 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_rotation_is_its_twist_and_a_swing() {
+        let axis = Vec3::new(0.6, 0.0, -0.8);
+        for angle in [-3.0, -0.5, 0.0, 0.1, 2.0_f32] {
+            // A swing turns about an axis that is perpendicular to that of the twist.
+            let swing = Quat::from_axis_angle(Vec3::new(0.8, 0.0, 0.6), 0.7);
+            let about = Quat::from_axis_angle(axis, angle);
+            for rotation in [swing * about, about * swing, -(swing * about)] {
+                let found = twist(rotation, axis);
+                assert!(found.dot(about).abs() > 1.0 - 1e-6, "{angle}: {found}");
+                assert!((twist_angle(rotation, axis) - angle).abs() < 1e-5, "{angle}");
+            }
+        }
+        assert_eq!(twist(Quat::from_rotation_x(std::f32::consts::PI), Vec3::Y).xyz(), Vec3::ZERO);
     }
 
     #[test]

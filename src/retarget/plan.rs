@@ -6,7 +6,8 @@ use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use super::body::{Body, limb_end};
-use super::rotations::{arc, between, rotation_of, share, twist};
+use super::rotations::{arc, between, rotation_of, share};
+use crate::math::quaternion::twist;
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, NodeKind, Scene};
 use crate::skeleton::{HumanoidBone as Bone, Side};

@@ -17,19 +17,6 @@ pub(super) fn rotation_of(matrix: &Mat4) -> Quat {
     }
 }
 
-/// The twist of a rotation about an axis of unit length: what is left of it after the shortest rotation that brings the
-/// axis where the rotation brings it (swing-twist decomposition).
-pub(super) fn twist(rotation: Quat, axis: Vec3) -> Quat {
-    let along = axis * rotation.xyz().dot(axis);
-    let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
-    // Both parts vanish where the axis is turned round; the twist is undefined there.
-    if twist.length_squared() > 1e-9 {
-        twist.normalize()
-    } else {
-        Quat::IDENTITY
-    }
-}
-
 /// A share of a rotation, on the shorter arc.
 pub(super) fn share(rotation: Quat, share: f32) -> Quat {
     between(Quat::IDENTITY, rotation, share)

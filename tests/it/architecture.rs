@@ -14,14 +14,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("skeleton", &["error", "scene", "pose"]),
-    ("ik", &["scene", "pose"]),
+    ("ik", &["scene", "math", "pose"]),
     ("edit", &["error", "limits", "scene", "math", "pose", "skeleton", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
         "process",
         &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
     ),
-    ("retarget", &["error", "limits", "scene", "pose", "skeleton", "edit"]),
+    ("retarget", &["error", "limits", "scene", "math", "pose", "skeleton", "edit"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",
