@@ -13,6 +13,7 @@ mod t_pose;
 mod unit;
 mod up;
 
+use glam::{Mat3, Vec3};
 use serde::Serialize;
 
 use crate::scene::{Assumption, Scene, Topic, UpAxis};
@@ -103,6 +104,18 @@ impl Skeleton {
     /// Examines the skeleton of `scene`.
     pub fn new(scene: &Scene) -> Self {
         Self::of(scene, humanoid(scene))
+    }
+
+    /// From left (+X), up (+Y) and forward (+Z) of a figure that stands to the world of the motion.
+    pub(crate) fn figure_to_world(&self) -> Mat3 {
+        let up = self.up.value.direction().unwrap_or(Vec3::Y);
+        let usual = match self.up.value {
+            Axis::Z | Axis::NegZ => Vec3::NEG_Y,
+            _ => Vec3::Z,
+        };
+        let facing = self.facing.value.direction();
+        let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
+        Mat3::from_cols(up.cross(forward), up, forward)
     }
 
     /// Examines the skeleton of `scene` with bones that are known already.

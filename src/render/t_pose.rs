@@ -1,6 +1,6 @@
 //! T-poses: a row for each skeleton, seen from three sides, with the names of its bones.
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use super::camera::{Camera, paint_bone};
 use super::drawing::{Anchor, Color, Drawing, Point};
@@ -8,7 +8,7 @@ use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::skeleton::{Axis, Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
+use crate::skeleton::{Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
 
 /// A skeleton in T-pose, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -159,7 +159,8 @@ impl<'a> TPoseFigure<'a> {
             t_pose,
             ..
         } = *clip;
-        let to_stage = to_stage(skeleton);
+        // From the world of the motion to +Y up, facing +Z.
+        let to_stage = Quat::from_mat3(&skeleton.figure_to_world().transpose());
         let nodes = 0..scene.nodes.len();
         let positions: Vec<Vec3> = nodes
             .map(|node| to_stage * t_pose.pose.position(NodeId::new(node)))
@@ -311,15 +312,3 @@ const NAMED: &[HumanoidBone] = &[
     HumanoidBone::UpperChest,
     HumanoidBone::Neck,
 ];
-
-/// From the world of the motion to +Y up, facing +Z.
-fn to_stage(skeleton: &Skeleton) -> Quat {
-    let up = skeleton.up.value.direction().unwrap_or(Vec3::Y);
-    let usual = match skeleton.up.value {
-        Axis::Z | Axis::NegZ => Vec3::NEG_Y,
-        _ => Vec3::Z,
-    };
-    let facing = skeleton.facing.value.direction();
-    let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
-    Quat::from_mat3(&Mat3::from_cols(up.cross(forward), up, forward).transpose())
-}

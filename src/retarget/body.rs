@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Quat, Vec3};
 
 use super::level::{self, Foot};
 use super::rotations::{arc, rotation_of};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Pose, Trs};
 use crate::scene::{Format, NodeId, NodeKind, Scene};
-use crate::skeleton::{Axis, Humanoid, HumanoidBone as Bone, RestPose, Side, Sides, Skeleton, TPose, humanoid};
+use crate::skeleton::{Humanoid, HumanoidBone as Bone, RestPose, Side, Sides, Skeleton, TPose, humanoid};
 
 /// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts as
 /// inexact. Above it the figure is turned to face along the axis.
@@ -233,15 +233,9 @@ impl Body {
     }
 
     fn turn_to_t_pose(&mut self, skeleton: &Skeleton) {
-        let up = skeleton.up.value.direction().unwrap_or(Vec3::Y);
-        let usual = match skeleton.up.value {
-            Axis::Z | Axis::NegZ => Vec3::NEG_Y,
-            Axis::X | Axis::NegX => Vec3::Y,
-            _ => Vec3::Z,
-        };
-        let facing = skeleton.facing.value.direction();
-        let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
-        self.axes = Quat::from_mat3(&Mat3::from_cols(up.cross(forward), up, forward)).normalize();
+        let axes = skeleton.figure_to_world();
+        let (up, forward) = (axes.y_axis, axes.z_axis);
+        self.axes = Quat::from_mat3(&axes).normalize();
         let facing = self.turn_to_face(up, forward);
         let mut turned: BTreeMap<Bone, Quat> = BTreeMap::new();
         for (&bone, &joint) in &self.bones {

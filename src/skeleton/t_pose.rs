@@ -6,7 +6,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Serialize;
 
 use super::Skeleton;
-use super::axis::{Axis, RestPose};
+use super::axis::RestPose;
 use super::measure::Figure;
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
@@ -191,17 +191,11 @@ struct Axes {
 
 impl Axes {
     fn new(skeleton: &Skeleton) -> Self {
-        let up = skeleton.up.value.direction().unwrap_or(Vec3::Y);
-        let usual = match skeleton.up.value {
-            Axis::Z | Axis::NegZ => Vec3::NEG_Y,
-            _ => Vec3::Z,
-        };
-        let facing = skeleton.facing.value.direction();
-        let forward = facing.filter(|facing| facing.dot(up).abs() < 0.5).unwrap_or(usual);
+        let axes = skeleton.figure_to_world();
         Self {
-            left: up.cross(forward),
-            up,
-            forward,
+            left: axes.x_axis,
+            up: axes.y_axis,
+            forward: axes.z_axis,
         }
     }
 
