@@ -79,6 +79,16 @@ pub fn survey(scene: &Scene) -> Survey {
     Skeleton::new(scene).survey
 }
 
+/// The axis of [`Skeleton::up`] alone.
+pub(crate) fn up(scene: &Scene) -> Axis {
+    if let Some(up) = scene.metadata.up {
+        return Axis::from(up);
+    }
+    let humanoid = humanoid(scene);
+    let of_body = measure::Figure::new(scene, &humanoid).up().map(|up| up.value);
+    of_body.unwrap_or_else(|| Axis::from(figure::Figure::new(scene).up().value))
+}
+
 /// A skeleton with everything that is known and guessed about it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]

@@ -6,7 +6,7 @@ use super::frames::Frames;
 use crate::math::quaternion::twist;
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
-use crate::skeleton::Skeleton;
+use crate::skeleton::up;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
@@ -44,7 +44,7 @@ impl Carrier {
             column,
             turn: Trs::from_matrix(parent).rotation,
             parent,
-            up: Skeleton::new(scene).up.value.direction().unwrap_or(Vec3::Y),
+            up: up(scene).direction().unwrap_or(Vec3::Y),
         }
     }
 
