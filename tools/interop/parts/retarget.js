@@ -1,0 +1,96 @@
+// Every motion of a humanoid on every character, with locked feet, judged by three.js: limbs, feet in contact, the floor.
+
+import { existsSync, readFileSync, readdirSync } from "node:fs";
+import { basename, extname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+import { bonesOf, compare, sample as sampleFile } from "../feet.js";
+import { mocap, outputName, subfolder } from "../mocap.js";
+
+const FIXTURES = fileURLToPath(new URL("../../../fixtures/", import.meta.url));
+/** The most that feet in contact may be faster than those of the source, in metres a second. */
+const MORE_SKATE = 0.005;
+/** The most frames that may be below the floor, as a share. */
+const MOST_BELOW = 0.01;
+/** The most that limbs may be off in the mean, in degrees. */
+const MOST_DEGREES = 3;
+/** No body stands in these: a rest pose in a few frames, or frames that are not numbers. */
+const LEFT_OUT = ["human_"];
+
+const TRUTH = JSON.parse(readFileSync(join(FIXTURES, "skeletons/truth.json"))).files;
+
+/** Motions, each with its bones. An ASF file is the skeleton of the AMC files beside it. */
+function motions() {
+  const found = [];
+  for (const [name, truth] of Object.entries(TRUTH)) {
+    if (!truth.humanoid || LEFT_OUT.some((part) => basename(name).startsWith(part))) continue;
+    const file = join(FIXTURES, name);
+    const takes = readdirSync(join(file, "..")).filter((take) => take.startsWith(`${basename(name, ".asf")}_`) && take.endsWith(".amc"));
+    const files = extname(name) === ".asf" ? takes.map((take) => join(file, "..", take)) : [file];
+    found.push(...files.map((path) => ({ path, bones: bonesOf(truth) })));
+  }
+  return found;
+}
+
+/** The characters of the fixtures, or of the folder that MOCAP_CHARACTERS names: with meshes. */
+function characters() {
+  const folder = process.env.MOCAP_CHARACTERS;
+  if (!folder) {
+    const names = Object.keys(TRUTH).filter((name) => basename(name).startsWith("human_"));
+    return names.map((name) => ({ path: join(FIXTURES, name), bones: bonesOf(TRUTH[name]) }));
+  }
+  const { characters: known } = JSON.parse(readFileSync(join(folder, "humanoid.json")));
+  return Object.entries(known).map(([name, truth]) => ({ path: join(folder, name), bones: bonesOf(truth) }));
+}
+
+const centimetres = (metres) => (100 * metres).toFixed(1).padStart(6);
+const percent = (share) => (share === undefined ? "     -" : (100 * share).toFixed(1).padStart(6));
+
+export async function run(results, folder, sample) {
+  const outputs = subfolder(folder, "retarget");
+  const only = process.env.MOCAP_ONLY;
+  const targets = characters();
+  const worst = { skate: 0, below: 0, soleBelow: 0, degrees: 0 };
+  console.log("  motion | character | contacts | skate source, target cm/s | below floor source, target, soles % | limbs degrees");
+  const chosen = motions().filter(({ path }) => !only || path.includes(only));
+  for (const [index, motion] of chosen.entries()) {
+    const options = [];
+    await results.guard(basename(motion.path), async () => {
+      const converted = join(outputs, outputName(motion.path, ".glb"));
+      try {
+        mocap("convert", motion.path, converted, "--mesh", "none", "--keep-constant", ...options);
+      } catch (error) {
+        results.note(`${basename(motion.path)}: left out: ${error.stderr?.toString().trim().split("\n")[0]}`);
+        return;
+      }
+      const source = await sampleFile(converted, motion.bones);
+      if (source.frames.length < 2) return;
+      for (const target of sample.isAll ? targets : [targets[(index + sample.seed) % targets.length]]) {
+        const name = `${basename(motion.path)} on ${basename(target.path)}`;
+        await results.guard(name, async () => {
+          const output = join(outputs, `${outputName(motion.path, "")}_${basename(target.path, extname(target.path))}.glb`);
+          const isSkeleton = extname(target.path) === ".gltf";
+          const [named] = isSkeleton ? ["--to-skeleton"] : ["--character"];
+          mocap("retarget", motion.path, named, target.path, "-o", output, "--feet", process.env.MOCAP_FEET ?? "lock", "--replace-animations", "--force");
+          const { degrees, feet } = compare(source, await sampleFile(output, target.bones));
+          results.check(degrees <= MOST_DEGREES, `${name}: limbs are ${degrees.toFixed(2)} degrees off in the mean`);
+          worst.degrees = Math.max(worst.degrees, degrees);
+          if (!feet) return;
+          const { contacts, skateBefore, skate, belowBefore, below, soleBelow } = feet;
+          console.log(
+            `  ${basename(motion.path).padEnd(38)} ${basename(target.path).padEnd(22)} ${String(contacts).padStart(6)} ${centimetres(skateBefore)} ${centimetres(skate)} ${percent(belowBefore)} ${percent(below)} ${percent(soleBelow)} ${degrees.toFixed(2).padStart(6)}`,
+          );
+          results.check(skate <= skateBefore + MORE_SKATE, `${name}: feet in contact slide ${centimetres(skate)} cm/s, ${centimetres(skateBefore)} in the source`);
+          results.check(below <= MOST_BELOW, `${name}: ${percent(below)} % of frames are below the floor`);
+          results.check((soleBelow ?? 0) <= MOST_BELOW, `${name}: the soles are below the floor in ${percent(soleBelow)} % of frames`);
+          worst.skate = Math.max(worst.skate, skate - skateBefore);
+          worst.below = Math.max(worst.below, below);
+          worst.soleBelow = Math.max(worst.soleBelow, soleBelow ?? 0);
+        });
+      }
+    });
+  }
+  results.note(
+    `worst: ${centimetres(worst.skate)} cm/s more than the source, ${percent(worst.below)} % of frames below the floor, ${percent(worst.soleBelow)} % with soles below it, limbs ${worst.degrees.toFixed(2)} degrees off`,
+  );
+}
