@@ -2,7 +2,7 @@
 //!
 //! A step is a function on `&mut Scene` that changes one of its animations, given by its index. No step calls another.
 //! Those that need to know the body take the bones that [`humanoid`](crate::skeleton::humanoid()) finds, and fail with
-//! [`Code::NotHumanoid`](crate::Code::NotHumanoid) where there are none. Bones keep their lengths.
+//! [`Code::NotHumanoid`](crate::Code::NotHumanoid) if it finds none. Bones keep their lengths.
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
 
@@ -29,9 +29,10 @@ mod warp_time;
 pub use self::blend::{BlendReport, BlendWeight, blend};
 pub use self::concat::{ConcatOptions, ConcatReport, concat};
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
-pub(crate) use self::contacts::{Thresholds, level, low_and_slow};
+pub(crate) use self::contacts::{Thresholds, contacts_of, level, low_and_slow};
 pub use self::despike::{DespikeOptions, DespikeReport, despike};
 pub use self::fill::{FillOptions, FillReport, fill};
+pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
 pub use self::in_between::{InBetweenOptions, InBetweenReport, KeyInterpolation, in_between};
 pub use self::layer::{LayerPart, LayerReport, layer};

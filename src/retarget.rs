@@ -17,6 +17,7 @@
 //! ```
 
 mod body;
+mod feet;
 mod ground;
 mod level;
 mod limb_angles;
@@ -36,8 +37,8 @@ pub use self::plan::Unmapped;
 use self::plan::{Plan, Twisted};
 use self::root::Root;
 pub use self::vrm_humanoid::vrm_humanoid;
-use crate::edit::{ContactOptions, FootLockOptions, FootLockReport, contacts, foot_lock};
-use crate::error::Result;
+use crate::edit::{FootLockReport, contacts_of, follow_feet};
+use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 use crate::skeleton::Humanoid;
@@ -218,15 +219,15 @@ impl Retargeter {
         }
     }
 
-    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and above the
-    /// floor: contacts are found in the source, and [`foot_lock`] lets the legs follow. `animation` is the index of the
-    /// source's animation.
+    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as high
+    /// above the floor as they are: contacts are found in the source, and the legs follow as in
+    /// [`foot_lock`](crate::edit::foot_lock()). `animation` is the index of the source's animation.
     ///
     /// A target with other proportions slides where the source does not, although each of its limbs points where that of
     /// the source points. [`RetargetReport::slides`] says whether it does.
     ///
     /// # Errors
-    /// As [`foot_lock`]; `moved` is then unchanged.
+    /// As [`foot_lock`](crate::edit::foot_lock()); `moved` is then unchanged.
     pub fn lock_feet(
         &self,
         source: &Scene,
@@ -234,17 +235,16 @@ impl Retargeter {
         target: &Scene,
         moved: &mut Animation,
     ) -> Result<FootLockReport> {
-        let known = contacts(
-            source,
-            animation,
-            Some(&self.source.humanoid),
-            &ContactOptions::default(),
-        )?;
-        let options = FootLockOptions {
-            known: Some(known),
-            floor: ground::of_rest(&self.target).map(|_| 0.0),
-            humanoid: Some(self.target.humanoid.clone()),
-            ..FootLockOptions::default()
+        let Some(motion) = source.animations.get(animation) else {
+            let message = format!(
+                "there is no animation {animation}: the source has {}",
+                source.animations.len()
+            );
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        };
+        let contacts = contacts_of(source, motion, &self.source.humanoid)?;
+        let Some(followed) = feet::followed(&self.source, &self.target, target, &self.root, &contacts) else {
+            return Ok(FootLockReport::default());
         };
         let mut scene = Scene {
             nodes: target.nodes.clone(),
@@ -252,7 +252,7 @@ impl Retargeter {
             metadata: target.metadata.clone(),
             ..Scene::default()
         };
-        let report = foot_lock(&mut scene, 0, &options)?;
+        let report = follow_feet(&mut scene, 0, &self.target.humanoid, &followed)?;
         if let Some(locked) = scene.animations.pop() {
             *moved = locked;
         }
@@ -266,13 +266,11 @@ impl Retargeter {
             body: &self.source,
             scene: source,
             animation,
-            ankle: self.root.source_ankle,
         };
         let to = Moving {
             body: &self.target,
             scene: target,
             animation: moved,
-            ankle: self.root.target_ankle,
         };
         let metres = self.target.metres_per_unit / self.source.metres_per_unit;
         measure::measure(
@@ -280,6 +278,7 @@ impl Retargeter {
             &to,
             &ticks(animation),
             self.scale() * metres,
+            &self.root,
             &self.plan.unmapped,
         )
     }

@@ -11,7 +11,7 @@ use super::frames::{Frames, tracks};
 use crate::error::{Code, Result};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
-use crate::scene::{NodeId, Scene};
+use crate::scene::{Animation, NodeId, Scene};
 use crate::skeleton::{Humanoid, HumanoidBone, Side};
 
 /// When a foot or a hand is at rest.
@@ -77,6 +77,12 @@ pub struct ContactPoint {
     pub height: f32,
     /// For each frame whether it is at rest.
     pub at_rest: Vec<bool>,
+    /// For each frame how high it is above where it rests, in metres.
+    #[serde(skip)]
+    pub above_rest: Vec<f32>,
+    /// For each frame where it is in the world, in units of the scene.
+    #[serde(skip)]
+    pub places: Vec<Vec3>,
 }
 
 impl ContactPoint {
@@ -142,10 +148,29 @@ pub fn contacts(
     Ok(detect(scene, &frames, &body, options))
 }
 
+/// The contacts of an animation of `scene`; as [`contacts`].
+pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, humanoid: &Humanoid) -> Result<DetectedContacts> {
+    let body = Body::new(scene, Some(humanoid))?;
+    let frames = Frames::of(scene, animation, &[])?;
+    Ok(detect(scene, &frames, &body, &ContactOptions::default()))
+}
+
 /// The contacts of frames that are at hand.
 pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &ContactOptions) -> DetectedContacts {
     let mut bones = vec![HumanoidBone::LeftFoot, HumanoidBone::LeftToes];
     bones.extend(options.hands.then_some(HumanoidBone::LeftHand));
+    let node = |bone: HumanoidBone, side: Side| match bone {
+        HumanoidBone::LeftToes => body.toes(scene, side),
+        _ => body.humanoid.joint(bone.on(side)),
+    };
+    let nodes_of = |bone: HumanoidBone| {
+        let sides = Side::ALL.into_iter();
+        let nodes = sides.filter_map(|side| Some((bone.on(side), node(bone, side)?)));
+        nodes.collect::<Vec<(HumanoidBone, NodeId)>>()
+    };
+    let pairs: Vec<Vec<(HumanoidBone, NodeId)>> = bones.iter().map(|bone| nodes_of(*bone)).collect();
+    let nodes: Vec<NodeId> = pairs.iter().flatten().map(|(_, node)| *node).collect();
+    let mut tracks = tracks(frames, scene, &nodes).into_iter();
     let mut found = DetectedContacts {
         frame_rate: frames.rate,
         frames: frames.len(),
@@ -153,43 +178,33 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
         points: Vec::new(),
     };
     let mut levels = Vec::new();
-    for bone in bones {
-        let node = |side: Side| match bone {
-            HumanoidBone::LeftToes => body.toes(scene, side),
-            _ => body.humanoid.joint(bone.on(side)),
-        };
-        let sides: Vec<(Side, NodeId)> = Side::ALL
-            .into_iter()
-            .filter_map(|side| Some((side, node(side)?)))
-            .collect();
-        let nodes: Vec<NodeId> = sides.iter().map(|(_, node)| *node).collect();
-        let tracks = tracks(frames, scene, &nodes);
+    for (pair, bone) in pairs.into_iter().zip(bones) {
+        let tracks: Vec<Vec<Vec3>> = tracks.by_ref().take(pair.len()).collect();
         let height = |point: &Vec3| point.dot(body.up) * body.metres;
         let heights: Vec<f32> = (0..frames.len())
             .flat_map(|frame| tracks.iter().map(move |track| height(&track[frame])))
             .collect();
         // Both feet rest on one floor, at one height for each point; a hand rests on the floor of the feet.
-        let mut rest = level(&heights, nodes.len());
+        let mut rest = level(&heights, pair.len());
         match bone {
             HumanoidBone::LeftHand => rest = found.floor,
-            _ if !nodes.is_empty() => found.floor = found.floor.min(rest),
+            _ if !pair.is_empty() => found.floor = found.floor.min(rest),
             _ => {}
         }
-        for ((side, node), track) in sides.iter().zip(&tracks) {
+        for ((bone, node), track) in pair.into_iter().zip(tracks) {
             let flat: Vec<f32> = track.iter().flat_map(Vec3::to_array).collect();
             let speeds = velocities(&flat, 3, frames.rate);
             let speeds = speeds
                 .chunks_exact(3)
                 .map(|speed| Vec3::from_slice(speed).length() * body.metres);
-            let samples = track
-                .iter()
-                .zip(speeds)
-                .map(|(point, speed)| (f64::from(height(point) - rest), f64::from(speed)));
+            let above_rest: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
             let thresholds = Thresholds {
                 height: options.height,
                 speed: options.speed,
                 release: options.release.max(1.0),
             };
+            let samples = above_rest.iter().zip(speeds);
+            let samples = samples.map(|(height, speed)| (f64::from(*height), f64::from(speed)));
             let mut at_rest = low_and_slow(samples, thresholds);
             low_and_slow::without_short_ones(
                 &mut at_rest,
@@ -198,11 +213,13 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
             );
             levels.push(rest);
             found.points.push(ContactPoint {
-                bone: bone.on(*side),
-                node: *node,
+                bone,
+                node,
                 name: scene.nodes[node.index()].name.clone(),
                 height: 0.0,
                 at_rest,
+                above_rest,
+                places: track,
             });
         }
     }

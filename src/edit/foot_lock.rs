@@ -6,15 +6,16 @@
 //! without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing"
 //! (2002), which lengthens bones where a leg is too short; here the hips come down instead.
 
-mod floor;
 mod leg;
 mod shift;
+mod sole;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use self::leg::LegTrack;
-use super::body::{Body, and_below, mover};
+pub(crate) use self::sole::SolePoint;
+use super::body::{Body, Leg, and_below, mover};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
@@ -67,14 +68,37 @@ pub struct FootLockReport {
     pub deepest_before: f32,
     /// The most by which the hips were lowered.
     pub hips_lowered: f32,
+    /// The most by which they were raised.
+    pub hips_raised: f32,
     /// The largest change of a joint other than those of the feet: a knee, or all that the hips carry.
     pub largest_other_change: f32,
     /// The name of that joint.
     pub largest_other_joint: String,
+    /// The frames in which a leg is too short to bring its foot where it belongs.
+    pub out_of_reach: usize,
+    /// The largest distance of such a foot from there.
+    pub farthest_out_of_reach: f32,
 }
 
-/// How much of its full length a leg may be stretched to, unless the motion itself stretches it more.
-const STRETCH: f32 = 0.9995;
+/// The feet of another body, which those of a retargeted motion follow.
+pub(crate) struct Followed<'a> {
+    /// The contacts of its motion.
+    pub(crate) contacts: &'a DetectedContacts,
+    /// How high feet go in units of the scene, where they go a metre high on the other body.
+    pub(crate) units_per_metre: f32,
+    /// From a way over the ground there to the way here: how many times as long, and turned how.
+    pub(crate) scale: f32,
+    pub(crate) turn: Quat,
+    /// The height of the floor along the up axis, in units of the scene.
+    pub(crate) floor: f32,
+    /// The length of a leg, likewise.
+    pub(crate) leg: f32,
+    /// What of the left and of the right foot stays above the floor, parents before children.
+    pub(crate) soles: [Vec<SolePoint>; 2],
+}
+
+/// The distance from a goal that counts as out of reach, in metres.
+const OUT_OF_REACH: f32 = 0.001;
 
 /// Holds the feet of `animation`, an index into the animations of `scene`, still while they are in contact, and above the
 /// floor. Bones keep their lengths.
@@ -95,163 +119,291 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     options.contacts.check()?;
     not_negative(Code::UnknownOption, "blend", options.blend)?;
     let body = Body::new(scene, options.humanoid.as_ref())?;
-    let hips = body.humanoid.joint(HumanoidBone::Hips);
-    let legs: Option<Vec<_>> = Side::ALL
-        .into_iter()
-        .map(|side| Some((side, body.leg(side)?)))
-        .collect();
-    let (Some(hips), Some(legs)) = (hips, legs) else {
-        let message = "the skeleton has no joint for the hips, a thigh, a shin or a foot";
-        return Err(Diagnostic::new(Code::NotHumanoid, message).into());
-    };
-    let moves = |node: NodeId| {
-        let channels = scene.animations.get(animation).map(|animation| &animation.channels);
-        channels.is_some_and(|channels| {
-            let own = |channel: &&crate::scene::Channel| channel.node == Some(node);
-            channels
-                .iter()
-                .find(own)
-                .is_some_and(|channel| channel.position_keys.len() > 1)
-        })
-    };
-    let mover = mover(scene, hips, moves);
-    let mut held = vec![mover];
-    for (_, leg) in &legs {
-        held.extend([leg.thigh, leg.knee]);
-        held.extend(and_below(scene, leg.ankle).filter(|node| floor::turns(scene, *node)));
-    }
-    let mut frames = Frames::new(scene, animation, &held)?;
+    let mut held = Held::new(scene, animation, &body, &[])?;
+    let detected = |held: &Held| detect(scene, &held.frames, &body, &options.contacts);
     let contacts = match &options.known {
-        Some(known) if known.frames != frames.len() => {
-            let message = "the known contacts are those of another number of frames";
-            return Err(Diagnostic::new(Code::UnknownOption, message)
-                .expected_found(frames.len().to_string(), known.frames.to_string())
-                .into());
+        Some(known) => {
+            held.check(known)?;
+            known.clone()
         }
-        Some(known) => known.clone(),
-        None => detect(scene, &frames, &body, &options.contacts),
+        None => detected(&held),
     };
-    let floor = options.floor.unwrap_or(match options.known {
+    let floor = options.floor.unwrap_or_else(|| match options.known {
         // Contacts may be those of another body, whose floor is elsewhere.
-        Some(_) => detect(scene, &frames, &body, &options.contacts).floor,
+        Some(_) => detected(&held).floor,
         None => contacts.floor,
-    }) / body.metres;
-    let blend = frames.frames_in(options.blend);
-
-    let mut tracks: Vec<LegTrack> = legs
-        .into_iter()
-        .map(|(side, leg)| LegTrack::new(scene, &frames, &body, side, leg, &contacts))
-        .collect();
-    for track in &mut tracks {
-        track.shift(body.up, floor, blend);
-    }
-    let lowered = shift::envelope(&needed_lowering(&tracks, body.up), blend);
-    let mut report = FootLockReport {
-        slide_before: tracks.iter().map(|track| track.slide(body.up)).sum::<f64>() * f64::from(body.metres),
-        contacts: tracks.iter().map(LegTrack::contacts).sum(),
-        deepest_before: tracks.iter().map(|track| track.deepest(floor)).fold(0.0, f32::max) * body.metres,
-        hips_lowered: lowered.iter().copied().fold(0.0, f32::max) * body.metres,
-        ..FootLockReport::default()
-    };
-    apply(
-        scene,
-        &mut frames,
-        &tracks,
-        &lowered,
-        mover,
-        body.up,
-        floor,
-        &mut report,
-        body.metres,
-    );
-    let rotated: Vec<NodeId> = held.split_off(1);
-    frames.write(
-        scene,
-        animation,
-        &rotated,
-        if report.hips_lowered > 0.0 { &held } else { &[] },
-    );
-    let after = tracks.iter().map(|track| track.measured(scene, &frames).slide(body.up));
-    report.slide_after = after.sum::<f64>() * f64::from(body.metres);
+    });
+    let report = held.lock(scene, &body, &contacts, floor / body.metres, options.blend, None);
+    held.write(scene, animation);
     Ok(report)
 }
 
-/// For each frame how far the hips must come down for both legs to reach.
-fn needed_lowering(tracks: &[LegTrack], up: Vec3) -> Vec<f32> {
-    let frames = tracks.first().map_or(0, |track| track.ankle.len());
-    let of_leg = |track: &LegTrack, frame: usize| {
-        let way = track.ankle[frame] + track.shifts[frame] - track.thigh[frame];
-        let now = track.thigh[frame].distance(track.ankle[frame]);
-        let reach = (STRETCH * track.length).max(now);
-        let beyond = way.length_squared() - reach * reach;
-        if track.shifts[frame] == Vec3::ZERO || beyond <= 0.0 {
-            return 0.0;
-        }
-        // |way + h up| = reach, for the smaller h. A leg that no height brings near enough stays stretched.
-        let along = way.dot(up);
-        let square = along * along - beyond;
-        if along < 0.0 && square >= 0.0 {
-            -along - square.sqrt()
-        } else {
-            0.0
-        }
-    };
-    (0..frames)
-        .map(|frame| tracks.iter().map(|track| of_leg(track, frame)).fold(0.0, f32::max))
-        .collect()
+/// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the floor
+/// as they are there.
+pub(crate) fn follow_feet(
+    scene: &mut Scene,
+    animation: usize,
+    humanoid: &Humanoid,
+    followed: &Followed<'_>,
+) -> Result<FootLockReport> {
+    let body = Body::new(scene, Some(humanoid))?;
+    let pivots: Vec<NodeId> = followed
+        .soles
+        .iter()
+        .flatten()
+        .filter_map(|point| point.pivot)
+        .collect();
+    let mut held = Held::new(scene, animation, &body, &pivots)?;
+    held.check(followed.contacts)?;
+    let blend = FootLockOptions::default().blend;
+    let report = held.lock(scene, &body, followed.contacts, followed.floor, blend, Some(followed));
+    held.write(scene, animation);
+    Ok(report)
 }
 
-#[allow(clippy::too_many_arguments, reason = "one caller")]
-fn apply(
-    scene: &Scene,
-    frames: &mut Frames,
-    tracks: &[LegTrack],
-    lowered: &[f32],
+/// The frames of a motion whose legs are to be changed.
+struct Held {
+    frames: Frames,
+    legs: Vec<(Side, Leg)>,
+    /// The node that carries the figure.
     mover: NodeId,
-    up: Vec3,
-    floor: f32,
-    report: &mut FootLockReport,
-    metres: f32,
-) {
-    let mut pose = Pose::rest(scene);
-    let mut before = pose.clone();
-    for (frame, &lowered) in lowered.iter().enumerate() {
-        let is_shifted = |track: &LegTrack| track.shifts[frame] != Vec3::ZERO || track.is_below(frame, floor);
-        if lowered == 0.0 && !tracks.iter().any(is_shifted) {
-            continue;
+    /// The joints that turn.
+    turned: Vec<NodeId>,
+    /// Whether the figure is shifted.
+    moved: bool,
+}
+
+impl Held {
+    fn new(scene: &Scene, animation: usize, body: &Body, pivots: &[NodeId]) -> Result<Self> {
+        let hips = body.humanoid.joint(HumanoidBone::Hips);
+        let legs: Option<Vec<_>> = Side::ALL
+            .into_iter()
+            .map(|side| Some((side, body.leg(side)?)))
+            .collect();
+        let (Some(hips), Some(legs)) = (hips, legs) else {
+            let message = "the skeleton has no joint for the hips, a thigh, a shin or a foot";
+            return Err(Diagnostic::new(Code::NotHumanoid, message).into());
+        };
+        let moves = |node: NodeId| {
+            let channels = scene.animations.get(animation).map(|animation| &animation.channels);
+            channels.is_some_and(|channels| {
+                let own = |channel: &&crate::scene::Channel| channel.node == Some(node);
+                channels
+                    .iter()
+                    .find(own)
+                    .is_some_and(|channel| channel.position_keys.len() > 1)
+            })
+        };
+        let mover = mover(scene, hips, moves);
+        let mut turned = Vec::new();
+        for (_, leg) in &legs {
+            turned.extend([leg.thigh, leg.knee]);
+            let turns = |node: &NodeId| sole::turns(scene, *node) || pivots.contains(node);
+            turned.extend(and_below(scene, leg.ankle).filter(turns));
         }
-        frames.pose(frame, &mut pose);
-        before.clone_from(&pose);
-        if lowered > 0.0
-            && let Some(trs) = frames.get(frame, mover)
-        {
-            let parent = scene.nodes[mover.index()].parent;
-            let to_parent = parent.map_or(glam::Mat4::IDENTITY, |parent| {
-                pose.node_to_world[parent.index()].inverse()
-            });
-            let translation = trs.translation + to_parent.transform_vector3(-up * lowered);
-            frames.set(frame, mover, Trs { translation, ..trs });
-            pose.node_to_parent[mover.index()].w_axis = translation.extend(1.0);
-            pose.update_below(mover);
+        let frames = Frames::new(scene, animation, &[&[mover], &*turned].concat())?;
+        Ok(Self {
+            frames,
+            legs,
+            mover,
+            turned,
+            moved: false,
+        })
+    }
+
+    fn check(&self, contacts: &DetectedContacts) -> Result<()> {
+        if contacts.frames == self.frames.len() {
+            return Ok(());
         }
-        for track in tracks {
-            let ankle = track.leg.ankle;
-            let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
-            let goal = Goal::at(track.ankle[frame] + track.shifts[frame]).with_rotation(rotation);
-            two_bone(&mut pose, [track.leg.thigh, track.leg.knee, ankle], &goal, None);
-            floor::lift_below(scene, &mut pose, &track.foot, up, floor);
-            for node in [track.leg.thigh, track.leg.knee].iter().chain(&track.foot) {
-                frames.set_rotation_of(frame, *node, &pose);
+        let message = "the known contacts are those of another number of frames";
+        Err(Diagnostic::new(Code::UnknownOption, message)
+            .expected_found(self.frames.len().to_string(), contacts.frames.to_string())
+            .into())
+    }
+
+    /// Changes the frames. `floor` is in units of the scene, `blend` in seconds.
+    fn lock(
+        &mut self,
+        scene: &Scene,
+        body: &Body,
+        contacts: &DetectedContacts,
+        floor: f32,
+        blend: f64,
+        followed: Option<&Followed<'_>>,
+    ) -> FootLockReport {
+        let up = body.up;
+        let blend = self.frames.frames_in(blend);
+        let legs = std::mem::take(&mut self.legs).into_iter();
+        let mut tracks: Vec<LegTrack> = legs
+            .map(|(side, leg)| LegTrack::new(scene, body, side, leg, contacts, followed))
+            .collect();
+        let mut pose = Pose::rest(scene);
+        for frame in 0..self.frames.len() {
+            self.frames.pose(frame, &mut pose);
+            for track in &mut tracks {
+                track.see(frame, &mut pose, up, floor);
             }
-            report.largest_shift = report.largest_shift.max(track.shifts[frame].length() * metres);
         }
-        for index in 0..scene.nodes.len() {
-            let node = NodeId::new(index);
-            let change = pose.position(node).distance(before.position(node)) * metres;
-            if change > report.largest_other_change && !tracks.iter().any(|track| track.foot.contains(&node)) {
-                report.largest_other_change = change;
-                report.largest_other_joint.clone_from(&scene.nodes[index].name);
+        let held: Vec<_> = tracks
+            .iter()
+            .map(|track| track.held(up, self.frames.rate as f32))
+            .collect();
+        let mut carried = carried(&tracks, &held, up, blend);
+        for (track, held) in tracks.iter_mut().zip(&held) {
+            track.shift(held, up, floor, blend, &carried);
+        }
+        let lowered = shift::envelope(&needed_lowering(&tracks, &carried, up), blend);
+        for (carried, lowered) in carried.iter_mut().zip(lowered) {
+            *carried -= up * lowered;
+        }
+        let heights = || carried.iter().map(|carried| carried.dot(up));
+        let mut report = FootLockReport {
+            slide_before: tracks.iter().map(|track| track.slide(up)).sum::<f64>() * f64::from(body.metres),
+            contacts: tracks.iter().map(LegTrack::contacts).sum(),
+            deepest_before: tracks.iter().map(|track| track.deepest(floor)).fold(0.0, f32::max) * body.metres,
+            hips_lowered: heights().map(|height| -height).fold(0.0, f32::max) * body.metres,
+            hips_raised: heights().fold(0.0, f32::max) * body.metres,
+            ..FootLockReport::default()
+        };
+        self.apply(scene, body, &mut tracks, &carried, floor, &mut report);
+        report.slide_after = tracks.iter().map(|track| track.slide(up)).sum::<f64>() * f64::from(body.metres);
+        report
+    }
+
+    fn apply(
+        &mut self,
+        scene: &Scene,
+        body: &Body,
+        tracks: &mut [LegTrack],
+        carried: &[Vec3],
+        floor: f32,
+        report: &mut FootLockReport,
+    ) {
+        let (up, metres) = (body.up, body.metres);
+        let mut pose = Pose::rest(scene);
+        let mut before = pose.clone();
+        for (frame, &carried) in carried.iter().enumerate() {
+            self.frames.pose(frame, &mut pose);
+            let is_changed = |track: &LegTrack| {
+                track.shifts[frame] != Vec3::ZERO || track.is_below(frame, floor) || track.follows(frame)
+            };
+            if carried == Vec3::ZERO && !tracks.iter().any(is_changed) {
+                tracks.iter_mut().for_each(|track| track.place(frame, &pose));
+                continue;
             }
+            before.clone_from(&pose);
+            if carried != Vec3::ZERO {
+                self.carry(scene, frame, &mut pose, carried);
+            }
+            let mut is_out_of_reach = false;
+            for track in tracks.iter_mut() {
+                let ankle = track.leg.ankle;
+                let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
+                let mut place = track.ankle[frame] + track.shifts[frame];
+                let way = place - pose.position(track.leg.thigh);
+                let rise = rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0);
+                place += up * rise.min(track.slack());
+                let goal = Goal::at(place).with_rotation(rotation);
+                let missed = two_bone(&mut pose, [track.leg.thigh, track.leg.knee, ankle], &goal, None) * metres;
+                track.turn(frame, &mut pose, up, floor);
+                for node in [track.leg.thigh, track.leg.knee].iter().chain(&track.foot) {
+                    self.frames.set_rotation_of(frame, *node, &pose);
+                }
+                is_out_of_reach |= missed > OUT_OF_REACH;
+                report.farthest_out_of_reach = report.farthest_out_of_reach.max(missed);
+                report.largest_shift = report.largest_shift.max(track.shifts[frame].length() * metres);
+                track.place(frame, &pose);
+            }
+            report.out_of_reach += usize::from(is_out_of_reach);
+            for index in 0..scene.nodes.len() {
+                let node = NodeId::new(index);
+                let change = pose.position(node).distance(before.position(node)) * metres;
+                if change > report.largest_other_change && !tracks.iter().any(|track| track.foot.contains(&node)) {
+                    report.largest_other_change = change;
+                    report.largest_other_joint.clone_from(&scene.nodes[index].name);
+                }
+            }
+        }
+        if report.farthest_out_of_reach <= OUT_OF_REACH {
+            report.farthest_out_of_reach = 0.0;
         }
     }
+
+    /// Moves the whole figure in a frame.
+    fn carry(&mut self, scene: &Scene, frame: usize, pose: &mut Pose, way: Vec3) {
+        let Some(trs) = self.frames.get(frame, self.mover) else {
+            return;
+        };
+        let parent = scene.nodes[self.mover.index()].parent;
+        let to_parent = parent.map_or(glam::Mat4::IDENTITY, |parent| {
+            pose.node_to_world[parent.index()].inverse()
+        });
+        self.moved = true;
+        let translation = trs.translation + to_parent.transform_vector3(way);
+        self.frames.set(frame, self.mover, Trs { translation, ..trs });
+        pose.node_to_parent[self.mover.index()].w_axis = translation.extend(1.0);
+        pose.update_below(self.mover);
+    }
+
+    /// Makes the frames the keys of what changed.
+    fn write(&self, scene: &mut Scene, animation: usize) {
+        let moved = if self.moved {
+            std::slice::from_ref(&self.mover)
+        } else {
+            &[]
+        };
+        self.frames.write(scene, animation, &self.turned, moved);
+    }
+}
+
+/// How the hips are shifted so that legs which follow others need not bend: as the feet on the ground are, made smooth.
+fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+    let frames = held.first().map_or(0, Vec::len);
+    if tracks.iter().any(|track| track.lifts().is_empty()) {
+        return vec![Vec3::ZERO; frames];
+    }
+    let mean = |values: &mut dyn Iterator<Item = (f32, Vec3)>| {
+        let (weights, sum) = values.fold((0.0, Vec3::ZERO), |(weights, sum), (weight, value)| {
+            (weights + weight, sum + value * weight)
+        });
+        (weights > 0.2).then(|| sum / weights)
+    };
+    let over_ground = |frame: usize| mean(&mut held.iter().filter_map(|held| Some((1.0, held[frame]?))));
+    let height = |frame: usize| {
+        let lifts = tracks.iter().filter_map(|track| track.lifts().get(frame));
+        mean(&mut lifts.map(|lift| (lift.weight, up * lift.asked())))
+    };
+    let over_ground = shift::filled((0..frames).map(over_ground));
+    let height = shift::filled((0..frames).map(height));
+    let both: Vec<Vec3> = over_ground.into_iter().zip(height).map(|(a, b)| a + b).collect();
+    shift::smooth(&both, blend)
+}
+
+/// For each frame how far the hips must come down for both legs to reach.
+fn needed_lowering(tracks: &[LegTrack], carried: &[Vec3], up: Vec3) -> Vec<f32> {
+    let of_leg = |track: &LegTrack, frame: usize, carried: Vec3| {
+        if carried == Vec3::ZERO && track.shifts[frame] == Vec3::ZERO {
+            return 0.0;
+        }
+        let goal = track.ankle[frame] + track.shifts[frame];
+        let way = goal - track.thigh[frame] - carried + up * track.slack();
+        rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0)
+    };
+    let of_frame = |(frame, carried): (usize, &Vec3)| {
+        let legs = tracks.iter().map(|track| of_leg(track, frame, *carried));
+        legs.fold(0.0, f32::max)
+    };
+    carried.iter().enumerate().map(of_frame).collect()
+}
+
+/// The least height by which the end of `way` must rise to be within `reach`; `None` where no height is enough.
+fn rise_to_reach(way: Vec3, reach: f32, up: Vec3) -> Option<f32> {
+    let beyond = way.length_squared() - reach * reach;
+    if beyond <= 0.0 {
+        return Some(0.0);
+    }
+    // |way + h up| = reach, for the smaller h.
+    let along = way.dot(up);
+    let square = along * along - beyond;
+    (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
 }

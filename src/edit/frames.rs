@@ -6,7 +6,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::limits::Limits;
 use crate::math::quaternion::in_hemisphere_of;
 use crate::pose::{Binding, Pose, Trs};
-use crate::scene::{Channel, Keys, NodeId, Scene};
+use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
 pub(super) struct Frames {
@@ -34,6 +34,11 @@ impl Frames {
             );
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         };
+        Self::of(scene, animation, also)
+    }
+
+    /// The same of an animation that need not be in the scene.
+    pub(super) fn of(scene: &Scene, animation: &Animation, also: &[NodeId]) -> Result<Self> {
         let binding = Binding::new(scene, animation);
         let mut columns: Vec<Option<usize>> = vec![None; scene.nodes.len()];
         let mut nodes: Vec<NodeId> = binding

@@ -186,7 +186,10 @@ mod tests {
                 assert!((twist_angle(rotation, axis) - angle).abs() < 1e-5, "{angle}");
             }
         }
-        assert_eq!(twist(Quat::from_rotation_x(std::f32::consts::PI), Vec3::Y).xyz(), Vec3::ZERO);
+        assert_eq!(
+            twist(Quat::from_rotation_x(std::f32::consts::PI), Vec3::Y).xyz(),
+            Vec3::ZERO
+        );
     }
 
     #[test]

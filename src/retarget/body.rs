@@ -22,6 +22,9 @@ const POINTED_FOOT: f32 = 0.9;
 const LEVELLED: f32 = 0.5;
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
+/// The smallest such angle that counts, in radians.
+const SMALLEST_LEVELLED: f32 = 0.02;
+
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
@@ -117,7 +120,7 @@ impl Body {
         body.turn_to_t_pose(&skeleton);
         // The T-pose of a VRM animation is that of its rest pose.
         if scene.metadata.format != Some(Format::Vrma) {
-            body.level_feet(scene, if stands { LEVELLED } else { LEVELLED_WITHOUT_REST });
+            body.level_feet(scene, stands);
         }
         body.trunk_and_neck(scene);
         body.leg = body.leg_length();
@@ -137,10 +140,10 @@ impl Body {
     /// Refuses a target whose bones are not all below its hips: moving the hips would not move the body.
     fn check_target(&self, scene: &Scene) -> Result<()> {
         for (bone, &joint) in &self.bones {
-            if joint != self.hips && !self.hangs_on(joint, self.hips) {
+            if joint != self.hips && !self.depends_on(joint, self.hips) {
                 let name = |node: NodeId| &scene.nodes[node.index()].name;
                 let message = format!(
-                    "the target cannot be posed: its {} \"{}\" does not hang on its hips \"{}\"",
+                    "the target cannot be posed: its {} \"{}\" is not below its hips \"{}\"",
                     bone.as_str(),
                     name(joint),
                     name(self.hips)
@@ -161,13 +164,14 @@ impl Body {
         std::iter::successors(self.parents[node.index()], |node| self.parents[*node])
     }
 
-    pub(super) fn hangs_on(&self, node: NodeId, ancestor: NodeId) -> bool {
+    /// Whether a node is below another in the hierarchy.
+    pub(super) fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
         self.above(node).any(|above| above == ancestor.index())
     }
 
-    /// The nodes strictly between a node and one above it, from above; `None` if it does not hang there.
+    /// The nodes strictly between a node and one above it, from above; `None` if it is not below it.
     fn path(&self, from: NodeId, to: NodeId) -> Option<Vec<NodeId>> {
-        self.hangs_on(to, from).then(|| {
+        self.depends_on(to, from).then(|| {
             let between = self.above(to).take_while(|node| *node != from.index());
             let mut path: Vec<_> = between.map(NodeId::new).collect();
             path.reverse();
@@ -265,28 +269,38 @@ impl Body {
         self.to_t_pose = turned;
     }
 
-    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle.
-    fn level_feet(&mut self, scene: &Scene, largest: f32) {
-        let feet = [Bone::LeftFoot, Bone::RightFoot];
-        let pitches = feet.map(|bone| {
-            let joint = self.joint(bone)?;
-            let foot = Foot {
-                joint,
-                world_to_frame: self.axes.inverse(),
-                joint_to_frame: self.frame_to_joint(bone, joint).inverse(),
-            };
-            level::pitch(scene, &foot, largest)
-        });
-        let [Some(left), Some(right)] = pitches else { return };
-        let turn = Quat::from_rotation_x(-0.5 * (left + right));
-        for foot in feet {
+    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where `stands`
+    /// is false, the reference pose is computed, and says nothing about how the feet roll.
+    fn level_feet(&mut self, scene: &Scene, stands: bool) {
+        let largest = if stands { LEVELLED } else { LEVELLED_WITHOUT_REST };
+        let bones = [Bone::LeftFoot, Bone::RightFoot];
+        let feet: Vec<Foot> = bones
+            .into_iter()
+            .filter_map(|bone| {
+                let joint = self.joint(bone)?;
+                Some(Foot {
+                    joint,
+                    world_to_frame: self.axes.inverse(),
+                    joint_to_frame: self.frame_to_joint(bone, joint).inverse(),
+                })
+            })
+            .collect();
+        let [Some(left), Some(right)] = level::stances(scene, &feet)[..] else {
+            return;
+        };
+        let counts = |pitch: &f32| (SMALLEST_LEVELLED..=largest).contains(&pitch.abs());
+        let is_pitched = [left.pitch, right.pitch].iter().all(counts);
+        let pitch = Some(0.5 * (left.pitch + right.pitch)).filter(|_| is_pitched);
+        for (foot, roll) in bones.into_iter().zip([left.roll, right.roll]) {
             let Some(&ankle) = self.bones.get(&foot) else { continue };
             let to_t_pose = self.to_t_pose.get(&foot).copied().unwrap_or(Quat::IDENTITY);
             let axes = to_t_pose.inverse() * self.axes;
+            let pitch = Quat::from_rotation_x(-pitch.unwrap_or(0.0));
+            let turn = pitch * Quat::from_rotation_z(roll.filter(|_| !stands).unwrap_or(0.0));
             let turn = axes * turn * axes.inverse();
             let here = self.positions[ankle.index()];
             for index in ankle.index()..self.parents.len() {
-                if index == ankle.index() || self.hangs_on(NodeId::new(index), ankle) {
+                if index == ankle.index() || self.depends_on(NodeId::new(index), ankle) {
                     self.positions[index] = here + turn * (self.positions[index] - here);
                     self.rotations[index] = (turn * self.rotations[index]).normalize();
                 }
@@ -327,7 +341,7 @@ impl Body {
         arc(flat, forward) * facing
     }
 
-    /// The node towards which a bone points: the next bone, else the only node that hangs on its joint.
+    /// The node towards which a bone points: the next bone, else the only child of its joint.
     pub(super) fn next(&self, bone: Bone, joint: NodeId) -> Option<NodeId> {
         let side = bone.side().unwrap_or(Side::Left);
         let knuckles: &[Bone] = match bone.on(Side::Left) {
@@ -343,8 +357,30 @@ impl Body {
         let next = limb_end(bone).or_else(|| next_of_finger(bone));
         let mut named = knuckles.chain(next).filter_map(|next| self.joint(next));
         named
-            .find(|next| self.hangs_on(*next, joint))
+            .find(|next| self.depends_on(*next, joint))
             .or_else(|| self.only_child(joint))
+    }
+
+    /// The joint of a foot or of its toes; for toes without a joint the first node below the ankle.
+    pub(super) fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
+        let below = || self.first_child(self.joint(Bone::LeftFoot.on(bone.side()?))?);
+        match bone.on(Side::Left) {
+            Bone::LeftToes => self.joint(bone).or_else(below),
+            _ => self.joint(bone),
+        }
+    }
+
+    /// How high a joint of a foot is when the body stands and its ankles are `ankle` high.
+    pub(super) fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
+        let joint = self.foot_joint(bone);
+        let foot = self.joint(Bone::LeftFoot.on(bone.side().unwrap_or(Side::Left)));
+        let above = |(joint, foot): (NodeId, NodeId)| (self.position(joint) - self.position(foot)).dot(self.up());
+        ankle + joint.zip(foot).map_or(0.0, above)
+    }
+
+    fn first_child(&self, node: NodeId) -> Option<NodeId> {
+        let is_child = |child: &usize| self.parents[*child] == Some(node.index());
+        (node.index() + 1..self.parents.len()).find(is_child).map(NodeId::new)
     }
 
     fn only_child(&self, node: NodeId) -> Option<NodeId> {
@@ -359,7 +395,7 @@ impl Body {
         let named = |bones: &[Bone]| -> Vec<NodeId> { bones.iter().filter_map(|bone| self.joint(*bone)).collect() };
         let spine = named(&[Bone::Spine, Bone::Chest, Bone::UpperChest]);
         let top = self.joint(Bone::Neck).or(self.joint(Bone::Head));
-        // From the hips up, unless the body hangs on its head.
+        // From the hips up, unless the head is the root of the body.
         let trunk = top.and_then(|top| self.path(self.hips, top));
         let trunk = trunk.map(|path| path.into_iter().filter(is_joint).collect::<Vec<_>>());
         let trunk = trunk.filter(|path| spine.iter().all(|joint| path.contains(joint)));

@@ -54,7 +54,11 @@ fn lowest_ankle(body: &Body) -> Option<f32> {
 /// The lowest joint of the feet in the reference pose.
 fn lowest(body: &Body) -> Option<f32> {
     let ankles = ankles(body);
-    let is_of_foot = |node: &NodeId| ankles.iter().any(|ankle| node == ankle || body.hangs_on(*node, *ankle));
+    let is_of_foot = |node: &NodeId| {
+        ankles
+            .iter()
+            .any(|ankle| node == ankle || body.depends_on(*node, *ankle))
+    };
     let nodes = (0..body.parents.len()).map(NodeId::new).filter(is_of_foot);
     nodes.map(|node| height(body, node)).reduce(f32::min)
 }
@@ -67,7 +71,20 @@ pub(super) fn of_skeleton(body: &Body) -> f32 {
     }
 }
 
-/// The same in the rest pose, if that stands on the ground.
+/// The height of the floor in the reference pose: the ground on which it stands, else its lowest joint.
+pub(super) fn floor(body: &Body) -> f32 {
+    match of_rest(body) {
+        Some(_) => 0.0,
+        None => lowest(body).unwrap_or(0.0),
+    }
+}
+
+/// The height of the lower ankle above it.
+pub(super) fn ankle(body: &Body) -> f32 {
+    lowest_ankle(body).map_or(0.0, |ankle| ankle - floor(body))
+}
+
+/// The height of the ankles over the origin in the rest pose, if that stands on the ground.
 pub(super) fn of_rest(body: &Body) -> Option<f32> {
     let stands = lowest(body)?.abs() < STANDS * body.leg;
     lowest_ankle(body).filter(|_| stands)

@@ -21,9 +21,6 @@ const FEWEST: usize = 8;
 /// The largest difference of the middle half of these frames, in radians.
 const SPREAD: f32 = 0.15;
 
-/// The smallest pitch that counts, in radians.
-const SMALLEST: f32 = 0.02;
-
 /// A foot of the reference pose.
 pub(super) struct Foot {
     pub(super) joint: NodeId,
@@ -33,10 +30,21 @@ pub(super) struct Foot {
     pub(super) joint_to_frame: Quat,
 }
 
-/// How far a foot of the reference pose points up where it stands in the motion, in radians. Positive where the toes of
-/// the motion are higher than those of the reference pose.
-pub(super) fn pitch(scene: &Scene, foot: &Foot, largest: f32) -> Option<f32> {
-    let mut samples = samples(scene, foot);
+/// How a foot of the reference pose is turned where it stands in the motion, in radians.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stance {
+    /// Positive where the toes of the motion are higher than those of the reference pose.
+    pub(super) pitch: f32,
+    /// Positive where the left edge is higher; `None` where it differs.
+    pub(super) roll: Option<f32>,
+}
+
+/// How each foot stands; `None` where the motion does not show it.
+pub(super) fn stances(scene: &Scene, feet: &[Foot]) -> Vec<Option<Stance>> {
+    samples(scene, feet).into_iter().map(stance).collect()
+}
+
+fn stance(mut samples: Vec<Sample>) -> Option<Stance> {
     let limit = |mut values: Vec<f32>| {
         values.sort_by(f32::total_cmp);
         values.get((values.len() as f32 * SHARE) as usize).copied()
@@ -44,44 +52,56 @@ pub(super) fn pitch(scene: &Scene, foot: &Foot, largest: f32) -> Option<f32> {
     let height = limit(samples.iter().map(|sample| sample.height).collect())?;
     let speed = limit(samples.iter().map(|sample| sample.speed).collect())?;
     samples.retain(|sample| sample.height <= height && sample.speed <= speed);
-    let mut pitches: Vec<f32> = samples.iter().map(|sample| sample.pitch).collect();
-    pitches.sort_by(f32::total_cmp);
-    let at = |share: f32| pitches[((pitches.len() - 1) as f32 * share) as usize];
-    if pitches.len() < FEWEST || at(0.75) - at(0.25) > SPREAD {
-        return None;
-    }
-    Some(at(0.5)).filter(|pitch| (SMALLEST..=largest).contains(&pitch.abs()))
+    let median = |mut angles: Vec<f32>| {
+        angles.sort_by(f32::total_cmp);
+        let at = |share: f32| angles[((angles.len() - 1) as f32 * share) as usize];
+        let is_clear = angles.len() >= FEWEST && at(0.75) - at(0.25) <= SPREAD;
+        is_clear.then(|| at(0.5))
+    };
+    Some(Stance {
+        pitch: median(samples.iter().map(|sample| sample.pitch).collect())?,
+        roll: median(samples.iter().map(|sample| sample.roll).collect()),
+    })
 }
 
 struct Sample {
     height: f32,
     speed: f32,
     pitch: f32,
+    roll: f32,
 }
 
-fn samples(scene: &Scene, foot: &Foot) -> Vec<Sample> {
-    let joint = foot.joint;
+/// Those of each foot.
+fn samples(scene: &Scene, feet: &[Foot]) -> Vec<Vec<Sample>> {
     let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
     let step = frames.div_ceil(FRAMES).max(1);
     let (mut pose, mut next) = (Pose::rest(scene), Pose::rest(scene));
-    let mut samples = Vec::new();
+    let mut samples: Vec<Vec<Sample>> = feet.iter().map(|_| Vec::new()).collect();
     for animation in &scene.animations {
         let binding = Binding::new(scene, animation);
         for frame in (0..animation.frame_count().saturating_sub(1)).step_by(step) {
             pose.sample(&binding, animation, frame as f64);
             next.sample(&binding, animation, frame as f64 + 1.0);
-            let Some(matrix) = pose.node_to_world.get(joint.index()) else {
-                continue;
-            };
-            let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
-            let way = next.position(joint) - pose.position(joint);
-            samples.push(Sample {
-                height: (foot.world_to_frame * pose.position(joint)).y,
-                speed: way.length() * animation.ticks_per_second as f32,
-                pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
-            });
+            for (samples, foot) in samples.iter_mut().zip(feet) {
+                let Some(matrix) = pose.node_to_world.get(foot.joint.index()) else {
+                    continue;
+                };
+                let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
+                let way = next.position(foot.joint) - pose.position(foot.joint);
+                let sample = Sample {
+                    height: (foot.world_to_frame * pose.position(foot.joint)).y,
+                    speed: way.length() * animation.ticks_per_second as f32,
+                    pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
+                    roll: (turned * Vec3::X).y.atan2((turned * Vec3::Y).y),
+                };
+                if [sample.height, sample.speed, sample.pitch, sample.roll]
+                    .iter()
+                    .all(|value| value.is_finite())
+                {
+                    samples.push(sample);
+                }
+            }
         }
     }
-    samples.retain(|sample| sample.height.is_finite() && sample.speed.is_finite() && sample.pitch.is_finite());
     samples
 }

@@ -5,15 +5,11 @@ use serde::Serialize;
 
 use super::body::{Body, limb_end};
 use super::plan::Unmapped;
+use super::root::Root;
+use crate::edit::contacts_of;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 use crate::skeleton::HumanoidBone as Bone;
-
-/// The fastest a foot may be that stands on the ground, in metres a second.
-const CONTACT_SPEED: f32 = 0.15;
-
-/// The highest a joint of a foot may be above its height in a standing body, in metres, where it stands on the ground.
-const CONTACT_HEIGHT: f32 = 0.03;
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
@@ -24,7 +20,7 @@ const MORE_SKATE: f64 = 0.005;
 /// The share of frames in which they may be below the floor.
 const MOST_BELOW: f64 = 0.01;
 
-/// The difference of feet that do the same, in metres or metres a second.
+/// The largest difference between feet that move alike, in metres or metres a second.
 const SAME_FEET: f64 = 1e-4;
 
 /// How far the directions of a limb are apart on two skeletons.
@@ -54,7 +50,7 @@ pub struct FootMotion {
 /// The feet before and after.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FeetReport {
-    /// Frames of both feet in which the source stands on a foot.
+    /// Frames in which the source stands on a foot, those of both feet together.
     pub contact_frames: usize,
     /// The feet of the source.
     pub source: FootMotion,
@@ -118,86 +114,82 @@ impl RetargetReport {
         let (locked, before) = (locked.target, free_feet.target);
         let less_skate = before.skate - locked.skate;
         let less_below = before.share_below_floor - locked.share_below_floor;
-        let limbs_stay = self.verdict == free.verdict;
-        limbs_stay && less_skate > -MORE_SKATE && less_below > -MOST_BELOW && (less_skate > 0.0 || less_below > 0.0)
+        self.verdict != Verdict::Poor
+            && less_skate > -MORE_SKATE
+            && less_below > -MOST_BELOW
+            && (less_skate > 0.0 || less_below > 0.0)
     }
 
     /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do what
     /// those of the source do, on a body of the same size, are left as they are.
     pub fn slides(&self) -> bool {
         self.feet.is_some_and(|FeetReport { source, target, .. }| {
-            let is_same = |a: f64, b: f64| (a - b).abs() < SAME_FEET;
-            let moves_alike = is_same(source.skate, target.skate) && is_same(source.deepest, target.deepest);
             let is_below = target.share_below_floor > MOST_BELOW;
-            !moves_alike && (is_below || target.skate > source.skate + MORE_SKATE)
+            !self.feet_move_alike() && (is_below || target.skate > source.skate + MORE_SKATE)
+        })
+    }
+
+    /// Whether the feet do what those of the source do, as on a body of the same size.
+    pub fn feet_move_alike(&self) -> bool {
+        self.feet.is_some_and(|FeetReport { source, target, .. }| {
+            let is_same = |a: f64, b: f64| (a - b).abs() < SAME_FEET;
+            is_same(source.skate, target.skate) && is_same(source.deepest, target.deepest)
         })
     }
 }
 
-/// A skeleton with a motion, frame by frame.
+/// A skeleton with a motion.
 pub(super) struct Moving<'a> {
     pub(super) body: &'a Body,
     pub(super) scene: &'a Scene,
     pub(super) animation: &'a Animation,
-    /// The height of the ankles when it stands.
-    pub(super) ankle: f32,
 }
 
+/// What is measured of a skeleton, frame by frame.
+struct Track {
+    /// The directions of the limbs that it has, in the axes of the figure.
+    limbs: Vec<(Bone, Vec<Vec3>)>,
+    /// The joints of both feet in metres in the axes of the figure; +Y is up.
+    feet: Vec<(Bone, Vec<Vec3>)>,
+}
+
+/// The joints of a foot that are looked at.
+const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
+
 impl Moving<'_> {
-    /// Calls `see` with each of the ticks and the pose there.
-    fn poses(&self, ticks: &[f64], mut see: impl FnMut(usize, &Pose)) {
+    fn track(&self, ticks: &[f64]) -> Track {
+        let limb = |bone: Bone| {
+            let ends = self
+                .body
+                .joint(bone)
+                .zip(limb_end(bone).and_then(|end| self.body.joint(end)));
+            Some((bone, ends?))
+        };
+        let ends: Vec<(Bone, (NodeId, NodeId))> = Bone::ALL.iter().copied().filter_map(limb).collect();
+        let joints = FOOT
+            .into_iter()
+            .filter_map(|bone| Some((bone, self.body.foot_joint(bone)?)));
+        let joints: Vec<(Bone, NodeId)> = joints.collect();
+        let of_bone = |bone: &Bone| (*bone, Vec::with_capacity(ticks.len()));
+        let mut track = Track {
+            limbs: ends.iter().map(|(bone, _)| of_bone(bone)).collect(),
+            feet: joints.iter().map(|(bone, _)| of_bone(bone)).collect(),
+        };
+        let world_to_frame: Quat = self.body.axes.inverse();
+        let metres = self.body.metres_per_unit as f32;
         let binding = Binding::new(self.scene, self.animation);
         let mut pose = Pose::rest(self.scene);
-        for (frame, &tick) in ticks.iter().enumerate() {
+        for &tick in ticks {
             pose.sample(&binding, self.animation, tick);
-            see(frame, &pose);
-        }
-    }
-
-    /// The direction of a limb at each tick, in the axes of the figure.
-    fn directions(&self, bone: Bone, ticks: &[f64]) -> Option<Vec<Vec3>> {
-        let ends = self
-            .body
-            .joint(bone)
-            .zip(limb_end(bone).and_then(|end| self.body.joint(end)));
-        let (from, to) = ends?;
-        let world_to_frame: Quat = self.body.axes.inverse();
-        let mut directions = Vec::with_capacity(ticks.len());
-        self.poses(ticks, |_, pose| {
-            let way = pose.position(to) - pose.position(from);
-            directions.push((world_to_frame * way).normalize_or_zero());
-        });
-        Some(directions)
-    }
-
-    /// The joints of a foot, each with its height when the body stands on it.
-    fn foot(&self, foot: Bone, toes: Bone) -> Option<Vec<(NodeId, f32)>> {
-        let ankle = self.body.joint(foot)?;
-        let height = |node: NodeId| self.body.position(node).dot(self.body.up());
-        let joints = [Some(ankle), self.body.joint(toes)].into_iter().flatten();
-        Some(
-            joints
-                .map(|joint| (joint, self.ankle + height(joint) - height(ankle)))
-                .collect(),
-        )
-    }
-
-    /// The joints of both feet at each tick in metres, relative to the height at which they stand; +Y is up.
-    fn feet(&self, ticks: &[f64]) -> Option<[Vec<Vec<Vec3>>; 2]> {
-        let left = self.foot(Bone::LeftFoot, Bone::LeftToes)?;
-        let right = self.foot(Bone::RightFoot, Bone::RightToes)?;
-        let world_to_frame = self.body.axes.inverse();
-        let metres = self.body.metres_per_unit as f32;
-        let mut feet = [Vec::new(), Vec::new()];
-        self.poses(ticks, |_, pose| {
-            for (places, joints) in feet.iter_mut().zip([&left, &right]) {
-                let place = |&(joint, height): &(NodeId, f32)| {
-                    metres * (world_to_frame * pose.position(joint) - Vec3::new(0.0, height, 0.0))
-                };
-                places.push(joints.iter().map(place).collect());
+            for ((_, directions), (_, (from, to))) in track.limbs.iter_mut().zip(&ends) {
+                let way = pose.position(*to) - pose.position(*from);
+                directions.push((world_to_frame * way).normalize_or_zero());
             }
-        });
-        Some(feet)
+            for ((_, places), (_, joint)) in track.feet.iter_mut().zip(&joints) {
+                places.push(metres * (world_to_frame * pose.position(*joint)));
+            }
+        }
+        track
     }
 }
 
@@ -207,20 +199,22 @@ pub(super) fn measure(
     target: &Moving<'_>,
     ticks: &[f64],
     scale: f64,
+    root: &Root,
     unmapped: &[Unmapped],
 ) -> RetargetReport {
+    let (was, is) = (source.track(ticks), target.track(ticks));
     let mut limbs = Vec::new();
     let (mut sum, mut count) = (0.0, 0);
-    for &bone in Bone::ALL {
-        let both = source.directions(bone, ticks).zip(target.directions(bone, ticks));
-        let Some((was, is)) = both else { continue };
+    for (bone, was) in &was.limbs {
+        let same = is.limbs.iter().find(|(other, _)| other == bone);
+        let Some((_, is)) = same else { continue };
         let mut limb = LimbError {
-            bone,
+            bone: *bone,
             mean_degrees: 0.0,
             max_degrees: 0.0,
             tick: 0.0,
         };
-        for ((was, is), &tick) in was.iter().zip(&is).zip(ticks) {
+        for ((was, is), &tick) in was.iter().zip(is).zip(ticks) {
             let angle = f64::from(was.cross(*is).length().atan2(was.dot(*is)).to_degrees());
             limb.mean_degrees += angle;
             if angle > limb.max_degrees {
@@ -247,37 +241,57 @@ pub(super) fn measure(
         limbs,
         mean_degrees,
         unmapped: unmapped.to_vec(),
-        feet: feet(source, target, ticks),
+        feet: feet(source, target, (&was, &is), ticks, root),
     }
 }
 
-fn feet(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Option<FeetReport> {
-    let (was, is) = source.feet(ticks).zip(target.feet(ticks))?;
+/// What the feet do in the frames in which [`contacts`](crate::edit::contacts()) finds those of the source at rest. Of the
+/// joints of a foot that rest, the slowest counts: it may roll over heel or toes.
+fn feet(
+    source: &Moving<'_>,
+    target: &Moving<'_>,
+    (was, is): (&Track, &Track),
+    ticks: &[f64],
+    root: &Root,
+) -> Option<FeetReport> {
+    let has_feet = |body: &Body| body.joint(Bone::LeftFoot).is_some() && body.joint(Bone::RightFoot).is_some();
+    if !(has_feet(source.body) && has_feet(target.body)) {
+        return None;
+    }
+    let contacts = contacts_of(source.scene, source.animation, &source.body.humanoid).ok()?;
     let per_second = source.animation.ticks_per_second as f32;
-    let flat = |step: Vec3| Vec3::new(step.x, 0.0, step.z).length();
-    // The joint of a foot that stands is its slowest: it may roll over heel or toes.
-    let speed = |places: &[Vec<Vec3>], frame: usize, joint: usize| {
+    let speed = |places: &[Vec3], frame: usize| {
         let step = ticks[frame + 1] - ticks[frame];
-        flat(places[frame + 1][joint] - places[frame][joint]) * per_second / step as f32
+        let way = places[frame + 1] - places[frame];
+        Vec3::new(way.x, 0.0, way.z).length() * per_second / step as f32
     };
     let (mut contact_frames, mut before, mut after) = (0, 0.0, 0.0);
-    for (was, is) in was.iter().zip(&is) {
-        for frame in 0..ticks.len().saturating_sub(1) {
-            let joints = was[frame].len().min(is[frame].len());
-            let low = (0..joints).filter(|joint| was[frame][*joint].y < CONTACT_HEIGHT);
-            let slowest = low.min_by(|a, b| speed(was, frame, *a).total_cmp(&speed(was, frame, *b)));
-            let Some(joint) = slowest.filter(|joint| speed(was, frame, *joint) < CONTACT_SPEED) else {
-                continue;
-            };
-            contact_frames += 1;
-            before += f64::from(speed(was, frame, joint));
-            after += f64::from(speed(is, frame, joint));
+    let frames = ticks.len().min(contacts.frames).saturating_sub(1);
+    for side in [&FOOT[..2], &FOOT[2..]] {
+        let joints = side.iter().filter_map(|bone| {
+            let places = |track: &'_ Track| track.feet.iter().position(|(other, _)| other == bone);
+            Some((&contacts.point(*bone)?.at_rest, places(was)?, places(is)?))
+        });
+        let joints: Vec<_> = joints.collect();
+        for frame in 0..frames {
+            let rests = joints
+                .iter()
+                .filter(|(at_rest, _, _)| at_rest[frame] && at_rest[frame + 1]);
+            let speeds = rests.map(|(_, from, to)| (speed(&was.feet[*from].1, frame), speed(&is.feet[*to].1, frame)));
+            if let Some((source, target)) = speeds.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                contact_frames += 1;
+                before += f64::from(source);
+                after += f64::from(target);
+            }
         }
     }
-    let motion = |feet: &[Vec<Vec<Vec3>>; 2], speeds: f64| {
+    let motion = |moving: &Moving<'_>, track: &Track, ankle: f32, speeds: f64| {
+        let above_standing = |(bone, places): &(Bone, Vec<Vec3>), frame: usize| {
+            places[frame].y - moving.body.metres_per_unit as f32 * moving.body.standing_height(*bone, ankle)
+        };
         let lowest = |frame: usize| {
-            let joints = feet.iter().flat_map(|places| &places[frame]);
-            joints.map(|place| place.y).fold(f32::INFINITY, f32::min)
+            let heights = track.feet.iter().map(|joint| above_standing(joint, frame));
+            heights.fold(f32::INFINITY, f32::min)
         };
         let below = (0..ticks.len()).filter(|frame| lowest(*frame) < -BELOW).count();
         let deepest = (0..ticks.len()).map(lowest).fold(0.0, f32::min);
@@ -289,7 +303,7 @@ fn feet(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Option<FeetR
     };
     Some(FeetReport {
         contact_frames,
-        source: motion(&was, before),
-        target: motion(&is, after),
+        source: motion(source, was, root.source_ankle, before),
+        target: motion(target, is, root.target_ankle, after),
     })
 }

@@ -168,7 +168,7 @@ impl Plan {
     }
 }
 
-/// Whether what a bone hangs on does not follow its twist: the twist of a thigh or an upper arm is spread over its skin.
+/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its skin.
 fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
@@ -321,7 +321,7 @@ impl Builder<'_> {
     }
 
     /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is twisted at
-    /// its end and not at its beginning; a shin or a forearm takes part in the twist of what hangs on its end.
+    /// its end and not at its beginning; a shin or a forearm takes part in the twist of the bone at its end.
     fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
         let side = bone.side().unwrap_or(Side::Left);
         let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));
@@ -382,17 +382,17 @@ impl Builder<'_> {
             let id = NodeId::new(index);
             let name = node.name.to_lowercase();
             let is_named = node.kind == NodeKind::Joint && (name.contains("twist") || name.contains("roll"));
-            let hangs_here = node.parent.is_some_and(|parent| segment.contains(&parent));
+            let is_child = node.parent.is_some_and(|parent| segment.contains(&parent));
             let is_bone = segment.contains(&id) || self.to.bones.values().any(|other| *other == id);
             let along = (self.to.position(id) - start).dot(way) / way.length_squared();
-            if is_named && hangs_here && !is_bone && along.is_finite() {
+            if is_named && is_child && !is_bone && along.is_finite() {
                 helpers.push((id, along.clamp(0.0, 1.0)));
             }
         }
         helpers
     }
 
-    /// Joints that are no bones, and have a counterpart of the same name that hangs on the same bone.
+    /// Joints that are no bones, and have a counterpart of the same name that depends on the same bone.
     fn joints_of_one_name(&mut self, target: &Scene) {
         let bone_of = |body: &Body| -> HashMap<usize, Bone> {
             body.bones.iter().map(|(bone, joint)| (joint.index(), *bone)).collect()

@@ -16,7 +16,9 @@ use crate::skeleton::HumanoidBone as Bone;
 /// them.
 #[derive(Clone, Debug)]
 pub(super) struct Root {
+    /// How many times as long the steps are, and how many times as high.
     pub(super) scale: f32,
+    pub(super) height_scale: f32,
     source_legs: [NodeId; 2],
     /// From the world of the source to the frame of the T-pose, and from there to the world of the target.
     world_to_frame: Quat,
@@ -34,8 +36,9 @@ impl Root {
         let legs =
             |body: &Body| [Bone::LeftUpperLeg, Bone::RightUpperLeg].map(|bone| body.joint(bone).unwrap_or(body.hips));
         let metres = from.metres_per_unit / to.metres_per_unit;
+        let height_scale = f64::from(to.leg) / f64::from(from.leg);
         let scale = match scale {
-            Scale::Auto => f64::from(to.leg) / f64::from(from.leg),
+            Scale::Auto => height_scale,
             Scale::None => metres,
             Scale::Factor(factor) => metres * positive(Code::UnknownOption, "scale", factor)?,
         };
@@ -46,6 +49,7 @@ impl Root {
         let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| Pose::rest(target).node_to_world[parent]);
         Ok(Self {
             scale: scale as f32,
+            height_scale: height_scale as f32,
             source_legs: legs(from),
             world_to_frame: from.axes.inverse(),
             frame_to_world: to.axes,
@@ -60,9 +64,9 @@ impl Root {
     pub(super) fn hips(&self, source: &Pose, hips_to_world: Quat) -> Vec3 {
         let [left, right] = self.source_legs.map(|leg| source.position(leg));
         let mut place = self.world_to_frame * (0.5 * (left + right));
-        place.y -= self.source_ankle;
-        place *= self.scale;
-        place.y += self.target_ankle;
+        place.x *= self.scale;
+        place.y = self.height_scale * (place.y - self.source_ankle) + self.target_ankle;
+        place.z *= self.scale;
         let hips = self.frame_to_world * place - hips_to_world * self.hips_to_middle;
         self.world_to_parent.transform_point3(hips)
     }

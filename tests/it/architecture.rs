@@ -21,7 +21,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "process",
         &["error", "limits", "scene", "math", "pose", "skeleton", "compress"],
     ),
-    ("retarget", &["error", "limits", "scene", "math", "pose", "skeleton", "edit"]),
+    (
+        "retarget",
+        &["error", "limits", "scene", "math", "pose", "skeleton", "edit"],
+    ),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",

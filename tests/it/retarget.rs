@@ -422,7 +422,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     // Nothing moves a body by hips that hang on its head.
     let hanging = motion(HANGING);
     let error = Retargeter::new(&walk, &hanging, &RetargetOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("does not hang on its hips"), "{error}");
+    assert!(error.to_string().contains("is not below its hips"), "{error}");
     let options = RetargetOptions {
         scale: Scale::Factor(0.0),
         ..RetargetOptions::default()
@@ -444,7 +444,11 @@ fn the_report_measures_what_is_there() {
     assert!(report.max_degrees < 0.1, "{}", report.max_degrees);
     let feet = report.feet.unwrap();
     assert!(feet.contact_frames > report.frames / 2, "{feet:?}");
-    assert!(feet.target.skate < 0.1 && feet.source.skate < 0.1, "{feet:?}");
+    // Free feet slide more on other legs.
+    assert!(
+        feet.source.skate < 0.1 && feet.source.skate < feet.target.skate,
+        "{feet:?}"
+    );
 
     // The left elbow is bent by 20 degrees more in every frame: the forearm is off, and nothing else.
     let [node, hand] = [Bone::LeftLowerArm, Bone::LeftHand].map(|bone| joints(&target)(bone).unwrap());

@@ -110,7 +110,8 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
         "degrees off at tick"
     ));
     let path = folder.path().join("b.gltf");
-    assert!(retarget(&[WALK, CHARACTER, "--max-angle", "1"], &path).status.success());
+    let free = [WALK, CHARACTER, "--feet", "free", "--max-angle", "1"];
+    assert!(retarget(&free, &path).status.success());
 }
 
 #[test]

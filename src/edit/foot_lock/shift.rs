@@ -1,5 +1,7 @@
 //! Curves over frames: a shift that is known in contacts, and a bound made smooth.
 
+use std::ops::{Add, Div, Mul};
+
 use glam::Vec3;
 
 /// Completes a shift that is known in some frames. From the last known frame of a contact it eases out to zero within
@@ -64,17 +66,48 @@ pub(super) fn envelope(values: &[f32], radius: usize) -> Vec<f32> {
     let highest: Vec<f32> = (0..values.len())
         .map(|index| values[around(index)].iter().copied().fold(0.0, f32::max))
         .collect();
+    // Rounding must not bring it below.
+    smooth(&highest, radius)
+        .iter()
+        .zip(values)
+        .map(|(smooth, value)| smooth.max(*value))
+        .collect()
+}
+
+/// Averages over `radius` frames on both sides, with the weights of a Hann window.
+pub(super) fn smooth<T>(values: &[T], radius: usize) -> Vec<T>
+where
+    T: Copy + Default + Add<Output = T> + Mul<f32, Output = T> + Div<f32, Output = T>,
+{
     let weight = |offset: usize| 1.0 + (std::f32::consts::PI * offset as f32 / (radius as f32 + 1.0)).cos();
+    let weights: Vec<f32> = (0..=radius).map(weight).collect();
     (0..values.len())
         .map(|index| {
-            let terms = around(index).map(|other| (weight(other.abs_diff(index)), highest[other]));
-            let (sum, weights) = terms.fold((0.0, 0.0), |(sum, weights), (weight, value)| {
-                (sum + weight * value, weights + weight)
+            let around = index.saturating_sub(radius)..=(index + radius).min(values.len() - 1);
+            let terms = around.map(|other| (weights[other.abs_diff(index)], values[other]));
+            let (sum, weights) = terms.fold((T::default(), 0.0), |(sum, weights), (weight, value)| {
+                (sum + value * weight, weights + weight)
             });
-            // Rounding must not bring it below.
-            (sum / weights).max(values[index])
+            sum / weights
         })
         .collect()
+}
+
+/// Values that are known in some frames, in between on straight lines, and 0 where none is known.
+pub(super) fn filled(known: impl Iterator<Item = Option<Vec3>>) -> Vec<Vec3> {
+    let mut filled = Vec::new();
+    let mut last: Option<(usize, Vec3)> = None;
+    for (frame, value) in known.enumerate() {
+        filled.push(value.or(last.map(|(_, value)| value)).unwrap_or_default());
+        let Some(value) = value else { continue };
+        let (start, from) = last.map_or((0, value), |(frame, value)| (frame + 1, value));
+        let steps = (frame + 1 - start) as f32;
+        for (step, place) in filled[start..frame].iter_mut().enumerate() {
+            *place = from + (value - from) * ((step + 1) as f32 / steps);
+        }
+        last = Some((frame, value));
+    }
+    filled
 }
 
 #[cfg(test)]
@@ -82,6 +115,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn gaps_fill_with_straight_lines() {
+        let known = x(&[None, Some(2.0), None, None, None, Some(4.0), None]);
+        let expected = [2.0, 2.0, 2.5, 3.0, 3.5, 4.0, 4.0].map(|value| Vec3::X * value);
+        assert_eq!(filled(known.into_iter()), expected);
+        assert_eq!(filled([None, None].into_iter()), [Vec3::ZERO; 2]);
+    }
 
     fn x(values: &[Option<f32>]) -> Vec<Option<Vec3>> {
         values.iter().map(|value| value.map(|x| Vec3::X * x)).collect()
@@ -118,7 +159,7 @@ mod tests {
 
     #[test]
     fn the_speed_does_not_jump() {
-        // It grows by 1 a frame, as far as it is known.
+        // It grows by 1 in each frame in which it is known.
         let known: Vec<_> = (0..60)
             .map(|frame: u16| (frame < 20).then(|| f32::from(frame)))
             .collect();

@@ -114,7 +114,7 @@ pub(super) fn moved(
     let mut moved = retargeter.animation(source, animation);
     moved.name = name;
     let found = retargeter.measure(source, animation, target, &moved);
-    if feet == FeetArg::Lock && found.slides() {
+    if feet == FeetArg::Lock && found.feet.is_some() && !found.feet_move_alike() {
         let mut locked = moved.clone();
         retargeter.lock_feet(source, index, target, &mut locked)?;
         let after = retargeter.measure(source, animation, target, &locked);

@@ -1,0 +1,118 @@
+//! What the feet of the target are to do.
+
+use glam::Vec3;
+
+use super::body::Body;
+use super::ground;
+use super::root::Root;
+use crate::edit::{DetectedContacts, Followed, SolePoint};
+use crate::scene::{NodeId, Scene};
+use crate::skeleton::{HumanoidBone as Bone, Side};
+
+/// How far from its height in a standing body an ankle may rest, as a share of the leg. Otherwise the body does not stand.
+const STANDS: f32 = 0.05;
+
+/// From the joint of the toes to their tip, and from the ankle back to the heel, as shares of the way over the ground from
+/// the ankle to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds of it
+/// in front of the heel.
+const TIP: f32 = 0.5;
+const HEEL: f32 = 0.4;
+
+/// Half the width of a foot at the ball and at the heel, and from the ball to the front of what does not bend with the
+/// toes, likewise.
+const WIDTH: f32 = 0.3;
+const HEEL_WIDTH: f32 = 0.2;
+const FRONT: f32 = 0.1;
+
+/// The largest angles by which an ankle and the joint of the toes turn to bring a foot above the floor, in radians.
+const ANKLE_TURNS: f32 = 0.6;
+const TOES_TURN: f32 = 1.0;
+
+/// What the feet of the target follow. `None` where the source does not stand.
+pub(super) fn followed<'a>(
+    source: &Body,
+    target: &Body,
+    scene: &Scene,
+    root: &Root,
+    contacts: &'a DetectedContacts,
+) -> Option<Followed<'a>> {
+    let ankles = contacts
+        .points
+        .iter()
+        .filter(|point| point.bone.on(Side::Left) == Bone::LeftFoot);
+    let rest = ankles.map(|point| f64::from(contacts.floor + point.height) / source.metres_per_unit);
+    let rest = rest.reduce(f64::min)?;
+    if (rest - f64::from(root.source_ankle)).abs() > f64::from(STANDS * source.leg) {
+        return None;
+    }
+    Some(Followed {
+        contacts,
+        units_per_metre: root.height_scale / source.metres_per_unit as f32,
+        scale: root.scale,
+        turn: target.axes * source.axes.inverse(),
+        floor: root.target_ankle - ground::ankle(target),
+        leg: target.leg,
+        soles: Side::ALL.map(|side| sole(target, scene, side)),
+    })
+}
+
+/// The points of a foot that stay above the floor: its joints at the heights that they have in a standing body, heel and
+/// tip of the toes on the floor.
+fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
+    let Some(ankle) = body.joint(Bone::LeftFoot.on(side)) else {
+        return Vec::new();
+    };
+    let floor = ground::floor(body);
+    let height = |place: Vec3| place.dot(body.up()) - floor;
+    let here = body.position(ankle);
+    let toes = body.foot_joint(Bone::LeftToes.on(side));
+    let point = |node: NodeId| {
+        let point = SolePoint::at(scene, node, height(body.position(node)));
+        let most = if point.pivot == Some(ankle) {
+            ANKLE_TURNS
+        } else {
+            TOES_TURN
+        };
+        SolePoint { most, ..point }
+    };
+    let mut points = vec![SolePoint {
+        pivot: None,
+        ..point(ankle)
+    }];
+    let below = (ankle.index() + 1..body.parents.len()).map(NodeId::new);
+    points.extend(below.filter(|node| body.depends_on(*node, ankle)).map(point));
+    let (forward, left) = (body.axes * Vec3::Z, body.axes * Vec3::X);
+    let Some(toes) = toes.filter(|toes| (body.position(*toes) - here).dot(forward) > 0.0) else {
+        return points;
+    };
+    let ball = body.position(toes);
+    let length = (ball - here).dot(forward);
+    let mut on_the_floor = |node: NodeId, place: Vec3, pivot: Option<NodeId>, most: f32| {
+        let place = place - body.up() * height(place);
+        points.push(SolePoint {
+            node,
+            offset: body.rotation(node).inverse() * (place - body.position(node)),
+            height: 0.0,
+            pivot,
+            most,
+        });
+    };
+    for sign in [-1.0, 1.0] {
+        let aside = left * (sign * length);
+        on_the_floor(
+            ankle,
+            ball + forward * (FRONT * length) + aside * WIDTH,
+            Some(ankle),
+            ANKLE_TURNS,
+        );
+        on_the_floor(ankle, here - forward * (HEEL * length) + aside * HEEL_WIDTH, None, 0.0);
+        // Without a joint for the toes, the foot does not bend.
+        let (node, most) = match body.joint(Bone::LeftToes.on(side)) {
+            Some(toes) => (toes, TOES_TURN),
+            None => (ankle, ANKLE_TURNS),
+        };
+        let tip = ball + forward * (TIP * length) + aside * HEEL_WIDTH;
+        on_the_floor(node, tip, Some(node), most);
+    }
+    points
+}
