@@ -23,7 +23,7 @@ const PARTS = [
   "corpus",
 ];
 /** Needs a Python environment of its own, see README.md, so it runs when named. */
-const PARTS_BY_NAME = ["blender"];
+const PARTS_BY_NAME = ["blender", "retarget"];
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,
