@@ -126,6 +126,7 @@ pub(super) struct Figure<'a> {
     pub(super) links: Vec<Link>,
     /// Joints without links, such as markers.
     pub(super) lone: Vec<usize>,
+    is_shown: Vec<bool>,
     /// The largest distance of a joint from the root: about half the height of a person.
     pub(super) reach: f32,
     /// The height of the lowest joint in the whole clip.
@@ -145,7 +146,8 @@ impl<'a> Figure<'a> {
     pub(super) fn with_up(clip: Clip<'a>, up: UpAxis) -> Self {
         let scene = clip.scene;
         let links = links(scene);
-        let mut is_lone: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
+        let is_shown = shown(scene, &links);
+        let mut is_lone = is_shown.clone();
         for link in &links {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
         }
@@ -153,6 +155,7 @@ impl<'a> Figure<'a> {
             clip,
             lone: (0..scene.nodes.len()).filter(|&node| is_lone[node]).collect(),
             links,
+            is_shown,
             reach: 0.0,
             floor: f32::INFINITY,
             root: scene
@@ -173,8 +176,7 @@ impl<'a> Figure<'a> {
         for tick in self.ticks(48) {
             let positions = self.positions(tick);
             let root = positions.get(self.root).copied().unwrap_or_default();
-            let groups = self.clip.scene.nodes.iter().map(|node| node.kind == NodeKind::Group);
-            for (&position, _) in positions.iter().zip(groups).filter(|(_, is_group)| !is_group) {
+            for (&position, _) in positions.iter().zip(&self.is_shown).filter(|(_, is_shown)| **is_shown) {
                 self.floor = self.floor.min(position.y);
                 self.reach = self.reach.max(position.distance(root));
             }
@@ -252,6 +254,19 @@ pub(super) fn links(scene: &Scene) -> Vec<Link> {
     links.collect()
 }
 
+/// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.
+pub(super) fn shown(scene: &Scene, links: &[Link]) -> Vec<bool> {
+    let mut is_shown: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
+    let mut above = leaves_a_still_node(scene).and_then(|node| scene.nodes[node].parent);
+    while let Some(node) = above {
+        let index = node.index();
+        // The lowest one holds no link, unless something else hangs on it.
+        is_shown[index] &= links.iter().any(|link| link.from == index);
+        above = scene.nodes[index].parent;
+    }
+    is_shown
+}
+
 /// The hips, or the node above them, that moves about below nodes that all stay where they are.
 fn leaves_a_still_node(scene: &Scene) -> Option<usize> {
     let animation = scene.animations.first()?;
@@ -301,6 +316,7 @@ mod tests {
             channel.node = channel.node.map(|node| NodeId::new(node.index() + 1));
         }
         assert_eq!(links(&moved).len(), all);
+        assert!(!shown(&moved, &links(&moved))[0]);
         // With a turn of its own it is a part of the figure.
         let mut still = moved.animations[0].channels[0].clone();
         still.node_name = "still".to_owned();

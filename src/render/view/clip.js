@@ -16,7 +16,7 @@
 //   limbs                null, or how far limbs point from those of another clip: nodes (where they start), frames, bytes (of
 //                        each frame, limb after limb), step (degrees of a byte), mean, largest
 //   nodes                parents first; of each name, kind ("joint", "end_site", "group"), parent (-1: none), side, bone
-//                        (null, or name, side, confidence, reason), inBody, isLinked (to its parent), lines, order, turns, moves, and the tracks
+//                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
 //   load(frame)          makes the values of a frame ready, if they are not
 //   glb()                the bytes of a .glb, or null

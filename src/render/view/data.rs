@@ -6,7 +6,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
-use super::super::figure::{Clip, Figure, Side, body, links};
+use super::super::figure::{Clip, Figure, Side, body, links, shown as shown_nodes};
 use super::PageClip;
 use super::marks::{Contact, Limbs};
 use super::pack::{Part, Tracks};
@@ -64,6 +64,8 @@ struct NodeDescription {
     moves: bool,
     /// Whether it is a part of the figure, and not a node above it.
     in_body: bool,
+    /// Whether it is drawn.
+    is_shown: bool,
     /// Whether a link from its parent is drawn.
     is_linked: bool,
     bone: Option<Bone>,
@@ -130,7 +132,11 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     for (node, in_body) in nodes.iter_mut().zip(in_body) {
         node.in_body = in_body;
     }
-    for link in links(scene) {
+    let links = links(scene);
+    for (node, is_shown) in nodes.iter_mut().zip(shown_nodes(scene, &links)) {
+        node.is_shown = is_shown;
+    }
+    for link in links {
         nodes[link.to].is_linked = true;
     }
     let has_skin = scene.meshes.iter().any(|mesh| !mesh.name.is_empty());
@@ -252,6 +258,7 @@ fn describe_node<'a>(scene: &'a Scene, index: usize, channel: &'a Channel, track
         turns: node.rotation_order.is_some(),
         moves: channel.position_keys.len() > 1,
         in_body: false,
+        is_shown: false,
         is_linked: false,
         bone: None,
         translation: track(

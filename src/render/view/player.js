@@ -1,6 +1,6 @@
 // The player: what can be done with the clips, by buttons and by keys alike.
 
-import { clamp } from "./math.js";
+import { clamp, normalize } from "./math.js";
 import { byId, css, make } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
@@ -383,6 +383,14 @@ export class Player {
       state: this.state,
       renderer: this.stage.renderer.name,
       seek: (tick) => this.seek(tick),
+      // Puts the figures side by side as they are now, and looks at them from a side; the light comes over
+      // the shoulder.
+      frame: ({ apart, yaw, pitch, closer }) => {
+        this.stage.arrange({ seconds: this.state.time, apart });
+        Object.assign(this.stage.camera, { yaw, pitch });
+        this.stage.camera.zoom(closer);
+        this.stage.view.sun = normalize([Math.sin(yaw + 0.7), 1.5, Math.cos(yaw + 0.7)]);
+      },
       // Settles when every texture is shown.
       get ready() { return Promise.resolve(skins?.ready); },
       skins,

@@ -1,7 +1,6 @@
 // WebGL 2: lit bones, a ground with a grid, and soft shadows. Three shapes, each drawn once for all its instances.
 
 import { INSTANCE } from "./batch.js";
-import { normalize } from "./math.js";
 import { SkinRenderer } from "./renderer_skin.js";
 
 const BONE_SHADER = `#version 300 es
@@ -78,7 +77,6 @@ void main() {
 }`;
 
 const SHADOW_SIZE = 2048;
-const SUN = normalize([0.35, 1, 0.45]);
 
 // A bone is an octahedron whose thick part is near its start.
 function boneShape() {
@@ -212,12 +210,12 @@ export class GlRenderer {
 
   draw(view) {
     const { gl } = this;
-    const { target, ground, shadowReach } = view;
+    const { target, ground, shadowReach, sun } = view;
     this.skins.pose(view.skins, view.clips);
     const middle = [target[0], ground, target[2]];
 
     // The floor as seen along the sun's rays: y is folded onto the floor, x and z fill the map.
-    const [rx, rz] = [-SUN[0] / SUN[1] / shadowReach, -SUN[2] / SUN[1] / shadowReach];
+    const [rx, rz] = [-sun[0] / sun[1] / shadowReach, -sun[2] / sun[1] / shadowReach];
     const s = 1 / shadowReach;
     const toMap = [s, 0, 0, 0, rx, rz, 0, 0, 0, s, 0, 0,
       -s * middle[0] - rx * ground, -s * middle[2] - rz * ground, 0, 1];
@@ -248,10 +246,10 @@ export class GlRenderer {
     gl.bindVertexArray(this.groundArray);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
 
-    this.skins.draw({ worldToClip, eye, sun: SUN });
+    this.skins.draw({ worldToClip, eye, sun });
     // The skeleton of a figure with a skin is seen through it.
     if (view.skins.length) gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.use(this.bones, { worldToClip, eye, sun: SUN, isBall: 0, swell: 1 });
+    this.use(this.bones, { worldToClip, eye, sun, isBall: 0, swell: 1 });
     this.drawBatch(this.shapes.bone, view.bones);
     this.drawBatch(this.shapes.rod, view.rods);
     this.use(this.bones, { isBall: 1 });

@@ -33,8 +33,8 @@ void main() {
   vec4 own = color * (hasImage > 0.5 ? texture(image, at) : vec4(1));
   if (own.a < cutoff) discard;
   vec3 normal = normalize(bent), view = normalize(eye - place);
-  if (dot(normal, view) < 0.0) normal = -normal;
-  float light = 0.5 + 0.12 * normal.y + 0.1 * dot(normal, view) + 0.5 * max(0.0, dot(normal, sun));
+  if (!gl_FrontFacing) normal = -normal;
+  float light = 0.5 + 0.12 * normal.y + 0.2 * max(0.0, dot(normal, view)) + 0.45 * max(0.0, dot(normal, sun));
   pixel = vec4(pow(min(own.rgb * light, 1.0), vec3(1.0 / 2.2)), mix(own.a, 1.0, isOpaque));
 }`;
 

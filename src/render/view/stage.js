@@ -16,7 +16,7 @@ export class Stage {
   constructor(canvas, state, changed) {
     Object.assign(this, { canvas, state, changed });
     this.camera = new OrbitCamera();
-    this.view = { bones: new Batch(), rods: new Batch(), balls: new Batch(), skins: [], reach: 1, ground: 0, gridStep: 1 };
+    this.view = { bones: new Batch(), rods: new Batch(), balls: new Batch(), skins: [], reach: 1, ground: 0, gridStep: 1, sun: normalize([0.35, 1, 0.45]) };
     this.renderer = this.makeRenderer();
     this.labels = [];
   }
@@ -70,17 +70,22 @@ export class Stage {
     this.before = anchor;
   }
 
-  // Side by side the figures start next to one another; overlaid they stand where their files put them.
-  arrange() {
+  // Side by side the figures start next to one another, or stand so at another time; overlaid they stand where their files
+  // put them. Neighbours are `apart` times as far apart as they reach in the mean.
+  arrange({ seconds = 0, apart = 1.5 } = {}) {
     const { clips, arrangement } = this.state;
-    const wide = 1.5 * Math.max(...clips.map((clip) => clip.size.reach));
+    let [at, places] = [0, []];
+    clips.forEach(({ size }, i) => {
+      at += i ? 0.5 * apart * (clips[i - 1].size.reach + size.reach) : 0;
+      places.push(at);
+    });
     const low = Math.min(...clips.map((clip) => clip.size.floor));
     for (const clip of clips) {
       clip.shift = [0, 0, 0];
       if (clips.length < 2 || arrangement !== "side") continue;
-      clip.pose(0);
+      clip.pose(clip.tickAt(seconds));
       const start = clip.middle();
-      clip.shift = [(clip.index - (clips.length - 1) / 2) * wide - start[0], low - clip.size.floor, -start[2]];
+      clip.shift = [places[clip.index] - at / 2 - start[0], low - clip.size.floor, -start[2]];
     }
     this.frameAll();
   }
@@ -124,7 +129,7 @@ export class Stage {
         }
         const large = isChosen || isHovered;
         const radius = (large ? 0.03 : node.kind === "end_site" ? 0.008 : 0.014) * reach;
-        if (node.kind !== "group" && (isDrawn || large)) view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
+        if (node.isShown && (isDrawn || large)) view.balls.add(clip.drawn[id], clip.drawn[id], radius, large ? CHOSEN : mix(jointTint, [0, 0, 0], 0.3));
       });
       if (state.contacts) this.addContacts(clip);
     }
@@ -209,7 +214,7 @@ export class Stage {
       clip.nodes.forEach((node, joint) => {
         const [x, y, depth] = this.onCanvas(clip.drawn[joint]);
         const distance = Math.hypot(x - (event.clientX - box.left), y - (event.clientY - box.top));
-        if (depth > 0 && node.kind !== "group" && distance < nearest.distance) nearest = { distance, clip: clip.index, joint };
+        if (depth > 0 && node.isShown && distance < nearest.distance) nearest = { distance, clip: clip.index, joint };
       });
     }
     return nearest;
