@@ -59,6 +59,12 @@ impl Body {
     }
 }
 
+/// Metres in one unit of the scene.
+pub(super) fn metres_per_unit(scene: &Scene) -> f32 {
+    let stated = scene.metadata.metres_per_unit;
+    stated.unwrap_or_else(|| Skeleton::new(scene).survey.metres_per_unit) as f32
+}
+
 /// `node` and all nodes below it.
 pub(super) fn and_below(scene: &Scene, node: NodeId) -> impl Iterator<Item = NodeId> {
     let below = move |index: &usize| scene.nodes[*index].parent.is_some_and(|parent| parent >= node);

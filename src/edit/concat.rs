@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::body::metres_per_unit;
 use super::frames::Frames;
 use super::ground::{Carrier, have_the_same_joints};
 use super::inertia::{Seam, onward};
@@ -38,7 +39,7 @@ pub struct ConcatReport {
     pub frames: usize,
     /// The largest difference of a rotation at the seam that was faded out, in degrees.
     pub largest_rotation: f32,
-    /// How far the second motion was moved over the ground, in units of the scene.
+    /// How far the second motion was moved over the ground, in metres.
     pub moved: f32,
 }
 
@@ -70,7 +71,7 @@ pub fn concat(
     };
     if options.align {
         let placement = carrier.placement(&added[0], &rows[last]);
-        report.moved = placement.distance();
+        report.moved = placement.distance() * metres_per_unit(scene);
         added.iter_mut().for_each(|row| carrier.apply(&placement, row));
     }
     let before = [last.saturating_sub(2), last.saturating_sub(1), last].map(|frame| &*rows[frame]);

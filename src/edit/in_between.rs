@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::body::metres_per_unit;
 use super::frames::{Frames, between};
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::quaternion::{exp, in_hemisphere_of, log};
@@ -40,7 +41,7 @@ pub struct InBetweenReport {
     pub keys: Vec<usize>,
     /// The largest change of a rotation to its parent, in degrees.
     pub largest_rotation: f32,
-    /// The largest change of a position to its parent, in units of the scene.
+    /// The largest change of a position to its parent, in metres.
     pub largest_position: f32,
 }
 
@@ -92,6 +93,7 @@ pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOption
             report.largest_position = report.largest_position.max(old.translation.distance(new.translation));
         }
     }
+    report.largest_position *= metres_per_unit(scene);
     frames.with_rows(rows).write_all(scene, animation);
     Ok(report)
 }

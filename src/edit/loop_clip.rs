@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
+use super::body::{Body, metres_per_unit};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use super::ground::Carrier;
@@ -50,7 +50,7 @@ pub struct LoopReport {
     pub last: usize,
     /// The largest difference of a rotation at the seam that was faded out, in degrees.
     pub largest_rotation: f32,
-    /// How far the figure goes over the ground in a cycle, in units of the scene; 0 if it stays in place.
+    /// How far the figure goes over the ground in a cycle, in metres; 0 if it stays in place.
     pub distance: f32,
     /// Whether the same feet are on the ground at both ends.
     pub contacts_agree: bool,
@@ -118,7 +118,11 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
         first,
         last,
         largest_rotation: seam.largest_rotation(),
-        distance: if options.in_place { 0.0 } else { onward.distance() },
+        distance: if options.in_place {
+            0.0
+        } else {
+            onward.distance() * metres_per_unit(scene)
+        },
         contacts_agree: contacts.is_some_and(|contacts| agree(&contacts, first, last)),
     };
     frames.with_rows(rows).write_all(scene, animation);

@@ -3,6 +3,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::body::metres_per_unit;
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
@@ -84,7 +85,7 @@ pub struct SmoothReport {
     pub largest_rotation: f32,
     /// The name of that joint.
     pub joint: String,
-    /// The largest change of a position to its parent, in units of the scene.
+    /// The largest change of a position to its parent, in metres.
     pub largest_position: f32,
 }
 
@@ -142,6 +143,7 @@ pub fn smooth(scene: &mut Scene, animation: usize, options: &SmoothOptions) -> R
         }
         frames.set_track(column, &filtered);
     }
+    report.largest_position *= metres_per_unit(scene);
     frames.write(scene, animation, &rotated, &moved);
     Ok(report)
 }

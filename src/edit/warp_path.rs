@@ -6,12 +6,12 @@ use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use self::spline::Spline;
+use super::body::metres_per_unit;
 use super::frames::Frames;
 use super::ground::Carrier;
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
-use crate::skeleton::Skeleton;
 
 /// A point of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,7 +84,7 @@ pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions)
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
     let carrier = Carrier::new(scene, &frames);
-    let metres = Skeleton::new(scene).survey.metres_per_unit;
+    let metres = f64::from(metres_per_unit(scene));
     let up = carrier.up.as_dvec3();
     let axes = ground_axes(up);
     let over_ground = |point: Vec3| DVec2::from(axes.map(|axis| point.as_dvec3().dot(axis))) * metres;

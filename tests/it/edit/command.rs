@@ -154,9 +154,10 @@ fn second_motions_are_recorded_and_verified() {
     assert!(found.status.success(), "{}", words(&found));
     // The steps were done in the order given.
     let told = words(&found);
-    let places = ["blend: ", "loop: ", "concat: "].map(|name| told.find(name).unwrap());
+    let places =
+        ["blend with mirrored.bvh: ", "loop: ", "concat with mirrored.bvh: "].map(|name| told.find(name).unwrap());
     assert!(places.is_sorted(), "{told}");
-    assert!(told.contains("blend: with mirrored.bvh, "), "{told}");
+    assert!(told.contains("loop: from frame 10 to frame 100; "), "{told}");
     assert_eq!(
         mocap::import(&output).unwrap().animations[0].frame_count(),
         91 + 523 - 1

@@ -1,5 +1,7 @@
 //! `mocap edit`: changes a motion.
 
+mod sentence;
+
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
@@ -8,8 +10,8 @@ use mocap::export::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::Scene;
 use mocap::{Conversion, SkeletonMesh, arrays};
-use serde_json::Value;
 
+use self::sentence::sentence;
 use super::plot::joints_named;
 use super::{
     check_json, convert_aloud, extension, import_moving, output_format, print_json, scene_bytes, short_name,
@@ -56,7 +58,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
             .apply(&mut scene, 0, other.map(|other| &scenes[other]))
             .map_err(|error| error.with_path(&args.inputs[0]))?;
         if !args.json {
-            tell(&found);
+            report::say(&sentence(&found));
         }
         reports.push(found);
     }
@@ -155,30 +157,4 @@ fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> 
         .keep_units(is_bvh);
     convert_aloud(&conversion, &mut scene, file)?;
     Ok(scene)
-}
-
-/// A line for each step: its name, and every number of its report.
-fn tell(found: &EditReport) {
-    let name = found.step.split(':').next().unwrap_or_default();
-    let Value::Object(map) = &found.changed else { return };
-    let with = found.with.iter().map(|with| format!("with {with}"));
-    let numbers = map
-        .iter()
-        .filter_map(|(key, value)| Some(format!("{} {}", key.replace('_', " "), short(value)?)));
-    let parts: Vec<String> = with.chain(numbers).collect();
-    report::say(&format!("{name}: {}", parts.join(", ")));
-}
-
-fn short(value: &Value) -> Option<String> {
-    match value {
-        Value::Null => None,
-        Value::String(text) if text.is_empty() => None,
-        Value::String(text) => Some(text.clone()),
-        Value::Array(values) => Some(values.len().to_string()),
-        Value::Number(number) if number.is_f64() => {
-            let number = number.as_f64()?;
-            Some(format!("{}", (number * 1e4).round() / 1e4))
-        }
-        other => Some(other.to_string()),
-    }
 }
