@@ -1,6 +1,6 @@
 //! Keyframe animation: keeps the poses of chosen frames, and computes those between them.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::body::metres_per_unit;
@@ -71,13 +71,14 @@ pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOption
             pair[1],
             keys[(place + 2).min(keys.len() - 1)],
         ];
-        for (offset, row) in rows[pair[0] + 1..pair[1]].iter_mut().enumerate() {
-            let share = (offset + 1) as f32 / (pair[1] - pair[0]) as f32;
-            for (column, trs) in row.iter_mut().enumerate() {
-                let values = around.map(|key| frames.row(key)[column]);
-                *trs = match options.interpolation {
-                    KeyInterpolation::Slerp => between(values[1], values[2], share),
-                    KeyInterpolation::Squad => squad(values, around, share),
+        for column in 0..frames.nodes().len() {
+            let values = around.map(|key| frames.row(key)[column]);
+            let squad = (options.interpolation == KeyInterpolation::Squad).then(|| Squad::new(values, around));
+            for (offset, row) in rows[pair[0] + 1..pair[1]].iter_mut().enumerate() {
+                let share = (offset + 1) as f32 / (pair[1] - pair[0]) as f32;
+                row[column] = match &squad {
+                    None => between(values[1], values[2], share),
+                    Some(squad) => squad.at(share),
                 };
             }
         }
@@ -98,40 +99,57 @@ pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOption
     Ok(report)
 }
 
-/// Between the second and the third of four keys.
-fn squad(values: [Trs; 4], keys: [usize; 4], share: f32) -> Trs {
-    let q = values.map(|value| value.rotation);
-    // On the shorter way from each to the next.
-    let q1 = q[1];
-    let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
-    let q3 = in_hemisphere_of(q2, q[3]);
-    let control = |before: glam::Quat, at: glam::Quat, after: glam::Quat| {
-        let inverse = at.inverse();
-        (at * exp((log(inverse * before) + log(inverse * after)) * -0.25)).normalize()
-    };
-    let (a, b) = (control(q0, q1, q2), control(q1, q2, q3));
-    let rotation = q1
-        .slerp(q2, share)
-        .slerp(a.slerp(b, share), 2.0 * share * (1.0 - share));
-    // A cubic with the slopes between the neighbours of each key, which need not be evenly apart.
-    let slope = |before: usize, after: usize, get: fn(&Trs) -> Vec3| {
-        let [from, to] = [before, after].map(|index| keys[index] as f32);
-        if to > from {
-            (get(&values[after]) - get(&values[before])) / (to - from)
-        } else {
-            Vec3::ZERO
+/// The curve between the second and the third of four keys.
+struct Squad {
+    /// Rotations at both ends, and the two that pull the curve aside between them.
+    rotations: [Quat; 2],
+    controls: [Quat; 2],
+    /// Positions at both ends, and the way that the speed there is over the length of the curve.
+    positions: [Vec3; 2],
+    ways: [Vec3; 2],
+    scales: [Vec3; 2],
+}
+
+impl Squad {
+    fn new(values: [Trs; 4], keys: [usize; 4]) -> Self {
+        let q = values.map(|value| value.rotation);
+        // On the shorter way from each to the next.
+        let q1 = q[1];
+        let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
+        let q3 = in_hemisphere_of(q2, q[3]);
+        let control = |before: Quat, at: Quat, after: Quat| {
+            let inverse = at.inverse();
+            (at * exp((log(inverse * before) + log(inverse * after)) * -0.25)).normalize()
+        };
+        // The slopes between the neighbours of each key, which need not be evenly apart.
+        let way = |before: usize, after: usize| {
+            let [from, to] = [before, after].map(|index| keys[index] as f32);
+            let way = values[after].translation - values[before].translation;
+            if to > from {
+                way / (to - from) * (keys[2] - keys[1]) as f32
+            } else {
+                Vec3::ZERO
+            }
+        };
+        Self {
+            rotations: [q1, q2],
+            controls: [control(q0, q1, q2), control(q1, q2, q3)],
+            positions: [values[1].translation, values[2].translation],
+            ways: [way(0, 2), way(1, 3)],
+            scales: [values[1].scale, values[2].scale],
         }
-    };
-    let steps = (keys[2] - keys[1]) as f32;
-    let cubic = |get: fn(&Trs) -> Vec3| {
+    }
+
+    fn at(&self, share: f32) -> Trs {
+        let [along, beside] = [self.rotations, self.controls].map(|[from, to]| from.slerp(to, share));
         let (t, t2, t3) = (share, share * share, share * share * share);
-        get(&values[1]) * (2.0 * t3 - 3.0 * t2 + 1.0)
-            + get(&values[2]) * (3.0 * t2 - 2.0 * t3)
-            + (slope(0, 2, get) * (t3 - 2.0 * t2 + t) + slope(1, 3, get) * (t3 - t2)) * steps
-    };
-    Trs {
-        translation: cubic(|trs| trs.translation),
-        rotation: rotation.normalize(),
-        scale: values[1].scale.lerp(values[2].scale, share),
+        Trs {
+            translation: self.positions[0] * (2.0 * t3 - 3.0 * t2 + 1.0)
+                + self.positions[1] * (3.0 * t2 - 2.0 * t3)
+                + self.ways[0] * (t3 - 2.0 * t2 + t)
+                + self.ways[1] * (t3 - t2),
+            rotation: along.slerp(beside, 2.0 * share * (1.0 - share)).normalize(),
+            scale: self.scales[0].lerp(self.scales[1], share),
+        }
     }
 }
