@@ -22,11 +22,7 @@ pub(crate) fn convert(
     fps: Option<f64>,
     read: ReadOptions,
 ) -> PyResult<u64> {
-    let named = |name: &str| {
-        let up = UpAxis::ALL.into_iter().find(|up| up.as_str() == name);
-        up.ok_or_else(|| PyValueError::new_err(format!("up must be y, z, -y or -z, got {name:?}")))
-    };
-    let up = up.map(named).transpose()?;
+    let up = up_axis(up)?;
     let mut conversion = Conversion::new();
     if let Some(metres) = metres_per_unit {
         conversion = conversion.metres_per_unit(metres);
@@ -47,4 +43,13 @@ pub(crate) fn convert(
     written
         .map(|written| written.bytes as u64)
         .map_err(|error| to_python(py, &error))
+}
+
+/// The axis of this name.
+pub(crate) fn up_axis(name: Option<&str>) -> PyResult<Option<UpAxis>> {
+    let named = |name: &str| {
+        let up = UpAxis::ALL.into_iter().find(|up| up.as_str() == name);
+        up.ok_or_else(|| PyValueError::new_err(format!("up must be y, z, -y or -z, got {name:?}")))
+    };
+    name.map(named).transpose()
 }

@@ -8,6 +8,7 @@
 
 mod arrow;
 mod convert;
+mod edit;
 mod errors;
 mod scene;
 
@@ -30,6 +31,8 @@ mod _mocap {
     use super::arrow::{ArrowTable, table};
     #[pymodule_export]
     use super::convert::convert;
+    #[pymodule_export]
+    use super::edit::{contacts, edit, prepare, write};
     #[pymodule_export]
     use super::scene::{Node, Scene};
     #[pymodule_export]

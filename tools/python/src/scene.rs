@@ -43,6 +43,10 @@ impl Scene {
         Self { scene: Arc::new(scene) }
     }
 
+    pub(crate) fn scene(&self) -> &mocap::Scene {
+        &self.scene
+    }
+
     fn motion(&self, py: Python<'_>, options: &str) -> PyResult<Arrays> {
         let options = options_from(options)?;
         py.detach(|| arrays(&self.scene, &options))

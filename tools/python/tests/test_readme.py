@@ -69,6 +69,12 @@ def test_first_lines(tmp_path: Path) -> None:
     assert checked.returncode == 0, checked.stdout
 
 
+def test_lines_that_change_a_motion(tmp_path: Path) -> None:
+    shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
+    run(block("edit.prepare"), tmp_path)
+    assert (tmp_path / "loop.glb").read_bytes().startswith(b"glTF")
+
+
 def test_lines_after_the_program(program: Path, tmp_path: Path) -> None:
     shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
     for output in ("walk.npz", "walk.csv", "walk.parquet"):

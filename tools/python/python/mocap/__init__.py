@@ -15,7 +15,7 @@ import os
 from collections.abc import Iterable
 from typing import Any, Literal
 
-from . import _mocap
+from . import _mocap, edit
 from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
@@ -36,6 +36,7 @@ __all__ = [
     "ReadOptions",
     "Scene",
     "convert",
+    "edit",
     "read",
     "read_bytes",
     "table",

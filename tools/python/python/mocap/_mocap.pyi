@@ -8,7 +8,20 @@ from numpy.typing import NDArray
 
 from ._options import ReadOptions
 
-__all__ = ["ArrowTable", "Node", "Scene", "convert", "metres_in", "read", "read_bytes", "table"]
+__all__ = [
+    "ArrowTable",
+    "Node",
+    "Scene",
+    "contacts",
+    "convert",
+    "edit",
+    "metres_in",
+    "prepare",
+    "read",
+    "read_bytes",
+    "table",
+    "write",
+]
 
 @final
 class Node:
@@ -57,3 +70,7 @@ def convert(
 ) -> int: ...
 def table(files: list[tuple[str, bytes]], shape: str, options: str, read: ReadOptions) -> ArrowTable: ...
 def metres_in(unit: str) -> float: ...
+def prepare(scene: Scene, metres_per_unit: float | None, up: str | None) -> Scene: ...
+def edit(scene: Scene, step: str, other: Scene | None) -> tuple[Scene, str]: ...
+def contacts(scene: Scene, options: str) -> str: ...
+def write(scene: Scene, target: str | os.PathLike[str]) -> None: ...

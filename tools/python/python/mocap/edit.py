@@ -1,0 +1,216 @@
+"""Changes of a motion, each with a report of what it changed and by how much: the steps of ``mocap edit``.
+
+>>> import mocap, mocap.edit
+>>> walk = mocap.edit.prepare(mocap.read("walk.bvh"))       # doctest: +SKIP
+>>> walk, report = mocap.edit.smooth(walk, cut_off=8)       # doctest: +SKIP
+>>> report["largest_rotation"]                              # degrees    # doctest: +SKIP
+4.25
+
+A scene never changes: a function returns a new one. Lengths in options and reports are in metres whatever the unit of
+the scene, times in seconds, angles in degrees. What is not given has the default of the program; ``docs/editing.md`` says
+what each step does. The steps stand in ``scene.metadata["steps"]``, and in the glTF file that :func:`write` makes.
+
+Every function raises :class:`mocap.MocapError` where an option is not valid, or a step needs a humanoid and there is none.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+from . import _mocap
+from ._options import Axis, Unit, metres
+from ._scene import Scene
+
+__all__ = [
+    "Edited",
+    "apply",
+    "blend",
+    "concat",
+    "contacts",
+    "despike",
+    "fill",
+    "foot_lock",
+    "in_between",
+    "layer",
+    "loop_clip",
+    "mirror",
+    "prepare",
+    "smooth",
+    "warp_path",
+    "warp_time",
+    "write",
+]
+
+
+class Edited(NamedTuple):
+    """A changed scene, and what was changed."""
+
+    scene: Scene
+    report: dict[str, Any]
+
+
+def prepare(scene: Scene, *, unit: Unit | float | None = None, up: Axis | None = None) -> Scene:
+    """The scene in metres with +Y up, without a rest pose in its first frame, as the program changes it.
+
+    Args:
+        scene: A motion.
+        unit: Its unit of length, by name or as metres in one; what the file says, else a guess, if ``None``.
+        up: Its axis that points up; a guess if ``None``.
+    """
+    return Scene(_mocap.prepare(scene._native, metres(unit), up))
+
+
+def apply(scene: Scene, step: str, other: Scene | None = None) -> Edited:
+    """Applies a step, as the program takes it: ``"smooth:cut-off=8"``. ``other`` is the second motion of a concat, a blend
+    or a layer."""
+    native, report = _mocap.edit(scene._native, step, None if other is None else other._native)
+    return Edited(Scene(native), json.loads(report)["changed"])
+
+
+def _step(name: str, options: Mapping[str, object]) -> str:
+    def text(value: object) -> str:
+        return str(value).lower() if isinstance(value, bool) else str(value)
+
+    given = [f"{key.replace('_', '-')}={text(value)}" for key, value in options.items() if value is not None]
+    return f"{name}:{','.join(given)}" if given else name
+
+
+def foot_lock(
+    scene: Scene,
+    *,
+    blend: float | None = None,
+    height: float | None = None,
+    speed: float | None = None,
+    release: float | None = None,
+    shortest: float | None = None,
+    gap: float | None = None,
+    floor: float | None = None,
+) -> Edited:
+    """Holds feet still in contact and above the floor."""
+    options = dict(blend=blend, height=height, speed=speed, release=release, shortest=shortest, gap=gap, floor=floor)
+    return apply(scene, _step("foot-lock", options))
+
+
+def mirror(scene: Scene) -> Edited:
+    """Exchanges left and right."""
+    return apply(scene, "mirror")
+
+
+def smooth(
+    scene: Scene, *, cut_off: float | None = None, filter: Literal["butterworth", "gaussian"] | None = None
+) -> Edited:
+    """Takes changes faster than ``cut_off``, in Hz, out."""
+    return apply(scene, _step("smooth", {"cut_off": cut_off, "filter": filter}))
+
+
+def despike(
+    scene: Scene,
+    *,
+    threshold: float | None = None,
+    angle: float | None = None,
+    distance: float | None = None,
+    longest: int | None = None,
+) -> Edited:
+    """Takes single frames out that jump: ``threshold`` times farther than usual, and by ``angle`` in degrees."""
+    return apply(scene, _step("despike", dict(threshold=threshold, angle=angle, distance=distance, longest=longest)))
+
+
+def fill(scene: Scene, *, longest: float | None = None, shortest: float | None = None) -> Edited:
+    """Fills gaps in which the motion was held."""
+    return apply(scene, _step("fill", {"longest": longest, "shortest": shortest}))
+
+
+def loop_clip(
+    scene: Scene,
+    *,
+    frames: tuple[int, int] | None = None,
+    shortest: float | None = None,
+    longest: float | None = None,
+    blend: float | None = None,
+    in_place: bool | None = None,
+) -> Edited:
+    """Cuts to a loop: ``frames``, or the best one of ``shortest`` to ``longest`` seconds."""
+    cut = None if frames is None else f"{frames[0]}..{frames[1]}"
+    options = dict(frames=cut, shortest=shortest, longest=longest, blend=blend, in_place=in_place)
+    return apply(scene, _step("loop", options))
+
+
+def concat(scene: Scene, other: Scene, *, blend: float | None = None, align: bool | None = None) -> Edited:
+    """Appends ``other``, from where the scene ends unless ``align`` is ``False``."""
+    return apply(scene, _step("concat", {"blend": blend, "align": align}), other)
+
+
+def blend(scene: Scene, other: Scene, weight: float | Sequence[tuple[float, float]] = 0.5) -> Edited:
+    """Mixes with ``other``, aligned in time. ``weight`` is from 0 to 1, or a curve: pairs of seconds and a weight."""
+    text = str(weight) if isinstance(weight, (int, float)) else "+".join(f"{time}:{value}" for time, value in weight)
+    return apply(scene, _step("blend", {"weight": text}), other)
+
+
+def layer(scene: Scene, other: Scene, part: Literal["upper", "legs", "arms", "head"] = "upper") -> Edited:
+    """Takes a part of the body from ``other``."""
+    return apply(scene, _step("layer", {"part": part}), other)
+
+
+def warp_time(
+    scene: Scene, moments: Sequence[tuple[float, float]] | None = None, *, speed: float | None = None
+) -> Edited:
+    """Moves moments: pairs of a time and the time at which it is to be. Or all at a ``speed``."""
+    if (moments is None) == (speed is None):
+        raise TypeError("give either moments or a speed")
+    if moments is None:
+        return apply(scene, _step("warp", {"speed": speed}))
+    return apply(scene, "warp:" + ",".join(f"{before}={after}" for before, after in moments))
+
+
+def warp_path(
+    scene: Scene,
+    points: Sequence[tuple[float, float] | tuple[float, float, float]],
+    facing: Literal["along", "kept"] = "along",
+) -> Edited:
+    """Bends the way over the ground to ``points``: two coordinates in metres, or before them a time in seconds."""
+
+    def text(point: Sequence[float]) -> str:
+        place = f"{point[-2]}/{point[-1]}"
+        return place if len(point) == 2 else f"{point[0]}:{place}"
+
+    return apply(scene, _step("warp", {"path": "+".join(map(text, points)), "facing": facing}))
+
+
+def in_between(
+    scene: Scene,
+    *,
+    keys: Sequence[int] | None = None,
+    every: int | None = None,
+    interpolation: Literal["slerp", "squad"] | None = None,
+) -> Edited:
+    """Keeps key frames, and computes the others."""
+    listed = None if keys is None else "+".join(map(str, keys))
+    return apply(scene, _step("in-between", {"keys": listed, "every": every, "interpolation": interpolation}))
+
+
+def contacts(
+    scene: Scene,
+    *,
+    hands: bool = False,
+    height: float | None = None,
+    speed: float | None = None,
+    release: float | None = None,
+    shortest: float | None = None,
+    gap: float | None = None,
+) -> dict[str, Any]:
+    """When the feet are at rest, and the hands if asked: for each point ``at_rest``, frame by frame."""
+    options = dict(hands=hands, height=height, speed=speed, release=release, shortest=shortest, gap=gap)
+    given = {key: value for key, value in options.items() if value is not None}
+    found: dict[str, Any] = json.loads(_mocap.contacts(scene._native, json.dumps(given)))
+    return found
+
+
+def write(scene: Scene, target: str | os.PathLike[str]) -> None:
+    """Writes the scene as ``.glb``, ``.gltf`` or ``.bvh``; the file is whole or absent, and an existing one is replaced.
+
+    glTF records the steps; BVH has no place for them.
+    """
+    _mocap.write(scene._native, target)

@@ -1,0 +1,124 @@
+"""The steps of `mocap edit`, against the program and against what they promise."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import REAL
+
+import mocap
+from mocap import edit
+
+
+@pytest.fixture
+def clip(walk: Path) -> mocap.Scene:
+    return edit.prepare(mocap.read(walk))
+
+
+def positions(scene: mocap.Scene) -> Any:
+    return scene.to_numpy(unit="m", up="y").positions
+
+
+def test_the_program_does_the_same(program: Path, walk: Path, clip: mocap.Scene, tmp_path: Path) -> None:
+    other, _ = edit.mirror(clip)
+    edit.write(other, tmp_path / "other.glb")
+    scene, reports = clip, []
+    for function, options in [
+        (edit.foot_lock, {"speed": 0.3}),
+        (edit.smooth, {"cut_off": 8, "filter": "gaussian"}),
+        (edit.despike, {"threshold": 5, "longest": 2}),
+        (edit.loop_clip, {"frames": (20, 200), "in_place": True}),
+        (edit.warp_time, {"moments": [(0, 0), (0.5, 1.0)]}),
+        (edit.warp_path, {"points": [(0, 0, 0), (1, -1, 2)], "facing": "kept"}),
+        (edit.in_between, {"every": 10, "keys": [5, 7], "interpolation": "slerp"}),
+        (edit.fill, {"longest": 0.2}),
+        (edit.mirror, {}),
+    ]:
+        scene, report = function(scene, **options)
+        reports.append(report)
+    edit.write(scene, tmp_path / "here.glb")
+    steps = [
+        "foot-lock:speed=0.3",
+        "smooth:cut-off=8,filter=gaussian",
+        "despike:threshold=5,longest=2",
+        "loop:frames=20..200,in-place=true",
+        "warp:0=0,0.5=1",
+        "warp:path=0:0/0+1:-1/2,facing=kept",
+        "in-between:every=10,keys=5+7,interpolation=slerp",
+        "fill:longest=0.2",
+        "mirror",
+    ]
+    command = [program, "edit", walk, "-o", tmp_path / "there.glb", "--json"]
+    command += [word for step in steps for word in ("--step", step)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert [report["changed"] for report in json.loads(done.stdout)] == reports
+    here, there = (mocap.read(tmp_path / name) for name in ("here.glb", "there.glb"))
+    np.testing.assert_allclose(positions(here), positions(there), atol=1e-6)
+    subprocess.run([program, "verify", walk, tmp_path / "here.glb", "--max-error", "0.01mm"], check=True)
+
+
+def test_every_step_has_a_function(program: Path) -> None:
+    text = subprocess.run([program, "edit", "--help"], check=True, capture_output=True, text=True).stdout
+    names = re.findall(r"^  ([a-z][a-z-]*) {2,}\S", text.split("Steps (")[1], re.MULTILINE)
+    assert len(names) >= 11
+    functions = {"loop": ["loop_clip"], "warp": ["warp_time", "warp_path"]}
+    for name in names:
+        for function in functions.get(name, [name.replace("-", "_")]):
+            assert inspect.isfunction(getattr(edit, function)) and function in edit.__all__
+
+
+def test_a_scene_stays_and_a_mirror_image_of_a_mirror_image_is_the_motion(clip: mocap.Scene) -> None:
+    before = positions(clip)
+    once, report = edit.mirror(clip)
+    assert report["pairs"] >= 10 and np.abs(positions(once) - before).max() > 0.1
+    twice, _ = edit.mirror(once)
+    np.testing.assert_allclose(positions(twice), before, atol=2e-6)
+    np.testing.assert_array_equal(positions(clip), before)
+    assert [step["edit"] for step in twice.metadata["steps"] if step["step"] == "edit"] == ["mirror", "mirror"]
+
+
+def test_two_motions(clip: mocap.Scene) -> None:
+    other, _ = edit.mirror(clip)
+    for weight, expected in ((0, clip), (1, other), ([(0, 1.0), (9, 1.0)], other)):
+        mixed, _ = edit.blend(clip, other, weight)
+        np.testing.assert_allclose(positions(mixed), positions(expected), atol=1e-5)
+    joined, report = edit.concat(clip, clip, blend=0.2)
+    assert joined.frames == report["frames"] == 2 * clip.frames - 1
+    arms, report = edit.layer(clip, other, "arms")
+    assert report["joints"] > 4 and arms.frames == clip.frames
+    with pytest.raises(mocap.MocapError, match="needs a second motion"):
+        edit.apply(clip, "concat")
+
+
+def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:
+    found = edit.contacts(clip, hands=True, height=0.04)
+    assert [point["bone"] for point in found["points"]] == [
+        "leftFoot",
+        "rightFoot",
+        "leftToes",
+        "rightToes",
+        "leftHand",
+        "rightHand",
+    ]
+    assert all(len(point["at_rest"]) == clip.frames for point in found["points"])
+    for refused, code in [
+        (lambda: edit.smooth(clip, cut_off=0), "unknown-option"),
+        (lambda: edit.blend(clip, clip, 1.5), "unknown-option"),
+        (lambda: edit.mirror(mocap.read(REAL / "lecture_Test.bvh")), "not-humanoid"),
+    ]:
+        with pytest.raises(mocap.MocapError) as caught:
+            refused()
+        assert caught.value.code == code
+    with pytest.raises(TypeError, match="either moments or a speed"):
+        edit.warp_time(clip)
+    with pytest.raises(ValueError, match="must end in .glb, .gltf or .bvh"):
+        edit.write(clip, tmp_path / "walk.fbx")
+    edit.write(clip, tmp_path / "walk.bvh")
+    assert mocap.read(tmp_path / "walk.bvh").frames == clip.frames
