@@ -1,13 +1,11 @@
 //! How many seconds of a motion each step of `edit` changes in a second, with one thread.
 
-use std::path::Path;
 use std::time::Instant;
 
-use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditStep, contacts, mirror};
-use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
 use crate::Result;
+use crate::feet::import;
 
 /// Times real time that every step must reach.
 const WANTED: f64 = 1000.0;
@@ -36,8 +34,7 @@ const STEPS: [&str; 16] = [
 /// Prints a table with a row for each step and a column for each file. The steps are done in turns, round by round, each
 /// on a copy of the motion that is made before the clock starts.
 pub(crate) fn measure(rounds: usize) -> Result<()> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/real");
-    let scenes = FILES.map(|file| import(&folder.join(file)));
+    let scenes = FILES.map(import);
     let mut rows: Vec<(&str, Vec<f64>)> = std::iter::once("contacts")
         .chain(STEPS)
         .map(|step| (step, Vec::new()))
@@ -93,12 +90,4 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
         slow => println!("below {WANTED} times real time: {}", slow.join("; ")),
     }
     Ok(())
-}
-
-fn import(path: &Path) -> Result<Scene> {
-    let mut scene = Importer::new().skeleton_mesh(SkeletonMesh::None).import(path)?;
-    Conversion::new()
-        .first_frame(FirstFrame::DropRestPose)
-        .apply(&mut scene)?;
-    Ok(scene)
 }

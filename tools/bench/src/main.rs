@@ -5,6 +5,7 @@
 //! targets are compared with ratios of least times.
 
 mod edit;
+mod feet;
 mod floors;
 mod inputs;
 mod peers;
@@ -30,8 +31,10 @@ fn main() -> Result<()> {
     {
         return convert_and_tell_memory(threads.parse()?, input.as_ref(), output.as_ref());
     }
-    if let ["edit"] = args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        return edit::measure(15);
+    match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["edit"] => return edit::measure(15),
+        ["feet"] => return feet::measure(),
+        _ => {}
     }
     let sizes: Vec<usize> = match args.as_slice() {
         [] => vec![1, 20, 200],
