@@ -10,6 +10,7 @@ mod c3d;
 mod fbx;
 pub mod gltf;
 pub(crate) mod text;
+mod texture;
 pub(crate) mod warnings;
 #[cfg(not(feature = "fbx"))]
 mod without_fbx;

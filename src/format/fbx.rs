@@ -11,11 +11,13 @@
 //! | polygons | triangles |
 //! | clusters of a skin | bones with offset matrices, and weights that sum to 1 for each vertex |
 //! | a vertex without a weight | follows the first bone |
-//! | materials, textures, colours, blend shapes, a second skin | left out: one plain material |
-//! | a mesh without a skin, such as a prop | left out, with an assumption in the scene |
+//! | a material: base colour, its texture, opacity | a material; a mesh with several becomes several |
+//! | an image that is embedded or near the file, PNG or JPEG | a texture; another one gives a warning |
+//! | other properties of materials with a texture, vertex colours, blend shapes, a second skin, and meshes without a skin, such as props | left out, with an assumption in the scene |
 //!
 //! Lights and cameras are left out.
 
+mod material;
 mod mesh;
 mod refusal;
 
@@ -55,11 +57,12 @@ fn sniff(bytes: &[u8]) -> bool {
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let mut warnings = Warnings::default();
-    let read = read_bytes(source.bytes, options, &mut warnings);
+    let read = read_bytes(source, options, &mut warnings);
     warnings.attach_to(read)
 }
 
-fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+fn read_bytes(source: &Source<'_>, options: &ReadOptions, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let bytes = source.bytes;
     let file = load(bytes, options)?;
     let nodes = kept_nodes(&file, options)?;
     let mut scene = Scene {
@@ -79,12 +82,11 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
         scene.animations.extend(animation);
     }
     if !options.without_meshes {
-        let rigid = mesh::read(&file, &nodes, options, &mut scene, warnings)?;
-        if rigid > 0 {
+        for (choice, reason) in mesh::read(source, &file, &nodes, options, &mut scene, warnings)? {
             scene.metadata.assumptions.push(Assumption {
                 topic: Topic::Meshes,
-                choice: "skinned".to_owned(),
-                reason: format!("{rigid} meshes that no bone moves were left out"),
+                choice: choice.to_owned(),
+                reason,
                 confidence: None,
             });
         }
@@ -112,7 +114,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         result_allocator: limited(),
         file_format: ufbx::FileFormat::Fbx,
         ignore_geometry: options.without_meshes,
-        ignore_embedded: true,
+        ignore_embedded: options.without_meshes,
         generate_missing_normals: true,
         skip_mesh_parts: true,
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),

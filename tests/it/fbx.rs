@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use mocap::glam::{DVec3, Vec3};
-use mocap::scene::{Mesh, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+use mocap::glam::{DVec3, Vec2, Vec3, Vec4};
+use mocap::scene::{AlphaMode, Mesh, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 use mocap::{Code, Importer, Limits, Pose, SkeletonMesh};
 
 fn position(scene: &Scene, pose: &Pose, name: &str) -> Vec3 {
@@ -350,5 +350,286 @@ fn biped_files_are_told_apart() {
         error.to_string(),
         "walk.bip: error[unreadable-format]: BIP, a format of 3ds Max without a public specification, cannot be read; \
          help: open it in 3ds Max, and export the motion as BVH or FBX"
+    );
+}
+
+/// A skinned quad, the left half in a plain colour and the right half with a texture; `texture` is what the file says of the
+/// image, and `video` its contents.
+fn textured(texture: &str, video: &str) -> String {
+    let identity = "1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1";
+    format!(
+        r#"; FBX 7.4.0 project file
+FBXHeaderExtension:  {{
+	FBXVersion: 7400
+}}
+Objects:  {{
+	NodeAttribute: 11, "NodeAttribute::hip", "LimbNode" {{
+		TypeFlags: "Skeleton"
+	}}
+	Model: 1, "Model::hip", "LimbNode" {{
+		Version: 232
+	}}
+	Model: 2, "Model::quad", "Mesh" {{
+		Version: 232
+	}}
+	Geometry: 3, "Geometry::quad", "Mesh" {{
+		Vertices: *18 {{
+			a: 0,0,0,100,0,0,200,0,0,0,100,0,100,100,0,200,100,0
+		}}
+		PolygonVertexIndex: *8 {{
+			a: 0,1,4,-4,1,2,5,-5
+		}}
+		LayerElementUV: 0 {{
+			Name: "map"
+			MappingInformationType: "ByPolygonVertex"
+			ReferenceInformationType: "Direct"
+			UV: *16 {{
+				a: 0,0,0.5,0,0.5,1,0,1,0.5,0,1,0,1,1,0.5,1
+			}}
+		}}
+		LayerElementMaterial: 0 {{
+			MappingInformationType: "ByPolygon"
+			ReferenceInformationType: "IndexToDirect"
+			Materials: *2 {{
+				a: 0,1
+			}}
+		}}
+		Layer: 0 {{
+			LayerElement:  {{
+				Type: "LayerElementUV"
+				TypedIndex: 0
+			}}
+			LayerElement:  {{
+				Type: "LayerElementMaterial"
+				TypedIndex: 0
+			}}
+		}}
+	}}
+	Deformer: 4, "Deformer::", "Skin" {{
+		Version: 101
+	}}
+	Deformer: 5, "SubDeformer::", "Cluster" {{
+		Indexes: *6 {{
+			a: 0,1,2,3,4,5
+		}}
+		Weights: *6 {{
+			a: 1,1,1,1,1,1
+		}}
+		Transform: *16 {{
+			a: {identity}
+		}}
+		TransformLink: *16 {{
+			a: {identity}
+		}}
+	}}
+	Material: 6, "Material::plain", "" {{
+		ShadingModel: "phong"
+		Properties70:  {{
+			P: "DiffuseColor", "Color", "", "A",1,0.5,0
+			P: "DiffuseFactor", "Number", "", "A",1
+			P: "Opacity", "double", "Number", "",0.25
+			P: "TransparencyFactor", "Number", "", "A",0.75
+			P: "TransparentColor", "Color", "", "A",1,1,1
+		}}
+	}}
+	Material: 7, "Material::painted", "" {{
+		ShadingModel: "phong"
+		Properties70:  {{
+			P: "DiffuseColor", "Color", "", "A",0.2,0.2,0.2
+		}}
+	}}
+	Texture: 8, "Texture::paint", "" {{
+		{texture}
+	}}
+	Video: 9, "Video::paint", "Clip" {{
+		{texture}
+		{video}
+	}}
+	Texture: 10, "Texture::bumps", "" {{
+		RelativeFilename: "bumps.png"
+	}}
+}}
+Connections:  {{
+	C: "OO",1,0
+	C: "OO",2,0
+	C: "OO",11,1
+	C: "OO",3,2
+	C: "OO",4,3
+	C: "OO",5,4
+	C: "OO",1,5
+	C: "OO",6,2
+	C: "OO",7,2
+	C: "OP",8,7, "DiffuseColor"
+	C: "OP",10,7, "NormalMap"
+	C: "OO",9,8
+}}
+"#
+    )
+}
+
+/// One grey pixel.
+fn png() -> Vec<u8> {
+    use base64::Engine;
+    let text = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
+    base64::engine::general_purpose::STANDARD.decode(text).unwrap()
+}
+
+#[test]
+fn a_material_has_its_colour_and_its_texture() {
+    use base64::Engine;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("quad.fbx");
+    let embedded = format!(
+        "Content: , \"{}\"",
+        base64::engine::general_purpose::STANDARD.encode(png())
+    );
+    let places: [(&str, &str, &str); 4] = [
+        ("RelativeFilename: \"none\\\\paint.png\"", &embedded, ""),
+        ("RelativeFilename: \"paint.png\"", "", "paint.png"),
+        (
+            "RelativeFilename: \"C:\\\\of\\\\its\\\\maker\\\\paint.png\"",
+            "",
+            "quad.fbm/paint.png",
+        ),
+        ("RelativeFilename: \"..\\\\paint.png\"", "", "textures/paint.png"),
+    ];
+    for (texture, video, file) in places {
+        fs::write(&path, textured(texture, video)).unwrap();
+        if !file.is_empty() {
+            let file = folder.path().join(file);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(&file, png()).unwrap();
+        }
+        let scene = mocap::import(&path).unwrap();
+        assert_eq!(
+            scene.warnings.iter().map(|warning| warning.code).collect::<Vec<_>>(),
+            [Code::NoMotion],
+            "{file}"
+        );
+        if !file.is_empty() {
+            fs::remove_file(folder.path().join(file)).unwrap();
+        }
+        let [texture] = scene.textures.as_slice() else {
+            panic!("{} textures", scene.textures.len());
+        };
+        assert_eq!((texture.media_type.as_str(), &texture.bytes), ("image/png", &png()));
+        let surface = |name: &str| {
+            let material = scene.materials.iter().find(|material| material.name == name).unwrap();
+            material.surface.unwrap()
+        };
+        let (plain, painted) = (surface("plain"), surface("painted"));
+        // 0.5 of a screen is 0.214 of the light.
+        assert!(
+            plain.base_color.abs_diff_eq(Vec4::new(1.0, 0.214_041, 0.0, 0.25), 1e-5),
+            "{plain:?}"
+        );
+        assert_eq!((plain.texture, plain.alpha), (None, AlphaMode::Blend));
+        assert_eq!((painted.base_color, painted.texture), (Vec4::ONE, Some(0)));
+        // A mesh for each material; only one has places on a texture, from above.
+        let [left, right] = scene.meshes.as_slice() else {
+            panic!("{} meshes", scene.meshes.len());
+        };
+        assert_eq!(
+            (
+                left.vertices.len(),
+                left.texture_coords.len(),
+                right.texture_coords.len()
+            ),
+            (4, 0, 4)
+        );
+        for (vertex, place) in right.vertices.iter().zip(&right.texture_coords) {
+            let expected = Vec2::new(vertex.x / 2.0, 1.0 - vertex.y);
+            assert!(place.abs_diff_eq(expected, 1e-6), "{vertex} is at {place}");
+        }
+        let said = scene
+            .metadata
+            .assumptions
+            .iter()
+            .map(ToString::to_string)
+            .collect::<Vec<_>>();
+        assert!(
+            said.iter()
+                .any(|text| text.contains("textures of NormalMap were left out")),
+            "{said:?}"
+        );
+
+        let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
+        let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&glb).unwrap();
+        let buffer = blob.unwrap();
+        let image = document.images().next().unwrap();
+        let gltf::image::Source::View { view, mime_type } = image.source() else {
+            panic!("the image is not in the buffer");
+        };
+        assert_eq!(
+            (mime_type, &buffer[view.offset()..view.offset() + view.length()]),
+            ("image/png", &*png())
+        );
+        let painted = document
+            .materials()
+            .find(|material| material.name() == Some("painted"))
+            .unwrap();
+        assert!(painted.pbr_metallic_roughness().base_color_texture().is_some());
+        let right = document.meshes().nth(1).unwrap();
+        let primitive = right.primitives().next().unwrap();
+        let coords = primitive
+            .reader(|_| Some(&buffer))
+            .read_tex_coords(0)
+            .unwrap()
+            .into_f32();
+        assert_eq!(coords.count(), 4);
+    }
+}
+
+#[test]
+fn a_texture_that_is_missing_is_told() {
+    for (texture, file, bytes, expected) in [
+        (
+            "gone.png",
+            "other.png",
+            png(),
+            "the texture \"gone.png\" is not in the file, and not beside it",
+        ),
+        (
+            "paint.tga",
+            "paint.tga",
+            b"0123".to_vec(),
+            "the texture \"paint.tga\" is neither PNG nor JPEG",
+        ),
+        ("../paint.png", "", png(), "is not in the file"),
+    ] {
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().join("in");
+        fs::create_dir(&folder).unwrap();
+        // Not to be read: a file above that of the figure.
+        fs::write(outer.path().join("paint.png"), png()).unwrap();
+        if !file.is_empty() {
+            fs::write(folder.join(file), bytes).unwrap();
+        }
+        let path = folder.join("quad.fbx");
+        fs::write(&path, textured(&format!("RelativeFilename: \"{texture}\""), "")).unwrap();
+        let scene = mocap::import(&path).unwrap();
+        let warning = scene
+            .warnings
+            .iter()
+            .find(|warning| warning.code == Code::IgnoredMesh)
+            .unwrap();
+        assert!(warning.message.contains(expected), "{warning}");
+        assert_eq!((scene.textures.len(), scene.meshes.len()), (0, 2));
+        assert_eq!(mocap::process::validate(&scene), []);
+    }
+}
+
+/// As ozz-animation's file has it: a `DiffuseColor` of 0.5 and a `DiffuseFactor` of 0.8.
+#[test]
+fn a_character_keeps_its_colour() {
+    let scene = mocap::import("fixtures/characters/arnaud.fbx").unwrap();
+    let [material] = scene.materials.as_slice() else {
+        panic!("{} materials", scene.materials.len());
+    };
+    assert_eq!(material.name, "lambert2");
+    let color = material.surface.unwrap().base_color;
+    assert!(
+        color.abs_diff_eq(Vec4::new(0.132_868, 0.132_868, 0.132_868, 1.0), 1e-5),
+        "{color}"
     );
 }

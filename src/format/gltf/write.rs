@@ -10,7 +10,8 @@
 //! | meshes without bones | the mesh of their node; then no skin is written |
 //! | meshes without any area, the joints all being in one place | an octahedron of 1 cm on the first joint, with the skin |
 //! | normals equal to those of flat faces | left out: a glTF mesh without normals has flat shading |
-//! | [`Scene::materials`] | `materials`, in [`BASE_COLOR`] |
+//! | [`Scene::materials`] | `materials`; one without a surface in [`BASE_COLOR`] |
+//! | [`Scene::textures`] | `images` in the buffer, those that a material uses |
 //! | an animated track | a `LINEAR` sampler of 32-bit floats |
 //! | a constant track | the node's own translation, rotation or scale |
 //! | tracks with a [`Compression`] or a largest error | fewer keys, and normalised integers |
@@ -41,7 +42,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::export::{write_file, write_files};
 use crate::scene::Scene;
 
-/// The colour of every material, an orange visible on white, grey and black: linear red, green, blue and alpha.
+/// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and alpha.
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
 /// Where a `.gltf` file has its buffer.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use mocap::export::ReplacePolicy;
 use mocap::gltf::Character;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, Scene};
+use mocap::scene::{Animation, Scene, Topic};
 use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
@@ -156,7 +156,24 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
         Some(_) => importer,
         None => Importer::new().skeleton_mesh(SkeletonMesh::Skinned),
     };
-    Ok(Target::Scene(Box::new(importer.import(file)?)))
+    let scene = importer.import(file)?;
+    // A character need not move.
+    let warnings: Vec<_> = scene
+        .warnings
+        .iter()
+        .filter(|warning| warning.code != Code::NoMotion)
+        .cloned()
+        .collect();
+    report::warnings(Some(file), &warnings);
+    for left_out in scene
+        .metadata
+        .assumptions
+        .iter()
+        .filter(|assumption| assumption.topic == Topic::Meshes)
+    {
+        report::say(&left_out.to_string());
+    }
+    Ok(Target::Scene(Box::new(scene)))
 }
 
 fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {

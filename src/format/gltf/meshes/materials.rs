@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::super::invalid::{invalid, missing};
 use super::Buffers;
 use crate::format::Failure;
+use crate::format::texture::media_type;
 use crate::scene::{AlphaMode, Material, Surface, Texture};
 
 #[derive(Default, Deserialize)]
@@ -196,16 +197,6 @@ impl Images {
         });
         self.known.insert(image, self.textures.len() - 1);
         Ok(self.textures.len() - 1)
-    }
-}
-
-/// The type of an image by its first bytes, which are right where the file's word is not.
-fn media_type(bytes: &[u8]) -> Option<&'static str> {
-    match bytes {
-        [0x89, b'P', b'N', b'G', ..] => Some("image/png"),
-        [0xFF, 0xD8, 0xFF, ..] => Some("image/jpeg"),
-        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("image/webp"),
-        _ => None,
     }
 }
 

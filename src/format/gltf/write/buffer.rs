@@ -21,6 +21,8 @@ pub(super) enum Usage {
     Vertices,
     /// Vertex indices.
     Indices,
+    /// The file of an image.
+    Image,
 }
 
 /// A number that a buffer can hold.
@@ -87,6 +89,15 @@ impl Buffer {
         Index::new(accessor as u32)
     }
 
+    /// Appends the file of an image, as a view of its own.
+    pub(super) fn push_image(&mut self, bytes: &[u8]) -> Index<View> {
+        let start = self.bytes.len();
+        self.bytes.extend_from_slice(bytes);
+        let view = self.view(Usage::Image, start);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        Index::new(view as u32)
+    }
+
     /// Notes a number that is not finite, for [`Buffer::finish`]: whatever made it, it is not written.
     fn look_at<T: Component, const N: usize>(&mut self, elements: &[[T; N]]) {
         let is_finite = elements.iter().flatten().all(|&number| number.into().is_finite());
@@ -104,6 +115,7 @@ impl Buffer {
             component_type: Checked::Valid(GenericComponentType(component)),
             type_: Checked::Valid(match components {
                 1 => Type::Scalar,
+                2 => Type::Vec2,
                 3 => Type::Vec3,
                 4 => Type::Vec4,
                 _ => Type::Mat4,
@@ -202,7 +214,7 @@ impl Buffer {
                 byte_stride: None,
                 name: None,
                 target: match usage {
-                    Usage::Keys | Usage::BindMatrices => None,
+                    Usage::Keys | Usage::BindMatrices | Usage::Image => None,
                     Usage::Vertices => Some(Checked::Valid(Target::ArrayBuffer)),
                     Usage::Indices => Some(Checked::Valid(Target::ElementArrayBuffer)),
                 },

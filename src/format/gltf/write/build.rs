@@ -1,9 +1,14 @@
 //! A scene as the tree of objects that glTF writes as JSON.
 
 use glam::{Affine3A, Mat4, Vec3};
-use gltf::json::material::{EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf::json::image::MimeType;
+use gltf::json::material::{
+    self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
+};
 use gltf::json::mesh::Primitive;
-use gltf::json::{Asset, Index, Material, Mesh, Node, Root, Skin};
+use gltf::json::texture::Info;
+use gltf::json::validation::Checked;
+use gltf::json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture};
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
@@ -15,7 +20,7 @@ use super::names::Names;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
-use crate::scene::{self, NodeId, NodeKind, Scene};
+use crate::scene::{self, AlphaMode, NodeId, NodeKind, Scene};
 
 /// The state of the writer.
 struct Builder<'a> {
@@ -68,25 +73,64 @@ impl Builder<'_> {
         };
     }
 
-    /// The materials, if a face uses them.
+    /// The materials, if a face uses them, and their textures.
     fn materials(&mut self) {
         if self.root.meshes.is_empty() {
             return;
         }
-        self.root.materials = (self.scene.materials.iter())
-            .map(|material| Material {
+        let mut written = vec![None; self.scene.textures.len()];
+        for material in &self.scene.materials {
+            let surface = material.surface;
+            let texture = surface.and_then(|surface| surface.texture);
+            let texture = texture.filter(|texture| *texture < written.len());
+            let texture = texture.map(|texture| *written[texture].get_or_insert_with(|| self.texture(texture)));
+            let color = surface.map_or(BASE_COLOR, |surface| surface.base_color.to_array());
+            let (alpha_mode, alpha_cutoff) = match surface.map(|surface| surface.alpha).unwrap_or_default() {
+                AlphaMode::Opaque => (material::AlphaMode::Opaque, None),
+                AlphaMode::Mask(cutoff) => (material::AlphaMode::Mask, Some(AlphaCutoff(cutoff))),
+                AlphaMode::Blend => (material::AlphaMode::Blend, None),
+            };
+            self.root.materials.push(Material {
                 name: Some(material.name.clone()).filter(|name| !name.is_empty()),
                 double_sided: material.two_sided,
+                alpha_mode: Checked::Valid(alpha_mode),
+                alpha_cutoff,
                 pbr_metallic_roughness: PbrMetallicRoughness {
-                    base_color_factor: PbrBaseColorFactor(BASE_COLOR),
+                    base_color_factor: PbrBaseColorFactor(color),
+                    base_color_texture: texture.map(|index| Info {
+                        index,
+                        tex_coord: 0,
+                        extensions: None,
+                        extras: None,
+                    }),
                     metallic_factor: StrengthFactor(0.0),
                     roughness_factor: StrengthFactor(0.8),
                     ..PbrMetallicRoughness::default()
                 },
                 emissive_factor: EmissiveFactor::default(),
                 ..Material::default()
-            })
-            .collect();
+            });
+        }
+    }
+
+    fn texture(&mut self, index: usize) -> Index<Texture> {
+        let texture = &self.scene.textures[index];
+        let image = Image {
+            buffer_view: Some(self.buffer.push_image(&texture.bytes)),
+            mime_type: Some(MimeType(texture.media_type.clone())),
+            name: Some(texture.name.clone()).filter(|name| !name.is_empty()),
+            uri: None,
+            extensions: None,
+            extras: None,
+        };
+        let source = self.root.push(image);
+        self.root.push(Texture {
+            name: None,
+            sampler: None,
+            source,
+            extensions: None,
+            extras: None,
+        })
     }
 
     /// The node graph with its motion, and the scene that holds its roots.

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Material};
@@ -38,6 +38,7 @@ pub(super) fn write(
     }
     let influences = joints.map(|joints| influences(mesh, joints));
     let normals = Some(&mesh.normals).filter(|normals| normals.len() == mesh.vertices.len() && !is_flat(mesh));
+    let coords = Some(&mesh.texture_coords).filter(|coords| coords.len() == mesh.vertices.len());
 
     let mut known = HashMap::new();
     let mut sources = Vec::new();
@@ -46,9 +47,11 @@ pub(super) fn write(
         let corners = face.iter().map(|&vertex| {
             let vertex = vertex as usize;
             let bits = |v: Vec3| (v + Vec3::ZERO).to_array().map(f32::to_bits);
+            let place = |v: Vec2| (v + Vec2::ZERO).to_array().map(f32::to_bits);
             let key = (
                 bits(mesh.vertices[vertex]),
                 normals.map(|normals| bits(normals[vertex])),
+                coords.map(|coords| place(coords[vertex])),
                 influences.as_ref().map(|influences| influences[vertex]),
             );
             *known.entry(key).or_insert_with(|| {
@@ -84,6 +87,16 @@ pub(super) fn write(
         attributes.insert(
             Checked::Valid(Semantic::Normals),
             buffer.push(Usage::Vertices, &normals),
+        );
+    }
+    if let Some(coords) = coords {
+        let coords: Vec<_> = sources
+            .iter()
+            .map(|&vertex| (coords[vertex] + Vec2::ZERO).to_array())
+            .collect();
+        attributes.insert(
+            Checked::Valid(Semantic::TexCoords(0)),
+            buffer.push(Usage::Vertices, &coords),
         );
     }
     if let Some(influences) = influences {
