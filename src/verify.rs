@@ -18,6 +18,7 @@ mod arrays;
 mod chain;
 mod change;
 mod clip;
+mod csv;
 mod npz;
 mod pairs;
 
@@ -29,7 +30,6 @@ use serde::Serialize;
 use self::chain::Skeleton;
 use self::change::{Change, Timeline};
 use self::clip::Errors;
-use self::npz::Npz;
 use self::pairs::Pairs;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::{File, Provenance};
@@ -284,7 +284,7 @@ impl Verifier {
         self
     }
 
-    /// Compares a written file with its source file. Arrays (`.npz`) are compared in the space that they have; of several
+    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`) are compared in the space that they have; of several
     /// animations they have the first.
     ///
     /// # Errors
@@ -293,11 +293,16 @@ impl Verifier {
         let path = output.as_ref();
         let opener = Importer::new();
         let bytes = opener.open(path)?;
-        if npz::sniff(&bytes) {
-            let npz = Npz::read(&bytes).map_err(|error| error.with_path(path))?;
-            let importer = npz.header.provenance.importer(self.importer.clone());
+        let arrays = match &*bytes {
+            bytes if npz::sniff(bytes) => Some(npz::read(bytes)),
+            bytes if csv::sniff(bytes) => Some(csv::read(bytes)),
+            _ => None,
+        };
+        if let Some(file) = arrays {
+            let file = file.map_err(|error| error.with_path(path))?;
+            let importer = file.header.provenance.importer(self.importer.clone());
             let scene = importer.skeleton_mesh(SkeletonMesh::None).import(source)?;
-            return arrays::compare(&scene, &npz).map_err(|error| error.with_path(path));
+            return arrays::compare(&scene, &file).map_err(|error| error.with_path(path));
         }
         let output = Output::read(&bytes, path, &|sibling| opener.open(&path.with_file_name(sibling)))
             .map_err(|error| error.with_path(path))?;

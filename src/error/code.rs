@@ -171,7 +171,7 @@ codes! {
         "The file is not valid glTF, or requires an extension that cannot be read."
         "Write it again without required extensions, or check it with the Khronos validator."
     InvalidArrays "invalid-arrays"
-        "A `.npz` file is broken, or its arrays are not those that `mocap fk` writes."
+        "A `.npz` or `.csv` file is broken, or its arrays are not those that `mocap fk` writes."
         "Write it again from its source."
     UnreadExtension "unread-extension"
         "The file requires an extension that cannot be read and that does not affect its skeleton and motion."

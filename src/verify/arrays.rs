@@ -5,20 +5,63 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 use super::chain::Skeleton;
 use super::change::{Change, Timeline};
 use super::clip::{Errors, SKIN, name_of, roots};
-use super::npz::Npz;
 use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
+use serde::Deserialize;
+
 use crate::arrays::{Rotation, RotationSpace, Space};
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::gltf::Provenance;
 use crate::scene::{NodeKind, Scene};
 use crate::skeleton;
 
+/// The arrays of a file.
+pub(super) struct ArrayFile {
+    pub(super) header: Header,
+    pub(super) frame_rate: f64,
+    pub(super) frames: usize,
+    pub(super) names: Vec<String>,
+    pub(super) parents: Vec<Option<usize>>,
+    pub(super) end_sites: Vec<bool>,
+    /// The letters of the axes; empty for a joint without an order.
+    pub(super) rotation_orders: Vec<String>,
+    /// Frames x joints x 3.
+    pub(super) positions: Vec<f32>,
+    /// Frames x joints x `width`.
+    pub(super) rotations: Vec<f32>,
+    pub(super) width: usize,
+}
+
+/// What is needed of the header.
+#[derive(Deserialize)]
+pub(super) struct Header {
+    pub(super) metres_per_unit: Option<f64>,
+    pub(super) space: Space,
+    pub(super) rotation: Rotation,
+    pub(super) rotation_space: RotationSpace,
+    pub(super) provenance: Provenance,
+}
+
+impl Header {
+    /// A header from its JSON.
+    pub(super) fn from_json(json: &str) -> Result<Self> {
+        serde_json::from_str(json).map_err(|error| invalid(format!("the header is not as expected: {error}")))
+    }
+}
+
+pub(super) const HELP: &str = "write it with `mocap fk SOURCE -o OUT.npz`, or OUT.csv";
+
+/// The error of a file that is broken.
+pub(super) fn invalid(message: impl Into<String>) -> Error {
+    Diagnostic::new(Code::InvalidArrays, message).help(HELP).into()
+}
+
 /// Compares the arrays of a file with the first clip of their source. Joints that the file does not have are listed, and are
 /// no finding: arrays may have a choice of them.
-pub(super) fn compare(source: &Scene, npz: &Npz) -> Result<Verification> {
+pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> {
     let clip = (!source.animations.is_empty()).then_some(0);
     let ours = Skeleton::of_scene(source, clip);
-    let places = places(&ours, npz)?;
-    let change = Change::recorded(&npz.header.provenance.steps);
+    let places = places(&ours, file)?;
+    let change = Change::recorded(&file.header.provenance.steps);
     let timeline = Timeline::new(source, clip, &change)?;
     let mut verification = Verification {
         joints: places.len(),
@@ -34,9 +77,9 @@ pub(super) fn compare(source: &Scene, npz: &Npz) -> Result<Verification> {
             NodeKind::Group => {}
         }
     }
-    find(source, npz, &ours, &places, &timeline, &mut verification.findings);
+    find(source, file, &ours, &places, &timeline, &mut verification.findings);
 
-    let metres = match npz.header.metres_per_unit {
+    let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
         None => skeleton::survey(source).metres_per_unit / change.metres_per_unit,
     };
@@ -48,23 +91,23 @@ pub(super) fn compare(source: &Scene, npz: &Npz) -> Result<Verification> {
     let mut errors = Errors::default();
     errors.turn = Some(0.0);
     let mut world = Vec::new();
-    let frames = if clip.is_some() { npz.frames } else { 0 };
+    let frames = if clip.is_some() { file.frames } else { 0 };
     for frame in 0..frames {
         let tick = timeline.tick(frame, &cuts);
         ours.world(tick / timeline.rate, &mut world);
         for (joint, &place) in places.iter().enumerate() {
-            let parent = npz.parents[joint].map(|parent| &world[places[parent]]);
+            let parent = file.parents[joint].map(|parent| &world[places[parent]]);
             let row = frame * places.len() + joint;
-            let (position, rotation) = expected(&change, npz, &world[place], parent, &world[roots[place]]);
-            let found = &npz.positions[3 * row..][..3];
+            let (position, rotation) = expected(&change, file, &world[place], parent, &world[roots[place]]);
+            let found = &file.positions[3 * row..][..3];
             let found = DVec3::new(found[0].into(), found[1].into(), found[2].into());
             errors.add(position.distance(found) * metres, || Worst {
                 clip: 0,
-                joint: npz.names[joint].clone(),
+                joint: file.names[joint].clone(),
                 frame: tick as usize,
-                seconds: frame as f64 / npz.frame_rate,
+                seconds: frame as f64 / file.frame_rate,
             });
-            let found = decoded(npz, row, &npz.rotation_orders[joint]);
+            let found = decoded(file, row, &file.rotation_orders[joint]);
             errors.add_turn(
                 (0..3)
                     .map(|axis| rotation.col(axis).distance(found.col(axis)) * SKIN)
@@ -92,9 +135,9 @@ fn worse(a: f64, b: f64) -> f64 {
 }
 
 /// The joint of the source for each of the file: the next of its name and kind, in the order of both.
-fn places(ours: &Skeleton, npz: &Npz) -> Result<Vec<usize>> {
-    let mut places: Vec<usize> = Vec::with_capacity(npz.names.len());
-    for (name, is_end_site) in std::iter::zip(&npz.names, &npz.end_sites) {
+fn places(ours: &Skeleton, file: &ArrayFile) -> Result<Vec<usize>> {
+    let mut places: Vec<usize> = Vec::with_capacity(file.names.len());
+    for (name, is_end_site) in std::iter::zip(&file.names, &file.end_sites) {
         let next = places.last().map_or(0, |last| last + 1);
         let is_it = |place: &usize| {
             let joint = &ours.joints[*place];
@@ -112,7 +155,7 @@ fn places(ours: &Skeleton, npz: &Npz) -> Result<Vec<usize>> {
 /// Finds joints on other parents, and frames that are too few or too many.
 fn find(
     source: &Scene,
-    npz: &Npz,
+    file: &ArrayFile,
     ours: &Skeleton,
     places: &[usize],
     timeline: &Timeline,
@@ -123,8 +166,8 @@ fn find(
         while let Some(place) = above.filter(|place| !places.contains(place)) {
             above = ours.joints[place].parent;
         }
-        if above != npz.parents[joint].map(|parent| places[parent]) {
-            let message = format!("\"{}\" has another parent in the file", npz.names[joint]);
+        if above != file.parents[joint].map(|parent| places[parent]) {
+            let message = format!("\"{}\" has another parent in the file", file.names[joint]);
             findings.push(Finding::new(FindingKind::MovedJoint, message));
         }
     }
@@ -139,35 +182,35 @@ fn find(
     };
     let message = format!(
         "{name} has {} frames in the file, and would have {expected}",
-        npz.frames
+        file.frames
     );
-    match npz.frames.cmp(&expected) {
+    match file.frames.cmp(&expected) {
         std::cmp::Ordering::Less => findings.push(Finding::new(FindingKind::MissingFrames, message)),
         std::cmp::Ordering::Greater => findings.push(Finding::new(FindingKind::ExtraFrames, message)),
         std::cmp::Ordering::Equal => {}
     }
     let rate = timeline.frame_rate();
-    if !source.animations.is_empty() && (npz.frame_rate / rate - 1.0).abs() > 1e-9 {
+    if !source.animations.is_empty() && (file.frame_rate / rate - 1.0).abs() > 1e-9 {
         let message = format!(
             "{name} has {} frames a second in the file, and would have {rate}",
-            npz.frame_rate
+            file.frame_rate
         );
         findings.push(Finding::new(FindingKind::Provenance, message));
     }
 }
 
 /// The position and the rotation that the file should have. `world` and the others are those of the source.
-fn expected(change: &Change, npz: &Npz, world: &DMat4, parent: Option<&DMat4>, root: &DMat4) -> (DVec3, DMat3) {
+fn expected(change: &Change, file: &ArrayFile, world: &DMat4, parent: Option<&DMat4>, root: &DMat4) -> (DVec3, DMat3) {
     let place = |matrix: &DMat4| matrix.w_axis.truncate();
     let in_parent = parent.map(|parent| parent.inverse() * *world);
-    let position = match (npz.header.space, &in_parent) {
+    let position = match (file.header.space, &in_parent) {
         (Space::World, _) | (Space::Local, None) => change.place(place(world)),
         (Space::Root, _) => change.place(place(world)) - change.place(place(root)),
         // Lengths have another unit, but the axes are the parent's.
         (Space::Local, Some(matrix)) => place(matrix) * change.metres_per_unit,
     };
     let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize());
-    let [x, y, z] = match (npz.header.rotation_space, &in_parent) {
+    let [x, y, z] = match (file.header.rotation_space, &in_parent) {
         (RotationSpace::Local, Some(matrix)) => axes(matrix),
         _ => axes(world).map(|axis| change.turn(axis)),
     };
@@ -175,12 +218,12 @@ fn expected(change: &Change, npz: &Npz, world: &DMat4, parent: Option<&DMat4>, r
 }
 
 /// A rotation of the file as a matrix.
-fn decoded(npz: &Npz, row: usize, order: &str) -> DMat3 {
-    let values = npz.rotations[npz.width * row..][..npz.width]
+fn decoded(file: &ArrayFile, row: usize, order: &str) -> DMat3 {
+    let values = file.rotations[file.width * row..][..file.width]
         .iter()
         .map(|value| f64::from(*value));
     let values: Vec<f64> = values.collect();
-    match npz.header.rotation {
+    match file.header.rotation {
         Rotation::Quaternion => DMat3::from_quat(DQuat::from_slice(&values).normalize()),
         Rotation::SixD => {
             let (x, y) = (DVec3::from_slice(&values), DVec3::from_slice(&values[3..]));

@@ -3,39 +3,11 @@
 
 use std::io::{Cursor, Read};
 
-use serde::Deserialize;
 use zip::ZipArchive;
 
-use crate::arrays::{Rotation, RotationSpace, Space};
+use super::arrays::{ArrayFile, HELP, Header, invalid};
+use crate::arrays::Rotation;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::gltf::Provenance;
-
-/// The arrays of a file.
-pub(super) struct Npz {
-    pub(super) header: Header,
-    pub(super) frame_rate: f64,
-    pub(super) frames: usize,
-    pub(super) names: Vec<String>,
-    pub(super) parents: Vec<Option<usize>>,
-    pub(super) end_sites: Vec<bool>,
-    /// The letters of the axes; empty for a joint without an order.
-    pub(super) rotation_orders: Vec<String>,
-    /// Frames x joints x 3.
-    pub(super) positions: Vec<f32>,
-    /// Frames x joints x `width`.
-    pub(super) rotations: Vec<f32>,
-    pub(super) width: usize,
-}
-
-/// What is needed of the header.
-#[derive(Deserialize)]
-pub(super) struct Header {
-    pub(super) metres_per_unit: Option<f64>,
-    pub(super) space: Space,
-    pub(super) rotation: Rotation,
-    pub(super) rotation_space: RotationSpace,
-    pub(super) provenance: Provenance,
-}
 
 /// One array: its dtype, its shape, and its bytes.
 struct Array {
@@ -50,61 +22,54 @@ pub(super) fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-const HELP: &str = "write it with `mocap fk SOURCE -o OUT.npz`";
-
-fn invalid(message: impl Into<String>) -> Error {
-    Diagnostic::new(Code::InvalidArrays, message).help(HELP).into()
-}
-
-impl Npz {
-    /// # Errors
-    /// [`Code::InvalidArrays`].
-    pub(super) fn read(bytes: &[u8]) -> Result<Self> {
-        let mut archive =
-            ZipArchive::new(Cursor::new(bytes)).map_err(|error| invalid(format!("the archive is broken: {error}")))?;
-        let mut array = |name: &'static str| Array::read(&mut archive, name, bytes.len());
-        let header = array("header")?.strings()?.swap_remove(0);
-        let header: Header = serde_json::from_str(&header)
-            .map_err(|error| invalid(format!("the header is not as expected: {error}")))?;
-        let names = array("names")?.strings()?;
-        let count = names.len();
-        let parents = array("parents")?.integers(count)?;
-        let parents = parents.into_iter().enumerate().map(|(joint, parent)| match parent {
-            -1 => Ok(None),
-            parent => match usize::try_from(parent) {
-                Ok(parent) if parent < joint => Ok(Some(parent)),
-                _ => Err(invalid(format!(
-                    "the parent of joint {joint} is {parent}, not -1 or a joint before it"
-                ))),
-            },
-        });
-        let parents = parents.collect::<Result<Vec<_>, Error>>()?;
-        let end_sites = array("end_sites")?.bools(count)?;
-        let rotation_orders = array("rotation_orders")?.strings()?;
-        let rotation_orders = exactly(count, rotation_orders, "rotation_orders")?;
-        let frame_rate = array("frame_rate")?.number()?;
-        let positions = array("positions")?;
-        let frames = positions.shape.first().copied().unwrap_or_default();
-        let positions = positions.floats(&[frames, count, 3])?;
-        let rotations = array("rotations")?;
-        let width = header.rotation.width();
-        let rotations = match header.rotation {
-            Rotation::Matrix => rotations.floats(&[frames, count, 3, 3])?,
-            _ => rotations.floats(&[frames, count, width])?,
-        };
-        Ok(Self {
-            header,
-            frame_rate,
-            frames,
-            names,
-            parents,
-            end_sites,
-            rotation_orders,
-            positions,
-            rotations,
-            width,
-        })
-    }
+/// The arrays of a file.
+///
+/// # Errors
+/// [`Code::InvalidArrays`].
+pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
+    let mut archive =
+        ZipArchive::new(Cursor::new(bytes)).map_err(|error| invalid(format!("the archive is broken: {error}")))?;
+    let mut array = |name: &'static str| Array::read(&mut archive, name, bytes.len());
+    let header = array("header")?.strings()?.swap_remove(0);
+    let header = Header::from_json(&header)?;
+    let names = array("names")?.strings()?;
+    let count = names.len();
+    let parents = array("parents")?.integers(count)?;
+    let parents = parents.into_iter().enumerate().map(|(joint, parent)| match parent {
+        -1 => Ok(None),
+        parent => match usize::try_from(parent) {
+            Ok(parent) if parent < joint => Ok(Some(parent)),
+            _ => Err(invalid(format!(
+                "the parent of joint {joint} is {parent}, not -1 or a joint before it"
+            ))),
+        },
+    });
+    let parents = parents.collect::<Result<Vec<_>, Error>>()?;
+    let end_sites = array("end_sites")?.bools(count)?;
+    let rotation_orders = array("rotation_orders")?.strings()?;
+    let rotation_orders = exactly(count, rotation_orders, "rotation_orders")?;
+    let frame_rate = array("frame_rate")?.number()?;
+    let positions = array("positions")?;
+    let frames = positions.shape.first().copied().unwrap_or_default();
+    let positions = positions.floats(&[frames, count, 3])?;
+    let rotations = array("rotations")?;
+    let width = header.rotation.width();
+    let rotations = match header.rotation {
+        Rotation::Matrix => rotations.floats(&[frames, count, 3, 3])?,
+        _ => rotations.floats(&[frames, count, width])?,
+    };
+    Ok(ArrayFile {
+        header,
+        frame_rate,
+        frames,
+        names,
+        parents,
+        end_sites,
+        rotation_orders,
+        positions,
+        rotations,
+        width,
+    })
 }
 
 fn exactly<T>(count: usize, values: Vec<T>, name: &str) -> Result<Vec<T>> {

@@ -350,13 +350,18 @@ fn files_are_read_as_the_conversion_read_them() {
 }
 
 mod of_arrays {
-    use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays, npz};
+    use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays, csv, npz};
     use mocap::scene::UpAxis;
     use mocap::verify::{FindingKind, Verification, verify_files};
 
     fn bytes(file: &str, options: &ArrayOptions) -> Vec<u8> {
         let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
         npz::write(&arrays(&scene, options).unwrap())
+    }
+
+    fn csv_of(file: &str, options: &ArrayOptions) -> String {
+        let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
+        csv::write(&arrays(&scene, options).unwrap())
     }
 
     fn verified(file: &str, bytes: &[u8]) -> mocap::Result<Verification> {
@@ -402,6 +407,11 @@ mod of_arrays {
                     };
                     let file = files[(index + place + number) % files.len()];
                     let found = verified(file, &bytes(file, &options)).unwrap();
+                    let of_csv = verified(file, csv_of(file, &options).as_bytes()).unwrap();
+                    let compared =
+                        |found: &Verification| (found.max_error, found.turn_error, found.frames, found.joints);
+                    assert_eq!(compared(&of_csv), compared(&found), "{file} {options:?}");
+                    assert!(of_csv.findings.is_empty(), "{file} {options:?}: {of_csv:?}");
                     assert!(found.is_within(1e-5), "{file} {options:?}: {found:?}");
                     assert!(found.frames > 0 && found.joints > 2, "{file} {options:?}: {found:?}");
                     assert_eq!(found.missing.is_empty(), options.joints.is_none(), "{file} {options:?}");
@@ -457,6 +467,55 @@ mod of_arrays {
             let mut broken = whole.clone();
             broken[at] ^= 0x41;
             let _ = verified("lecture_Test.bvh", &broken);
+        }
+    }
+
+    #[test]
+    fn a_broken_table_is_an_error_or_found() {
+        let file = "lecture_Test.bvh";
+        let whole = csv_of(file, &ArrayOptions::default());
+        let refused = |text: &str| {
+            let error = verified(file, text.as_bytes()).unwrap_err();
+            assert_eq!(error.code().as_str(), "invalid-arrays", "{error}");
+            error.diagnostic().message.clone()
+        };
+        for length in (4..whole.len()).step_by(97).chain([whole.len() - 1]) {
+            let text = &whole[..length];
+            // A whole frame is missing, or none.
+            match text.ends_with('\n') && text.lines().count() % 4 == 2 {
+                true => assert!(
+                    !verified(file, text.as_bytes()).unwrap().findings.is_empty(),
+                    "{length}"
+                ),
+                false => drop(refused(text)),
+            }
+        }
+        let rows: Vec<&str> = whole.lines().collect();
+        let without = |row: usize| [&rows[..row], &rows[row + 1..]].concat().join("\n") + "\n";
+        assert!(refused(&without(5)).contains("line 6 is not frame 0 of joint \"EndSite_Wrist\""));
+        assert_eq!(
+            refused(&without(rows.len() - 1)),
+            "the last frame does not have all joints"
+        );
+        let missing = rows[..rows.len() - 4].join("\n") + "\n";
+        let found = verified(file, missing.as_bytes()).unwrap();
+        assert_eq!(found.findings[0].kind, FindingKind::MissingFrames);
+        let found = verified(file, whole.replacen(",Elbow,2", ",Elbow,3", 1).as_bytes()).unwrap();
+        assert!(!found.is_within(0.1), "{found:?}");
+    }
+
+    #[test]
+    fn names_in_tables_may_be_anything() {
+        let folder = tempfile::tempdir().unwrap();
+        let source = folder.path().join("take.bvh");
+        let text = std::fs::read_to_string("fixtures/real/lecture_Test.bvh").unwrap();
+        std::fs::write(&source, text.replacen("ROOT Shoulder", "ROOT =1+1, \"a\"", 1)).unwrap();
+        let motion = arrays(&mocap::import(&source).unwrap(), &ArrayOptions::default()).unwrap();
+        assert!(motion.joints()[0].name.starts_with("=1+1, \""));
+        let output = folder.path().join("out.csv");
+        for table in [csv::write(&motion), csv::write_for_spreadsheet(&motion)] {
+            std::fs::write(&output, table).unwrap();
+            assert!(verify_files(&source, &output).unwrap().is_within(1e-5));
         }
     }
 

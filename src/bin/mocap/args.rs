@@ -137,7 +137,7 @@ pub(crate) struct ToleranceArgs {
 pub(crate) struct VerifyArgs {
     /// The motion file
     pub(crate) source: PathBuf,
-    /// The file that was made from it: any that is read, or the .npz of `mocap fk`
+    /// The file that was made from it: any that is read, or the .npz or .csv of `mocap fk`
     pub(crate) output: PathBuf,
     /// A second motion that `mocap edit` joined, blended or layered with the source; once for each
     #[arg(long, value_name = "FILE")]
