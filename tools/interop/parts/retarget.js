@@ -14,16 +14,13 @@ const MORE_SKATE = 0.005;
 const MOST_BELOW = 0.01;
 /** The most that limbs may be off in the mean, in degrees. */
 const MOST_DEGREES = 3;
-/** No body stands in these: a rest pose in a few frames, or frames that are not numbers. */
-const LEFT_OUT = ["human_"];
-
 const TRUTH = JSON.parse(readFileSync(join(FIXTURES, "skeletons/truth.json"))).files;
 
 /** Motions, each with its bones. An ASF file is the skeleton of the AMC files beside it. */
 function motions() {
   const found = [];
   for (const [name, truth] of Object.entries(TRUTH)) {
-    if (!truth.humanoid || LEFT_OUT.some((part) => basename(name).startsWith(part))) continue;
+    if (!truth.humanoid || basename(name).startsWith("human_")) continue;
     const file = join(FIXTURES, name);
     const takes = readdirSync(join(file, "..")).filter((take) => take.startsWith(`${basename(name, ".asf")}_`) && take.endsWith(".amc"));
     const files = extname(name) === ".asf" ? takes.map((take) => join(file, "..", take)) : [file];
@@ -48,17 +45,14 @@ const percent = (share) => (share === undefined ? "     -" : (100 * share).toFix
 
 export async function run(results, folder, sample) {
   const outputs = subfolder(folder, "retarget");
-  const only = process.env.MOCAP_ONLY;
   const targets = characters();
   const worst = { skate: 0, below: 0, soleBelow: 0, degrees: 0 };
   console.log("  motion | character | contacts | skate source, target cm/s | below floor source, target, soles % | limbs degrees");
-  const chosen = motions().filter(({ path }) => !only || path.includes(only));
-  for (const [index, motion] of chosen.entries()) {
-    const options = [];
+  for (const [index, motion] of motions().entries()) {
     await results.guard(basename(motion.path), async () => {
       const converted = join(outputs, outputName(motion.path, ".glb"));
       try {
-        mocap("convert", motion.path, converted, "--mesh", "none", "--keep-constant", ...options);
+        mocap("convert", motion.path, converted, "--mesh", "none");
       } catch (error) {
         results.note(`${basename(motion.path)}: left out: ${error.stderr?.toString().trim().split("\n")[0]}`);
         return;
@@ -70,8 +64,7 @@ export async function run(results, folder, sample) {
         await results.guard(name, async () => {
           const output = join(outputs, `${outputName(motion.path, "")}_${basename(target.path, extname(target.path))}.glb`);
           const isSkeleton = extname(target.path) === ".gltf";
-          const [named] = isSkeleton ? ["--to-skeleton"] : ["--character"];
-          mocap("retarget", motion.path, named, target.path, "-o", output, "--feet", process.env.MOCAP_FEET ?? "lock", "--replace-animations", "--force");
+          mocap("retarget", motion.path, isSkeleton ? "--to-skeleton" : "--character", target.path, "-o", output, "--feet", "lock", "--force");
           const { degrees, feet } = compare(source, await sampleFile(output, target.bones));
           results.check(degrees <= MOST_DEGREES, `${name}: limbs are ${degrees.toFixed(2)} degrees off in the mean`);
           worst.degrees = Math.max(worst.degrees, degrees);
