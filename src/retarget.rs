@@ -25,6 +25,7 @@ mod measure;
 mod plan;
 mod root;
 mod rotations;
+mod skin;
 mod vrm_humanoid;
 
 use glam::Quat;
@@ -32,7 +33,7 @@ use glam::Quat;
 use self::body::Body;
 pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
-pub use self::measure::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
+pub use self::measure::{Clamped, FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
 pub use self::plan::Unmapped;
 use self::plan::{Plan, Twisted};
 use self::root::Root;

@@ -74,10 +74,10 @@ pub struct FootLockReport {
     pub largest_other_change: f32,
     /// The name of that joint.
     pub largest_other_joint: String,
-    /// The frames in which a leg is too short to bring its foot where it belongs.
-    pub out_of_reach: usize,
+    /// The frames in which the left and the right leg are too short to bring the foot where it belongs.
+    pub out_of_reach: [usize; 2],
     /// The largest distance of such a foot from there.
-    pub farthest_out_of_reach: f32,
+    pub farthest_out_of_reach: [f32; 2],
 }
 
 /// The feet of another body, which those of a retargeted motion follow.
@@ -295,8 +295,7 @@ impl Held {
             if carried != Vec3::ZERO {
                 self.carry(scene, frame, &mut pose, carried);
             }
-            let mut is_out_of_reach = false;
-            for track in tracks.iter_mut() {
+            for (side, track) in tracks.iter_mut().enumerate() {
                 let ankle = track.leg.ankle;
                 let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
                 let mut place = track.ankle[frame] + track.shifts[frame];
@@ -309,12 +308,13 @@ impl Held {
                 for node in [track.leg.thigh, track.leg.knee].iter().chain(&track.foot) {
                     self.frames.set_rotation_of(frame, *node, &pose);
                 }
-                is_out_of_reach |= missed > OUT_OF_REACH;
-                report.farthest_out_of_reach = report.farthest_out_of_reach.max(missed);
+                if missed > OUT_OF_REACH {
+                    report.out_of_reach[side] += 1;
+                    report.farthest_out_of_reach[side] = report.farthest_out_of_reach[side].max(missed);
+                }
                 report.largest_shift = report.largest_shift.max(track.shifts[frame].length() * metres);
                 track.place(frame, &pose);
             }
-            report.out_of_reach += usize::from(is_out_of_reach);
             for index in 0..scene.nodes.len() {
                 let node = NodeId::new(index);
                 let change = pose.position(node).distance(before.position(node)) * metres;
@@ -323,9 +323,6 @@ impl Held {
                     report.largest_other_joint.clone_from(&scene.nodes[index].name);
                 }
             }
-        }
-        if report.farthest_out_of_reach <= OUT_OF_REACH {
-            report.farthest_out_of_reach = 0.0;
         }
     }
 

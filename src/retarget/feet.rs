@@ -5,7 +5,9 @@ use glam::Vec3;
 use super::body::Body;
 use super::ground;
 use super::root::Root;
+use super::skin::Skin;
 use crate::edit::{DetectedContacts, Followed, SolePoint};
+use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 use crate::skeleton::{HumanoidBone as Bone, Side};
 
@@ -56,8 +58,8 @@ pub(super) fn followed<'a>(
     })
 }
 
-/// The points of a foot that stay above the floor: its joints at the heights that they have in a standing body, heel and
-/// tip of the toes on the floor.
+/// The points of a foot that stay above the floor: its joints at the heights that they have in a standing body, and its
+/// sole, which the skin shows. Without a skin, heel, ball and tip of the toes are guessed.
 fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     let Some(ankle) = body.joint(Bone::LeftFoot.on(side)) else {
         return Vec::new();
@@ -87,11 +89,42 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     };
     let ball = body.position(toes);
     let length = (ball - here).dot(forward);
-    let mut on_the_floor = |node: NodeId, place: Vec3, pivot: Option<NodeId>, most: f32| {
-        let place = place - body.up() * height(place);
+    // Without a joint for the toes, the foot does not bend.
+    let bends = body.joint(Bone::LeftToes.on(side)).unwrap_or(ankle);
+    let pivot = |node: NodeId| match node == ankle {
+        true => (Some(ankle), ANKLE_TURNS),
+        false => (Some(node), TOES_TURN),
+    };
+    let skin = Skin {
+        ankle,
+        toes: bends,
+        floor,
+    };
+    for vertex in skin.sole(body, scene) {
+        let is_in_front = (vertex.place - here).dot(forward) > 0.0;
+        let (pivot, most) = if is_in_front { pivot(vertex.of) } else { (None, 0.0) };
         points.push(SolePoint {
-            node,
-            offset: body.rotation(node).inverse() * (place - body.position(node)),
+            node: None,
+            parts: vertex.parts,
+            height: height(vertex.place).min(0.0),
+            pivot,
+            most,
+        });
+    }
+    if points.iter().any(|point| point.node.is_none()) {
+        return points;
+    }
+    let rest = Pose::rest(scene);
+    let mut on_the_floor = |node: NodeId, place: Vec3, (pivot, most): (Option<NodeId>, f32)| {
+        let way = place - body.up() * height(place) - body.position(node);
+        let scale = rest.node_to_world[node.index()].x_axis.truncate().length();
+        points.push(SolePoint {
+            node: None,
+            parts: vec![(
+                node,
+                1.0,
+                body.rotation(node).inverse() * way / scale.max(f32::MIN_POSITIVE),
+            )],
             height: 0.0,
             pivot,
             most,
@@ -99,20 +132,17 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     };
     for sign in [-1.0, 1.0] {
         let aside = left * (sign * length);
+        on_the_floor(ankle, ball + forward * (FRONT * length) + aside * WIDTH, pivot(ankle));
         on_the_floor(
             ankle,
-            ball + forward * (FRONT * length) + aside * WIDTH,
-            Some(ankle),
-            ANKLE_TURNS,
+            here - forward * (HEEL * length) + aside * HEEL_WIDTH,
+            (None, 0.0),
         );
-        on_the_floor(ankle, here - forward * (HEEL * length) + aside * HEEL_WIDTH, None, 0.0);
-        // Without a joint for the toes, the foot does not bend.
-        let (node, most) = match body.joint(Bone::LeftToes.on(side)) {
-            Some(toes) => (toes, TOES_TURN),
-            None => (ankle, ANKLE_TURNS),
-        };
-        let tip = ball + forward * (TIP * length) + aside * HEEL_WIDTH;
-        on_the_floor(node, tip, Some(node), most);
+        on_the_floor(
+            bends,
+            ball + forward * (TIP * length) + aside * HEEL_WIDTH,
+            pivot(bends),
+        );
     }
     points
 }

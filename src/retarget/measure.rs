@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::body::{Body, limb_end};
 use super::plan::Unmapped;
 use super::root::Root;
-use crate::edit::contacts_of;
+use crate::edit::{FootLockReport, contacts_of};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 use crate::skeleton::HumanoidBone as Bone;
@@ -58,6 +58,19 @@ pub struct FeetReport {
     pub target: FootMotion,
 }
 
+/// A leg that could not do what was asked of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Clamped {
+    /// The foot that is elsewhere.
+    pub bone: Bone,
+    /// The frames in which it is.
+    pub frames: usize,
+    /// How far it is from where it belongs at most, in metres.
+    pub largest: f32,
+    /// Why, as one phrase.
+    pub reason: String,
+}
+
 /// Whether the motion can be used as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -98,6 +111,8 @@ pub struct RetargetReport {
     pub max_degrees: f64,
     /// What is not moved, and why.
     pub unmapped: Vec<Unmapped>,
+    /// What a leg could not reach, and why: with locked feet alone.
+    pub clamped: Vec<Clamped>,
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
     /// Whether the motion can be used as it is.
@@ -105,6 +120,20 @@ pub struct RetargetReport {
 }
 
 impl RetargetReport {
+    /// The report of a motion whose feet were locked, with what its legs could not reach.
+    #[must_use]
+    pub fn with_lock(mut self, lock: &FootLockReport) -> Self {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].into_iter().enumerate();
+        let clamped = feet.map(|(side, bone)| Clamped {
+            bone,
+            frames: lock.out_of_reach[side],
+            largest: lock.farthest_out_of_reach[side],
+            reason: "the leg is too short to reach where the foot belongs".to_owned(),
+        });
+        self.clamped = clamped.filter(|clamped| clamped.frames > 0).collect();
+        self
+    }
+
     /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the floor
     /// more often, neither much worse, and its limbs still point where they should.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
@@ -241,6 +270,7 @@ pub(super) fn measure(
         limbs,
         mean_degrees,
         unmapped: unmapped.to_vec(),
+        clamped: Vec::new(),
         feet: feet(source, target, (&was, &is), ticks, root),
     }
 }

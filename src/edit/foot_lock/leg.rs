@@ -45,6 +45,8 @@ pub(super) struct LegTrack {
     lowest: Vec<f32>,
     /// The points of contact, the ball before the ankle.
     points: Vec<ContactTrack>,
+    /// How high above its rest a point of that motion is at most that is near to the ground, in metres.
+    low: f32,
     /// What the foot of the motion that is followed does, frame by frame.
     followed: Vec<Followers>,
     /// How far the foot is lifted to be as high as that, how far it must be at least, and how near to the ground it is.
@@ -117,9 +119,7 @@ impl LegTrack {
                 .collect(),
         };
         let stands = |node: NodeId| {
-            let point = sole
-                .iter()
-                .find(|point| point.node == node && point.offset == Vec3::ZERO);
+            let point = sole.iter().find(|point| point.node == Some(node));
             point.map_or(0.0, |point| point.height)
         };
         let points: Vec<ContactTrack> = candidates
@@ -168,6 +168,7 @@ impl LegTrack {
         Self {
             foot: and_below(scene, leg.ankle).collect(),
             leg,
+            low: followed.map_or(0.0, |followed| ON_THE_GROUND * followed.leg / followed.units_per_metre),
             sole,
             length: 0.0,
             shifts: vec![Vec3::ZERO; contacts.frames],
@@ -271,9 +272,13 @@ impl LegTrack {
             *held -= followed + back;
             return -point.step(frame, up) - back;
         }
-        let low = self.points.iter().filter(|point| frame < point.steps.len());
-        let low = low.min_by(|a, b| a.above_rest[frame].total_cmp(&b.above_rest[frame]));
-        low.map_or(Vec3::ZERO, |point| point.steps[frame] - point.step(frame, up))
+        let known = || self.points.iter().filter(|point| frame < point.steps.len());
+        let speed = |point: &ContactTrack| point.steps[frame].length();
+        let low = known().filter(|point| point.above_rest[frame] < self.low);
+        let slowest = low.min_by(|a, b| speed(a).total_cmp(&speed(b)));
+        let lowest = || known().min_by(|a, b| a.above_rest[frame].total_cmp(&b.above_rest[frame]));
+        let point = slowest.or_else(lowest);
+        point.map_or(Vec3::ZERO, |point| point.steps[frame] - point.step(frame, up))
     }
 
     /// How far the points in contact slide, all steps together.

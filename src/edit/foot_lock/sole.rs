@@ -2,16 +2,16 @@
 
 use glam::{DQuat, Vec3};
 
-use crate::pose::{Pose, Trs};
+use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A point of a foot that stays above the floor.
 #[derive(Clone, Debug)]
 pub(crate) struct SolePoint {
-    /// The node with which it moves.
-    pub(crate) node: NodeId,
-    /// From the node to the point in units of the scene, turned back by the node's rotation in the world.
-    pub(crate) offset: Vec3,
+    /// The node whose place it is; `None` for one on the sole.
+    pub(crate) node: Option<NodeId>,
+    /// The nodes with which it moves: the share of each, and where the point is in its space.
+    pub(crate) parts: Vec<(NodeId, f32, Vec3)>,
     /// How high it is above the floor where the figure stands.
     pub(crate) height: f32,
     /// The joint that turns to bring it up. Without one the whole foot is lifted.
@@ -24,8 +24,8 @@ impl SolePoint {
     /// A node of the foot, which the joint above it turns.
     pub(crate) fn at(scene: &Scene, node: NodeId, height: f32) -> Self {
         Self {
-            node,
-            offset: Vec3::ZERO,
+            node: Some(node),
+            parts: Vec::new(),
             height,
             pivot: scene.nodes[node.index()].parent,
             most: std::f32::consts::PI,
@@ -33,11 +33,13 @@ impl SolePoint {
     }
 
     pub(super) fn place(&self, pose: &Pose) -> Vec3 {
-        let place = pose.position(self.node);
-        if self.offset == Vec3::ZERO {
-            return place;
+        if let Some(node) = self.node {
+            return pose.position(node);
         }
-        place + Trs::from_matrix(pose.node_to_world[self.node.index()]).rotation * self.offset
+        let part = |(node, share, place): &(NodeId, f32, Vec3)| {
+            *share * pose.node_to_world[node.index()].transform_point3(*place)
+        };
+        self.parts.iter().map(part).sum()
     }
 }
 

@@ -116,8 +116,8 @@ pub(super) fn moved(
     let found = retargeter.measure(source, animation, target, &moved);
     if feet == FeetArg::Lock && found.feet.is_some() && !found.feet_move_alike() {
         let mut locked = moved.clone();
-        retargeter.lock_feet(source, index, target, &mut locked)?;
-        let after = retargeter.measure(source, animation, target, &locked);
+        let lock = retargeter.lock_feet(source, index, target, &mut locked)?;
+        let after = retargeter.measure(source, animation, target, &locked).with_lock(&lock);
         if after.is_better_locked_than(&found) {
             return Ok((locked, after));
         }
@@ -145,7 +145,8 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
     }
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     if args.to_skeleton.is_none() {
-        match importer.import_character(file) {
+        // The skin shows the soles of the feet.
+        match Importer::new().gltf_meshes(true).import_character(file) {
             Ok(character) => return Ok(Target::Character(Box::new(character))),
             Err(error) if error.code() == Code::UnknownFormat => {}
             Err(error) => return Err(error.into()),
@@ -296,7 +297,7 @@ fn write(
 
 pub(super) fn tell(found: &RetargetReport) {
     report::say(&format!(
-        "{}: limbs {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; steps {:.3} times as long",
+        "{}: limbs {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; path scaled by {:.3}",
         found.clip,
         found.mean_degrees,
         found.max_degrees,
@@ -323,6 +324,16 @@ pub(super) fn tell(found: &RetargetReport) {
             centimetres(feet.source.skate),
             100.0 * feet.target.share_below_floor,
             100.0 * feet.source.share_below_floor
+        ));
+    }
+    for clamped in &found.clamped {
+        report::say(&format!(
+            "{}: {} is up to {:.1} cm away in {} frames: {}",
+            found.clip,
+            clamped.bone.as_str(),
+            100.0 * clamped.largest,
+            clamped.frames,
+            clamped.reason
         ));
     }
     let reasons: Vec<&str> = found.unmapped.iter().map(|lack| lack.reason.as_str()).collect();

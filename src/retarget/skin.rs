@@ -1,0 +1,107 @@
+//! The sole of a foot, as the skin of a character shows it.
+
+use std::collections::HashMap;
+use std::f32::consts::TAU;
+
+use glam::Vec3;
+
+use super::body::Body;
+use crate::pose::Pose;
+use crate::scene::{Mesh, NodeId, Scene};
+
+/// The highest that a vertex of a sole is above the floor, as a share of the leg.
+const SOLE: f32 = 0.025;
+
+/// The directions over the ground in which the outermost vertices are looked for.
+const DIRECTIONS: usize = 12;
+
+/// The least share of a vertex that moves with the foot.
+const OF_FOOT: f32 = 0.9;
+
+/// A foot in a skin.
+pub(super) struct Skin {
+    pub(super) ankle: NodeId,
+    /// The joint of the toes, else the ankle.
+    pub(super) toes: NodeId,
+    /// The height of the floor.
+    pub(super) floor: f32,
+}
+
+/// A vertex of a sole.
+#[derive(Clone)]
+pub(super) struct Vertex {
+    /// Where it is at rest.
+    pub(super) place: Vec3,
+    /// The nodes with which it moves: the share of each, and where the vertex is in its space.
+    pub(super) parts: Vec<(NodeId, f32, Vec3)>,
+    /// The joint with which it moves for the most part: the ankle or the toes.
+    pub(super) of: NodeId,
+}
+
+impl Skin {
+    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes. Meshes that
+    /// were made to show a skeleton have no name, and no sole.
+    pub(super) fn sole(&self, body: &Body, scene: &Scene) -> Vec<Vertex> {
+        let pose = Pose::rest(scene);
+        let meshes = scene.meshes.iter().filter(|mesh| !mesh.name.is_empty());
+        let vertices: Vec<Vertex> = meshes.flat_map(|mesh| self.vertices(mesh, body, &pose)).collect();
+        let is_low = |vertex: &&Vertex| vertex.place.dot(body.up()) - self.floor < SOLE * body.leg;
+        let mut sole = Vec::new();
+        for joint in if self.ankle == self.toes {
+            vec![self.ankle]
+        } else {
+            vec![self.ankle, self.toes]
+        } {
+            let mut outermost: Vec<Option<(f32, &Vertex)>> = vec![None; DIRECTIONS];
+            for vertex in vertices.iter().filter(is_low).filter(|vertex| vertex.of == joint) {
+                for (direction, outermost) in outermost.iter_mut().enumerate() {
+                    let (sin, cos) = (TAU * direction as f32 / DIRECTIONS as f32).sin_cos();
+                    let far = vertex.place.dot(body.axes * Vec3::new(cos, 0.0, sin));
+                    if outermost.is_none_or(|(farthest, _)| far > farthest) {
+                        *outermost = Some((far, vertex));
+                    }
+                }
+            }
+            let mut found: Vec<&Vertex> = outermost.into_iter().flatten().map(|(_, vertex)| vertex).collect();
+            found.dedup_by(|a, b| a.place == b.place);
+            sole.extend(found.into_iter().cloned());
+        }
+        sole
+    }
+
+    /// The vertices of a mesh that move with the foot.
+    fn vertices(&self, mesh: &Mesh, body: &Body, pose: &Pose) -> Vec<Vertex> {
+        let is_below = |node: NodeId, other: NodeId| node == other || body.depends_on(node, other);
+        let mut parts: HashMap<u32, Vec<(NodeId, f32, Vec3)>> = HashMap::new();
+        for bone in mesh.bones.iter().filter(|bone| is_below(bone.node, self.ankle)) {
+            for weight in &bone.weights {
+                if let Some(vertex) = mesh.vertices.get(weight.vertex_id as usize) {
+                    let part = (bone.node, weight.weight, bone.offset_matrix.transform_point3(*vertex));
+                    parts.entry(weight.vertex_id).or_default().push(part);
+                }
+            }
+        }
+        let vertex = |mut parts: Vec<(NodeId, f32, Vec3)>| {
+            let whole: f32 = parts.iter().map(|(_, share, _)| share).sum();
+            if whole < OF_FOOT {
+                return None;
+            }
+            for (_, share, _) in &mut parts {
+                *share /= whole;
+            }
+            let place = |(node, share, place): &(NodeId, f32, Vec3)| {
+                *share * pose.node_to_world[node.index()].transform_point3(*place)
+            };
+            let of_toes = parts.iter().filter(|(node, _, _)| is_below(*node, self.toes));
+            let of_toes: f32 = of_toes.map(|(_, share, _)| share).sum();
+            Some(Vertex {
+                place: parts.iter().map(place).sum(),
+                of: if of_toes > 0.5 { self.toes } else { self.ankle },
+                parts,
+            })
+        };
+        let mut ids: Vec<u32> = parts.keys().copied().collect();
+        ids.sort_unstable();
+        ids.into_iter().filter_map(|id| vertex(parts.remove(&id)?)).collect()
+    }
+}
