@@ -1,4 +1,5 @@
-/* The C interface of mocap: open a motion file, read node matrices at a tick.
+/* The C interface of mocap: open a motion file, read node matrices at a tick,
+ * put poses on another skeleton.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -71,6 +72,11 @@ typedef enum mocap_status {
 } mocap_status;
 
 /*
+ Moves poses of one skeleton onto another. Only pointers to it leave the library.
+ */
+typedef struct mocap_retargeter mocap_retargeter;
+
+/*
  An open motion file. Only pointers to it leave the library.
  */
 typedef struct mocap_scene mocap_scene;
@@ -123,7 +129,8 @@ const char *mocap_error_text(void);
 
  - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
  - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
- - glTF 2.0 (`.glb`, `.gltf`) and FBX (`.fbx`): the skeleton and its animations; lengths in metres, +Y up.
+ - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
+   metres, +Y up.
 
  3ds Max `.bip` is refused, with advice on what to export instead.
 
@@ -338,6 +345,67 @@ size_t mocap_assumption_count(const struct mocap_scene *scene);
  */
 const char *mocap_assumption_text(const struct mocap_scene *scene,
                                   size_t assumption);
+
+/*
+ Prepares the motion of the skeleton of `source` onto that of `target`, both of them humanoids of any rest pose, unit
+ and axes. `scale` is how many times as long as those of the source the steps of the target are, in metres; 0: in the
+ proportion of the legs.
+
+ Returns NULL where one of the two is not a humanoid; `mocap_error_text` says which and why. The scenes may be closed
+ then: the retargeter needs them no more. `mocap_retargeter_free` frees it.
+
+ # Safety
+ `source` and `target` are open scenes.
+ */
+struct mocap_retargeter *mocap_retargeter_new(const struct mocap_scene *source,
+                                              const struct mocap_scene *target,
+                                              double scale);
+
+/*
+ Frees a retargeter and every text that came from it. NULL is allowed.
+
+ # Safety
+ `retargeter` comes from `mocap_retargeter_new`, was not freed before, and is used by no other thread.
+ */
+void mocap_retargeter_free(struct mocap_retargeter *retargeter);
+
+/*
+ Puts a pose of the source on the target. `source` has the matrix of every node of the source to its parent, as
+ `mocap_local_matrices` writes them, or as they come from a live capture; `source_count` is how many. The matrices of
+ the target's nodes go to `local`, to their parents, and to `world`, to the world; either may be NULL. `count` is how
+ many matrices there is room for, at least the target's `mocap_node_count`. Nodes that nothing moves keep their rest
+ pose.
+
+ Nothing is allocated. One thread at a time may use a retargeter.
+
+ # Safety
+ `retargeter` is a retargeter that no other thread uses, `source` points to 16 x `source_count` floats, and `local` and
+ `world` are NULL or point to room for 16 x `count` floats, which do not overlap with each other or with `source`.
+ */
+enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
+                                      const float *source,
+                                      size_t source_count,
+                                      float *local,
+                                      float *world,
+                                      size_t count);
+
+/*
+ How many bones are not moved from one skeleton to the other. `mocap_unmapped_text` says which and why.
+
+ # Safety
+ `retargeter` is a retargeter.
+ */
+size_t mocap_unmapped_count(const struct mocap_retargeter *retargeter);
+
+/*
+ A bone that is not moved, from 0, with the reason, as in "jaw: the target has no such joint"; NULL beyond the last. The
+ text lives as long as the retargeter.
+
+ # Safety
+ `retargeter` is a retargeter.
+ */
+const char *mocap_unmapped_text(const struct mocap_retargeter *retargeter,
+                                size_t bone);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -66,6 +66,10 @@ impl Scene {
         Box::into_raw(Box::new(self))
     }
 
+    pub(crate) fn scene(&self) -> &scene::Scene {
+        &self.scene
+    }
+
     pub(crate) fn nodes(&self) -> &[Node] {
         &self.scene.nodes
     }

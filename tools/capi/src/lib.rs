@@ -11,6 +11,7 @@
 mod border;
 mod convert;
 mod handle;
+mod retarget;
 
 use std::ffi::{CStr, c_char};
 use std::path::Path;
@@ -28,6 +29,10 @@ pub use crate::convert::{
     mocap_assumption_text, mocap_convert,
 };
 pub use crate::handle::Scene;
+pub use crate::retarget::{
+    Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
+    mocap_unmapped_text,
+};
 
 /// The version of this interface. It grows when a program that was compiled against an older header may break;
 /// compare it with `mocap_interface_version`.
@@ -67,7 +72,8 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 ///
 /// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
 /// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
-/// - glTF 2.0 (`.glb`, `.gltf`) and FBX (`.fbx`): the skeleton and its animations; lengths in metres, +Y up.
+/// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
+///   metres, +Y up.
 ///
 /// 3ds Max `.bip` is refused, with advice on what to export instead.
 ///

@@ -46,7 +46,7 @@ fn compile(compiler: &[&str], source: &str, program: &Path, flags: &[String]) {
 }
 
 /// Runs a program under valgrind, which fails on any invalid access and on any memory that is not freed.
-fn run(program: &Path, prefix: &Path, file: &str) -> String {
+fn run(program: &Path, prefix: &Path, files: &[&str]) -> String {
     let output = succeed(
         Command::new("valgrind")
             .args(["--quiet", "--error-exitcode=99", "--leak-check=full"])
@@ -55,7 +55,7 @@ fn run(program: &Path, prefix: &Path, file: &str) -> String {
                 "--errors-for-leak-kinds=definite,indirect,possible",
             ])
             .arg(program)
-            .arg(file)
+            .args(files)
             .env("LD_LIBRARY_PATH", prefix.join("lib")),
     );
     String::from_utf8(output.stdout).unwrap()
@@ -67,7 +67,7 @@ fn a_c_program_sees_the_motion_of_the_lecture() {
     let program = prefix.join("lecture");
     compile(C, "tests/lecture.c", &program, &flags(&prefix, &[]));
     assert_eq!(
-        run(&program, &prefix, LECTURE),
+        run(&program, &prefix, &[LECTURE]),
         "the arm stands where the lecture puts it\n"
     );
 }
@@ -81,7 +81,7 @@ fn a_c_program_links_the_static_library() {
     }
     compile(C, "tests/lecture.c", &program, &flags(&prefix, &["--static"]));
     assert_eq!(
-        run(&program, &prefix, LECTURE),
+        run(&program, &prefix, &[LECTURE]),
         "the arm stands where the lecture puts it\n"
     );
 }
@@ -104,7 +104,7 @@ fn a_cpp_program_reads_from_memory() {
         }
         expected += &format!("{tick} {x:.3} {y:.3} 0.000\n");
     }
-    assert_eq!(run(&program, &prefix, LECTURE), expected);
+    assert_eq!(run(&program, &prefix, &[LECTURE]), expected);
 }
 
 /// The file is in centimetres with +Z up, its second bone turned by 90 degrees; `fixtures/README.md` describes it.
@@ -114,5 +114,17 @@ fn a_c_program_reads_fbx() {
     let program = prefix.join("rest");
     compile(C, "tests/rest.c", &program, &flags(&prefix, &[]));
     let expected = "RootNode -1 0 0 0\nhip 0 0 1000 0\nknee 1 100 1000 0\ntoe 2 100 1000 -100\n";
-    assert_eq!(run(&program, &prefix, "../../fixtures/made/tiny.fbx"), expected);
+    assert_eq!(run(&program, &prefix, &["../../fixtures/made/tiny.fbx"]), expected);
+}
+
+#[test]
+fn a_c_program_puts_poses_on_another_skeleton() {
+    let prefix = installed("retarget");
+    let program = prefix.join("retarget");
+    compile(C, "tests/retarget.c", &program, &flags(&prefix, &[]));
+    let files = [
+        "../../fixtures/real/cmu_short.bvh",
+        "../../fixtures/skeletons/human_default.gltf",
+    ];
+    assert_eq!(run(&program, &prefix, &files), "the limbs point where they should\n");
 }
