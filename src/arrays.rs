@@ -1,6 +1,6 @@
 //! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
-//! [`arrays`] makes them; [`npz`] and [`csv`] write them, and the `arrow` feature makes tables of them.
+//! [`arrays`] makes them; `npz` and [`csv`] write them, and the `arrow` feature makes tables of them.
 //!
 //! | array | shape | values |
 //! |---|---|---|
@@ -20,6 +20,7 @@ pub mod csv;
 mod frame;
 mod joints;
 mod lanes;
+#[cfg(feature = "npz")]
 pub mod npz;
 mod options;
 #[cfg(feature = "parquet")]

@@ -3,6 +3,7 @@
 mod clips;
 mod contents;
 mod large;
+mod memory;
 mod numbers;
 mod reading;
 mod sha256;
@@ -12,7 +13,8 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 pub use self::clips::Clips;
-use self::contents::{Input, list_siblings, refused_from_memory};
+use self::contents::{Input, list_siblings};
+pub use self::memory::MemoryFile;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::gltf::Character;
 use crate::format::{ReadOptions, Source};
@@ -360,26 +362,6 @@ impl Importer {
         }
     }
 
-    /// Reads bytes into a scene. `name` is the file name in errors; its extension tells the format if the contents do
-    /// not. No file is opened except the one of [`Importer::skeleton`].
-    ///
-    /// # Errors
-    /// [`Code::UnknownFormat`] where the format is unknown; [`Code::MissingFile`] where the bytes refer to another file;
-    /// other codes where the contents are not valid.
-    pub fn read(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Scene> {
-        self.read_source(&Source {
-            bytes,
-            blocks: None,
-            name: name.as_ref(),
-            release: &|_| {},
-            open: &|other| match &self.skeleton {
-                Some(named) if named == other => self.open(named),
-                _ => Err(refused_from_memory(other)),
-            },
-            list: &|_| self.skeleton.clone().into_iter().collect(),
-        })
-    }
-
     /// Reads a glTF or VRM file that gets further animations and is otherwise passed through.
     ///
     /// # Errors
@@ -387,20 +369,24 @@ impl Importer {
     pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
         let path = path.as_ref();
         let bytes = self.open(path)?;
-        if self.find_format(&bytes, path)?.format != Format::Gltf {
-            let message = "only glTF and VRM files can be passed through";
-            return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
-        }
-        let source = Source {
+        self.character(&Source {
             bytes: &bytes,
             blocks: None,
             name: path,
             release: &|_| {},
             open: &|other| self.open(other),
             list: &|_| Vec::new(),
-        };
-        let mut character = Character::read(&source, &self.read).map_err(|error| error.with_path(path))?;
-        let scene = self.finish(std::mem::take(&mut character.scene), &source, String::new());
+        })
+    }
+
+    fn character(&self, source: &Source<'_>) -> Result<Character> {
+        let path = source.name;
+        if self.find_format(source.bytes, path)?.format != Format::Gltf {
+            let message = "only glTF and VRM files can be passed through";
+            return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
+        }
+        let mut character = Character::read(source, &self.read).map_err(|error| error.with_path(path))?;
+        let scene = self.finish(std::mem::take(&mut character.scene), source, String::new());
         character.scene = scene.map_err(|error| error.with_path(path))?;
         Ok(character)
     }

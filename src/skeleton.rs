@@ -16,7 +16,7 @@ mod up;
 use glam::{Mat3, Vec3};
 use serde::Serialize;
 
-use crate::scene::{Assumption, Scene, Topic, UpAxis};
+use crate::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 
 pub use crate::scene::{Confidence, HumanoidBone, Side};
 
@@ -87,6 +87,26 @@ pub(crate) fn up(scene: &Scene) -> Axis {
     let humanoid = humanoid(scene);
     let of_body = measure::Figure::new(scene, &humanoid).up().map(|up| up.value);
     of_body.unwrap_or_else(|| Axis::from(figure::Figure::new(scene).up().value))
+}
+
+/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was used, and
+/// the guesses of [`Skeleton::assumptions`].
+pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
+    let mut assumptions = scene.metadata.assumptions.clone();
+    if let Some(used) = &scene.metadata.root_offset {
+        let choice = match used.policy {
+            RootOffset::Add => "add",
+            RootOffset::Auto | RootOffset::Replace => "replace",
+        };
+        assumptions.push(Assumption {
+            topic: Topic::RootOffset,
+            choice: choice.to_owned(),
+            reason: used.reason.clone(),
+            confidence: Some(used.confidence),
+        });
+    }
+    assumptions.extend(Skeleton::new(scene).assumptions());
+    assumptions
 }
 
 /// A skeleton with everything that is known and guessed about it.

@@ -19,6 +19,7 @@ mod chain;
 mod change;
 mod clip;
 mod csv;
+#[cfg(feature = "npz")]
 mod npz;
 mod pairs;
 
@@ -294,6 +295,7 @@ impl Verifier {
         let opener = Importer::new();
         let bytes = opener.open(path)?;
         let arrays = match &*bytes {
+            #[cfg(feature = "npz")]
             bytes if npz::sniff(bytes) => Some(npz::read(bytes)),
             bytes if csv::sniff(bytes) => Some(csv::read(bytes)),
             _ => None,

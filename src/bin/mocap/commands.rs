@@ -25,32 +25,13 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::export::ReplacePolicy;
-use mocap::scene::{Assumption, Scene, Topic};
+use mocap::scene::{Scene, Topic};
 use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
-use mocap::{Code, Conversion, Importer, RootOffset, SkeletonMesh, bvh, gltf};
+use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
 use crate::{Failure, report, streams};
-
-/// The assumptions of the reader, and further guesses.
-fn assumptions(scene: &Scene) -> Vec<Assumption> {
-    let mut assumptions = scene.metadata.assumptions.clone();
-    if let Some(used) = &scene.metadata.root_offset {
-        let choice = match used.policy {
-            RootOffset::Add => "add",
-            RootOffset::Auto | RootOffset::Replace => "replace",
-        };
-        assumptions.push(Assumption {
-            topic: Topic::RootOffset,
-            choice: choice.to_owned(),
-            reason: used.reason.clone(),
-            confidence: Some(used.confidence),
-        });
-    }
-    assumptions.extend(Skeleton::new(scene).assumptions());
-    assumptions
-}
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
 fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {

@@ -4,10 +4,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::scene::Assumption;
+use mocap::skeleton::assumptions;
 use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
 
-use super::assumptions;
 use crate::args::CheckArgs;
 use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Outcome, Progress};

@@ -4,11 +4,12 @@ use std::io::{self, IsTerminal, Write};
 
 use mocap::render::{Clip, ScreenOptions, screen};
 use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
+use mocap::skeleton::assumptions;
 use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};
 
-use super::{assumptions, print_json};
+use super::print_json;
 use crate::args::InfoArgs;
 use crate::{Failure, report, streams};
 
