@@ -24,7 +24,7 @@ const BEGINNING: u64 = 64 << 10;
 /// An input that was opened.
 pub(super) enum Input {
     Whole(Vec<u8>),
-    Large(LargeFile),
+    Large(Box<LargeFile>),
 }
 
 /// The file that a caller names: a regular file, or a pipe or a device. Where the format `is_known`, a stream is read
@@ -35,7 +35,7 @@ pub(super) fn open(path: &Path, limits: &Limits, is_known: bool) -> Result<Input
     if metadata.is_file() && metadata.len() >= LARGE as u64 {
         check_size(metadata.len(), path, limits)?;
         let large = LargeFile::new(file, metadata.len()).map_err(|error| Error::io(path, error))?;
-        return Ok(Input::Large(large));
+        return Ok(Input::Large(Box::new(large)));
     }
     if metadata.is_file() {
         return read_file(file, metadata.len(), path, limits).map(Input::Whole);

@@ -20,6 +20,8 @@ const BLOCK: u64 = 1 << 18;
 pub(super) struct LargeFile {
     beginning: Vec<u8>,
     size: u64,
+    /// Bytes of a block.
+    block: u64,
     state: Mutex<State>,
     whole: OnceLock<Pages>,
 }
@@ -49,8 +51,12 @@ impl Deref for Pages {
 impl LargeFile {
     /// A file of `size` bytes.
     pub(super) fn new(file: File, size: u64) -> io::Result<Self> {
+        Self::with_lengths(file, size, BEGINNING, BLOCK)
+    }
+
+    fn with_lengths(file: File, size: u64, beginning_length: u64, block: u64) -> io::Result<Self> {
         let mut beginning = Vec::new();
-        (&file).take(BEGINNING).read_to_end(&mut beginning)?;
+        (&file).take(beginning_length).read_to_end(&mut beginning)?;
         Ok(Self {
             state: Mutex::new(State {
                 file,
@@ -60,6 +66,7 @@ impl LargeFile {
             }),
             beginning,
             size,
+            block,
             whole: OnceLock::new(),
         })
     }
@@ -85,7 +92,7 @@ impl LargeFile {
         let mut state = self.state();
         // The rest, if the reader did not need it.
         let mut block = Vec::new();
-        while self.whole.get().is_none() && state.read(&mut block, self.size)? > 0 {
+        while self.whole.get().is_none() && state.read(&mut block, self.block, self.size)? > 0 {
             block.clear();
         }
         Ok(state.sum.take().map_or_else(String::new, Sha256Sum::finish))
@@ -117,10 +124,11 @@ impl LargeFile {
 }
 
 impl State {
-    fn read(&mut self, block: &mut Vec<u8>, size: u64) -> io::Result<usize> {
+    /// Appends the next bytes, at most `length`, of a file of `size` bytes.
+    fn read(&mut self, block: &mut Vec<u8>, length: u64, size: u64) -> io::Result<usize> {
         let before = block.len();
-        block.reserve(BLOCK as usize);
-        let length = (&self.file).take(BLOCK).read_to_end(block)?;
+        block.reserve(usize::try_from(length).unwrap_or_default());
+        let length = (&self.file).take(length).read_to_end(block)?;
         self.position += length as u64;
         if self.position > size {
             return Err(io::Error::other("the file grew while it was read"));
@@ -150,7 +158,7 @@ impl State {
 
 impl Blocks for LargeFile {
     fn read(&self, block: &mut Vec<u8>) -> Result<usize, Failure> {
-        let read = self.state().read(block, self.size);
+        let read = self.state().read(block, self.block, self.size);
         self.keep(read)
     }
 
@@ -214,6 +222,10 @@ mod tests {
         fs::write(file.path(), text).unwrap();
         let large = LargeFile::new(File::open(file.path()).unwrap(), text.len() as u64).unwrap();
         change(file.path());
+        (import(&large, 1), large)
+    }
+
+    fn import(large: &LargeFile, threads: usize) -> crate::error::Result<Scene> {
         let source = Source {
             bytes: large.beginning(),
             blocks: None,
@@ -222,7 +234,48 @@ mod tests {
             open: &|_| unreachable!("nothing refers to another file"),
             list: &|_| Vec::new(),
         };
-        (Importer::new().threads(1).read_large(&large, &source), large)
+        Importer::new().threads(threads).read_large(large, &source)
+    }
+
+    /// Whatever the dialect, and wherever blocks end.
+    #[test]
+    fn every_fixture_is_read_as_from_memory() {
+        const LARGEST: usize = 60_000;
+        let (mut streamed, mut whole) = (0, 0);
+        for folder in ["dialects", "broken", "real"] {
+            for entry in fs::read_dir(Path::new("fixtures").join(folder)).unwrap() {
+                let path = entry.unwrap().path();
+                if path.extension().is_none_or(|extension| extension != "bvh") {
+                    continue;
+                }
+                let mut bytes = fs::read(&path).unwrap();
+                // The rows of longer ones end early, in some files in the middle of one.
+                if bytes.len() > LARGEST {
+                    let is_cut_in_a_row = bytes.len() % 3 == 0;
+                    bytes.truncate(LARGEST);
+                    if !is_cut_in_a_row {
+                        bytes.truncate(1 + memchr::memrchr(b'\n', &bytes).unwrap_or(LARGEST));
+                    }
+                }
+                let expected = Importer::new().threads(1).read(&bytes, "take.bvh");
+                let copy = tempfile::NamedTempFile::new().unwrap();
+                fs::write(copy.path(), &bytes).unwrap();
+                for (beginning, block, threads) in [(1 << 20, 1 << 18, 2), (20_000, 1009, 1), (9_000, 300, 3)] {
+                    let file = File::open(copy.path()).unwrap();
+                    let large = LargeFile::with_lengths(file, bytes.len() as u64, beginning, block).unwrap();
+                    match (import(&large, threads), &expected) {
+                        (Ok(found), Ok(expected)) => assert!(found == *expected, "{path:?} {block}"),
+                        (Err(found), Err(expected)) => assert_eq!(found.to_string(), expected.to_string(), "{path:?}"),
+                        (found, _) => panic!("{path:?}: {:?}", found.map(|scene| scene.warnings)),
+                    }
+                    match large.whole.get() {
+                        Some(_) => whole += 1,
+                        None => streamed += 1,
+                    }
+                }
+            }
+        }
+        assert!(streamed > 20 && whole > 20, "{streamed} {whole}");
     }
 
     #[test]
