@@ -1,6 +1,7 @@
 //! Meshes that are read: their vertices, bones, materials and textures.
 
 use mocap::glam::{Vec2, Vec3};
+use mocap::render::{Clip, PageClip, page, page_with_report};
 use mocap::scene::{AlphaMode, Scene};
 use mocap::{Code, Importer};
 use serde_json::{Value, json};
@@ -140,4 +141,80 @@ fn what_is_broken_is_left_out_with_a_warning() {
             "{pointer}"
         );
     }
+}
+
+/// The JSON pointers of all numbers in a value.
+fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(at.to_owned()),
+        Value::Array(items) => {
+            let items = items.iter().enumerate();
+            items.for_each(|(index, item)| numbers(item, &format!("{at}/{index}"), found));
+        }
+        Value::Object(items) => items
+            .iter()
+            .for_each(|(key, item)| numbers(item, &format!("{at}/{key}"), found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
+    let mut file = bar();
+    let mut found = Vec::new();
+    numbers(&file, "", &mut found);
+    assert!(found.len() > 60);
+    let importer = Importer::new().gltf_meshes(true);
+    for pointer in found {
+        let before = file.pointer(&pointer).unwrap().clone();
+        for number in [0.0, 1.0, 2.0, -1.0, 5121.0, 4_294_967_295.0, 1e39] {
+            *file.pointer_mut(&pointer).unwrap() = match number {
+                whole if (0.0..1e30).contains(&whole) => json!(whole as u64),
+                other => json!(other),
+            };
+            let Ok(scene) = importer.read(file.to_string().as_bytes(), "bar.gltf") else {
+                continue;
+            };
+            assert_eq!(mocap::process::validate(&scene), [], "{pointer} = {number}");
+            let clip = Clip {
+                name: "bar",
+                scene: &scene,
+            };
+            assert!(
+                page(&[PageClip::new(clip)]).ends_with("</html>\n"),
+                "{pointer} = {number}"
+            );
+        }
+        *file.pointer_mut(&pointer).unwrap() = before;
+    }
+}
+
+#[test]
+fn a_skin_that_is_too_large_is_left_out_of_a_page() {
+    let mut scene = read(&bar());
+    let clip = |scene: &Scene| page_with_report(&[PageClip::new(Clip { name: "bar", scene })]).1;
+    let small = clip(&scene);
+    assert!(small.skins > 0 && small.textures > 0 && small.left_out == [Vec::<String>::new()]);
+    // The same skin twice is on the page once.
+    let shown = Clip {
+        name: "bar",
+        scene: &scene,
+    };
+    let (_, both) = page_with_report(&[PageClip::new(shown), PageClip::new(shown)]);
+    assert_eq!((both.skins, both.textures), (small.skins, small.textures));
+    let texture = scene.textures[0].bytes.clone();
+    scene.textures[0].bytes.resize(9 << 20, 0);
+    let report = clip(&scene);
+    assert_eq!(report.textures, 0);
+    assert!(report.left_out[0][0].contains("9.0 MB"), "{:?}", report.left_out);
+    scene.textures[0].bytes = texture;
+    let faces = scene.meshes[0].indices.clone();
+    scene.meshes[0].indices = faces.repeat(400_000);
+    let report = clip(&scene);
+    assert_eq!((report.skins, report.textures), (0, 0));
+    assert!(
+        report.left_out[0][0].contains("the skeleton is shown alone"),
+        "{:?}",
+        report.left_out
+    );
 }

@@ -268,7 +268,7 @@ pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF];
 impl Input {
     /// Bytes as this kind of file. A panic is a finding.
     pub fn read(&self, bytes: &[u8], mesh: SkeletonMesh) -> Result<Scene> {
-        (self.read)(bytes, &Importer::new().skeleton_mesh(mesh))
+        (self.read)(bytes, &Importer::new().skeleton_mesh(mesh).gltf_meshes(true))
     }
 }
 
@@ -278,10 +278,11 @@ fn glb_seeds() -> Vec<Vec<u8>> {
     written.collect()
 }
 
-/// As above, in text.
+/// As above, in text, and one with a skin and a texture.
 fn gltf_seeds() -> Vec<Vec<u8>> {
     let written = documents().map(|document| document.to_embedded().expect("the fixture is written"));
-    written.collect()
+    let skin = include_bytes!("../../../fixtures/made/two_bones_textured.gltf");
+    written.chain([skin.to_vec()]).collect()
 }
 
 fn documents() -> impl Iterator<Item = mocap::gltf::Document> {

@@ -69,6 +69,9 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
     }
     if let ([source, target], None) = (clips.as_mut_slice(), &character) {
         target.limb_angles = compare(source, target);
+        if let Some(limbs) = &target.limb_angles {
+            tell_limbs(target, source, limbs);
+        }
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
     let (html, made_of) = page_with_report(&pages);
@@ -270,6 +273,22 @@ fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {
         ..RetargetOptions::default()
     };
     Retargeter::new(&source.scene, &target.scene, &options)
+}
+
+fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
+    let degrees = || {
+        limbs
+            .iter()
+            .flat_map(|limb| &limb.degrees)
+            .map(|degrees| f64::from(*degrees))
+    };
+    report::say(&format!(
+        "{} against {}: limbs {:.2} degrees off in the mean, {:.2} at most",
+        target.name,
+        source.name,
+        degrees().sum::<f64>() / degrees().count().max(1) as f64,
+        degrees().fold(0.0, f64::max)
+    ));
 }
 
 /// The limbs of the second clip against those of the first, where both are humanoids with the same frames.
