@@ -224,9 +224,7 @@ impl EditStep {
             Kind::InBetween(options) => json(options),
             Kind::Speed(speed) => of("speed", Value::from(*speed)),
             Kind::Path(options) => {
-                let time = |point: &PathPoint| point.seconds.map_or(String::new(), |seconds| format!("{seconds}:"));
-                let point = |point: &PathPoint| format!("{}{}/{}", time(point), point.at[0], point.at[1]);
-                let points: Vec<String> = options.points.iter().map(point).collect();
+                let points: Vec<String> = options.points.iter().map(PathPoint::to_string).collect();
                 let path = ("path".to_owned(), Value::from(points.join("+")));
                 json(&Map::from_iter([path, ("facing".to_owned(), json(&options.facing))]))
             }

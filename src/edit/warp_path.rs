@@ -2,6 +2,8 @@
 
 mod spline;
 
+use std::fmt;
+
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,16 @@ pub struct PathPoint {
     pub seconds: Option<f64>,
     /// Where, in metres along the two axes of the ground: x and z where +Y is up, x and y where +Z is.
     pub at: [f64; 2],
+}
+
+/// As a step has it: `SECONDS:M/M`, or `M/M`.
+impl fmt::Display for PathPoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(seconds) = self.seconds {
+            write!(f, "{seconds}:")?;
+        }
+        write!(f, "{}/{}", self.at[0], self.at[1])
+    }
 }
 
 /// Where a figure looks on its new path.
@@ -155,10 +167,7 @@ fn check(points: &[PathPoint]) -> Result<()> {
     let refuse = |message: &str| {
         let diagnostic = Diagnostic::new(Code::UnknownOption, message);
         Err(diagnostic
-            .expected_found(
-                "points with increasing times in seconds, or all without",
-                format!("{points:?}"),
-            )
+            .expected_found("points with increasing times in seconds, or all without", found(points))
             .into())
     };
     let times: Vec<f64> = points.iter().filter_map(|point| point.seconds).collect();
@@ -176,6 +185,11 @@ fn check(points: &[PathPoint]) -> Result<()> {
     } else {
         Ok(())
     }
+}
+
+/// The points as a step has them.
+fn found(points: &[PathPoint]) -> String {
+    points.iter().map(PathPoint::to_string).collect::<Vec<_>>().join("+")
 }
 
 /// The two axes over the ground: those of the world that are not up, in their order.
@@ -210,6 +224,14 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             after
         }
     };
+    if points.len() > was_at.len() {
+        let message = format!(
+            "a path of {} points needs as many frames, and there are {}",
+            points.len(),
+            was_at.len()
+        );
+        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+    }
     let mut frames: Vec<usize> = Vec::with_capacity(points.len());
     for (place, point) in points.iter().enumerate() {
         let frame = match point.seconds {
@@ -227,7 +249,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             let message = format!("point {} of the path would be at frame {frame}", place + 1);
             let expected = format!("a frame from {least} to {last}, one for each point");
             return Err(Diagnostic::new(Code::UnknownOption, message)
-                .expected_found(expected, format!("{points:?}"))
+                .expected_found(expected, found(points))
                 .into());
         }
         frames.push(frame);

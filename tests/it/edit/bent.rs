@@ -172,6 +172,15 @@ fn points_that_cannot_be_are_refused() {
         error.diagnostic().expected.as_deref(),
         Some("a frame from 0 to 522, one for each point")
     );
+    assert_eq!(error.diagnostic().found.as_deref(), Some("5:0/0"));
+    let mut one = walk.clone();
+    mocap::process::trim(&mut one, 0.0, 0.0);
+    let points = vec![point(0.0, 0.0, 0.0), point(1.0, 0.0, 0.0)];
+    let error = warp_path(&mut one, 0, &options(points, PathFacing::Along)).unwrap_err();
+    assert_eq!(
+        error.diagnostic().message,
+        "a path of 2 points needs as many frames, and there are 1"
+    );
     // All points at one place: the figure walks on the spot, and looks where it looked.
     let mut scene = walk.clone();
     let points = [0.0, 1.0, 2.0].map(|seconds| point(seconds, 3.0, 3.0)).to_vec();

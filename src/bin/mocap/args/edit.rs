@@ -102,10 +102,21 @@ fn parse_step(text: &str) -> Result<EditStep, String> {
     })
 }
 
+/// The steps, with their help in a column of its own.
 fn steps() -> String {
+    const INDENT: usize = 14;
+    const WIDTH: usize = 100;
     let mut text = "Steps (S: seconds, M: metres):\n".to_owned();
     for (name, help) in EDIT_STEPS {
-        text += &format!("  {name:<10}  {help}\n");
+        let mut line = format!("  {name:<10}  ");
+        for word in help.split(' ') {
+            if line.len() + word.len() > WIDTH {
+                text += &format!("{}\n", line.trim_end());
+                line = " ".repeat(INDENT);
+            }
+            line += &format!("{word} ");
+        }
+        text += &format!("{}\n", line.trim_end());
     }
     text
 }
