@@ -8,7 +8,7 @@ use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, contacts};
 use mocap::export::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
-use mocap::scene::Scene;
+use mocap::scene::{AppliedStep, Scene};
 use mocap::{Conversion, SkeletonMesh, arrays};
 
 use self::sentence::sentence;
@@ -149,7 +149,10 @@ fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> 
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
     let mut scene = import_moving(&importer, file)?;
     report::clip_taken(&scene);
-    scene.animations.truncate(1);
+    if scene.animations.len() > 1 {
+        scene.animations.truncate(1);
+        scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
+    }
     args.source.state(&mut scene);
     // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
     let conversion = Conversion::new()
