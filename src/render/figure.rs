@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{Animation, Node, NodeId, NodeKind, Scene, UpAxis};
 use crate::skeleton::{self, Humanoid, HumanoidBone, survey};
 
 /// A scene, and its name in a picture.
@@ -131,6 +131,7 @@ pub(super) struct Figure<'a> {
     pub(super) reach: f32,
     /// The height of the lowest joint in the whole clip.
     pub(super) floor: f32,
+    /// The first joint that is drawn.
     root: usize,
     to_stage: Quat,
     binding: Option<Binding>,
@@ -151,18 +152,15 @@ impl<'a> Figure<'a> {
         for link in &links {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
         }
+        let is_root = |(node, shown): (&Node, &bool)| node.kind == NodeKind::Joint && *shown;
         let mut figure = Self {
             clip,
+            root: scene.nodes.iter().zip(&is_shown).position(is_root).unwrap_or(0),
             lone: (0..scene.nodes.len()).filter(|&node| is_lone[node]).collect(),
             links,
             is_shown,
             reach: 0.0,
             floor: f32::INFINITY,
-            root: scene
-                .nodes
-                .iter()
-                .position(|node| node.kind == NodeKind::Joint)
-                .unwrap_or(0),
             to_stage: turn_to_y_up(up).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
@@ -317,6 +315,11 @@ mod tests {
         }
         assert_eq!(links(&moved).len(), all);
         assert!(!shown(&moved, &links(&moved))[0]);
+        let clip = Clip {
+            name: "",
+            scene: &moved,
+        };
+        assert_eq!(Figure::new(clip).root, 1);
         // With a turn of its own it is a part of the figure.
         let mut still = moved.animations[0].channels[0].clone();
         still.node_name = "still".to_owned();
