@@ -44,7 +44,7 @@ const run = (...args) => execFileSync(mocap, args, { stdio: ["ignore", "ignore",
 
 const moved = CHARACTERS.map((name) => {
   const file = join(folder, basename(name).replace(".fbx", ".glb"));
-  run("retarget", motion, path(`characters/${name}`), "-o", file, "--replace-animations");
+  run("retarget", motion, path(`characters/${name}`), "-o", file, ...(name.endsWith(".fbx") ? [] : ["--replace-animations"]));
   return file;
 });
 const page = join(folder, "characters.html");
