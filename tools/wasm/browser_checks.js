@@ -1,0 +1,82 @@
+// The package in headless Chromium: the same scenes as in Node, the example page, and the speed beside BVHLoader.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { readFileSync } from "node:fs";
+import { basename, extname, join } from "node:path";
+import { chromium } from "playwright-core";
+import { launchOptions } from "../chromium.mjs";
+
+const TYPES = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm" };
+/** An address that the browser trusts; nothing listens there, for every request is answered here. */
+const HOST = "http://localhost:9/";
+
+const hash = (bytes) => createHash("sha256").update(bytes).digest("hex");
+
+/** Opens a page of this folder or of the fixtures; `trouble` collects what it says and asks for in vain. */
+async function open(browser, address, fixtures) {
+  const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
+  const trouble = [];
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && trouble.push(message.text()));
+  page.on("pageerror", (error) => trouble.push(error.message));
+  await page.route("**/*", (route) => {
+    const { pathname } = new URL(route.request().url());
+    const root = pathname.startsWith("/fixtures/") ? join(fixtures, "..") : import.meta.dirname;
+    try {
+      const body = readFileSync(join(root, decodeURIComponent(pathname)));
+      return route.fulfill({ body, contentType: TYPES[extname(pathname)] ?? "application/octet-stream" });
+    } catch {
+      if (pathname === "/favicon.ico") return route.fulfill({ status: 204 });
+      trouble.push(`${pathname} is not there`);
+      return route.fulfill({ status: 404 });
+    }
+  });
+  await page.goto(HOST + address);
+  return { page, trouble };
+}
+
+export function browserChecks(check, { fixtures, all, sample, filesOf, mocap, made }) {
+  /** Runs `use` in a browser of its own. */
+  const inBrowser = (use) => async () => {
+    const browser = await chromium.launch(launchOptions());
+    try {
+      await use(browser);
+    } finally {
+      await browser.close();
+    }
+  };
+
+  check("browser", "scenes and GLBs in Chromium are those in Node", inBrowser(async (browser) => {
+    const { page, trouble } = await open(browser, "browser_check.html", fixtures);
+    await page.waitForFunction(() => window.mocap);
+    for (const path of sample.some(all, 24)) {
+      const files = filesOf(path);
+      const names = files.map(({ name }) => `/fixtures/${path.slice(fixtures.length + 1, -basename(path).length)}${name}`);
+      const found = await page.evaluate((names) => window.hashes(names), names);
+      const expected = made(() => {
+        const scene = mocap.read(files);
+        const both = [hash(scene.toJson()), hash(scene.toGlb())];
+        scene.free();
+        return both;
+      });
+      assert.deepEqual(found, expected, path);
+    }
+    assert.deepEqual(trouble, []);
+  }));
+
+  check("browser", "the example page plays a walk", inBrowser(async (browser) => {
+    const { page, trouble } = await open(browser, "example/index.html", fixtures);
+    await page.waitForFunction(() => window.played > 2);
+    assert.equal(await page.evaluate(() => window.result.skeleton.bones.length), 38);
+    if (process.env.MOCAP_PICTURE) await page.screenshot({ path: process.env.MOCAP_PICTURE });
+    assert.deepEqual(trouble, []);
+  }));
+
+  check("speed", "measures MocapLoader beside BVHLoader in Chromium", inBrowser(async (browser) => {
+    const { page } = await open(browser, "browser_check.html", fixtures);
+    await page.waitForFunction(() => window.mocap);
+    const { ours, theirs, read } = await page.evaluate(() => window.times("/fixtures/real/cmu_01_01.bvh"));
+    const ratio = (theirs / ours).toFixed(1);
+    console.log(`cmu_01_01.bvh in Chromium: read ${read.toFixed(1)} ms, MocapLoader ${ours.toFixed(1)} ms, BVHLoader ${theirs.toFixed(1)} ms, ${ratio} times`);
+  }));
+}

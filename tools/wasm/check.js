@@ -1,0 +1,373 @@
+// Compares what the package makes of the fixtures with what the program makes of them.
+
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { basename, dirname, extname, join } from "node:path";
+import { parseArgs } from "node:util";
+import * as THREE from "three";
+import { BVHLoader } from "three/examples/jsm/loaders/BVHLoader.js";
+import { Sample } from "../interop/sample.js";
+import { browserChecks } from "./browser_checks.js";
+import { MocapError, load } from "./package/index.js";
+import { MocapLoader } from "./package/three.js";
+import { quickest } from "./quickest.js";
+
+const { values, positionals } = parseArgs({
+  options: { all: { type: "boolean", default: false } },
+  allowPositionals: true,
+});
+const sample = Sample.chosen(values.all);
+const fixtures = join(import.meta.dirname, "../../fixtures");
+const folder = mkdtempSync(join(tmpdir(), "mocap-wasm-"));
+
+const READ = [".bvh", ".amc", ".asf", ".c3d", ".gltf", ".glb", ".vrm", ".vrma"];
+const all = ["real", "skeletons", "characters", "made", "dialects", "broken"]
+  .flatMap((name) => readdirSync(join(fixtures, name)).map((file) => join(fixtures, name, file)))
+  .filter((path) => READ.includes(extname(path)));
+const real = (name) => join(fixtures, "real", name);
+
+/** A file as the package takes it, with the skeletons that stand beside a motion. */
+function filesOf(path) {
+  const beside = extname(path) === ".amc" ? readdirSync(dirname(path)).filter((name) => extname(name) === ".asf") : [];
+  return [basename(path), ...beside].map((name) => ({ name, bytes: readFileSync(join(dirname(path), name)) }));
+}
+
+/** Runs the program; what it prints, or null where it fails. */
+function program(...args) {
+  const { status, stdout } = spawnSync(process.env.MOCAP, args, { maxBuffer: 1 << 30 });
+  return status === 0 ? stdout : null;
+}
+
+/** The file that the program writes of another, or null where it cannot. */
+function written(extension, ...args) {
+  const out = join(folder, `out${extension}`);
+  rmSync(out, { force: true });
+  return program(...args, extension === ".json" ? "" : out) && readFileSync(out);
+}
+
+/** What `make` returns, or null where it fails with an error of the package. */
+function made(make) {
+  try {
+    return make();
+  } catch (error) {
+    if (!(error instanceof MocapError) || ["defect", "out-of-memory", "freed"].includes(error.code)) throw error;
+    return null;
+  }
+}
+
+function assertSame(found, expected, what) {
+  if (expected === null || found === null) return assert.equal(found === null, expected === null, `${what}: only one of the two fails`);
+  const place = Buffer.compare(Buffer.from(found), Buffer.from(expected));
+  assert.equal(place, 0, `${what}: ${found.length} bytes are not the ${expected.length} of the program`);
+}
+
+/**
+ * BVH: the same words, and numbers within 1e-9. WebAssembly has no sine and no arc tangent, so their last bits are those
+ * of another library.
+ */
+function assertNearText(found, expected) {
+  if (found === null || expected === null) return assertSame(found, expected, ".bvh");
+  const [ours, theirs] = [found, expected.toString()].map((text) => text.split(/\s+/));
+  assert.equal(ours.length, theirs.length, ".bvh");
+  ours.forEach((word, index) => {
+    const same = word === theirs[index] || Math.abs(word - theirs[index]) < 1e-9 * Math.max(1, Math.abs(word));
+    assert.ok(same, `.bvh: ${word} is ${theirs[index]} in the file of the program`);
+  });
+}
+
+/** The JSON and the floats of a `.gltf` with its buffers within, or of a `.glb`. */
+function partsOf(bytes) {
+  const floats = (buffer) => new Float32Array(Uint8Array.from(buffer).buffer, 0, buffer.length >> 2);
+  const data = Buffer.from(bytes);
+  if (data.toString("latin1", 0, 4) !== "glTF") {
+    const { buffers, ...json } = JSON.parse(data.toString());
+    return [json, buffers.map(({ uri }) => floats(Buffer.from(uri.split(",")[1], "base64")))];
+  }
+  const length = data.readUInt32LE(12);
+  return [JSON.parse(data.toString("utf8", 20, 20 + length)), [floats(data.subarray(28 + length))]];
+}
+
+/**
+ * glTF of what was turned onto another skeleton: numbers within 1e-3. The angle between two directions is an arc cosine,
+ * which makes 3.5e-4 rad of a last bit, and the last bit of a sum of products is another with other vector instructions.
+ */
+function assertNearGltf(found, expected) {
+  if (found === null || expected === null) return assertSame(found, expected, "glTF");
+  const [[json, ours], [expectedJson, theirs]] = [partsOf(found), partsOf(expected)];
+  assertNear(json, expectedJson, 1e-3);
+  ours.forEach((floats, buffer) => {
+    assert.equal(floats.length, theirs[buffer].length);
+    const most = floats.reduce((most, value, i) => Math.max(most, Math.abs(value - theirs[buffer][i])), 0);
+    assert.ok(most < 1e-3, `a number of the buffer is ${most} off`);
+  });
+}
+
+/** The same values; numbers within a share of them, or of 1. */
+function assertNear(found, expected, share, place = "") {
+  if (typeof expected === "number" && typeof found === "number") {
+    assert.ok(Math.abs(found - expected) <= share * Math.max(1, Math.abs(expected)), `${place}: ${found} is ${expected} in the program`);
+  } else if (expected !== null && typeof expected === "object" && found !== null && typeof found === "object") {
+    assert.deepEqual(Object.keys(found), Object.keys(expected), place);
+    for (const key of Object.keys(expected)) assertNear(found[key], expected[key], share, `${place}/${key}`);
+  } else {
+    assert.deepEqual(found, expected, place);
+  }
+}
+
+const mocap = await load();
+/** Scenes that are freed at the end of a check. */
+const scenes = [];
+const kept = (scene) => (scenes.push(scene), scene);
+
+const checks = [];
+const check = (part, name, run) => checks.push({ part, name, run });
+
+check("types", "the types are those of TypeScript, and a program with them compiles", () => {
+  const tsc = join(import.meta.dirname, "node_modules/typescript/bin/tsc");
+  const args = [tsc, "--noEmit", "--strict", "--target", "esnext", "--module", "nodenext", "--lib", "esnext,dom,esnext.disposable"];
+  const { status, stdout } = spawnSync(process.execPath, [...args, join(import.meta.dirname, "types_check.ts")], { encoding: "utf8" });
+  assert.equal(status, 0, stdout);
+});
+
+for (const path of sample.some(all, 8)) {
+  const name = path.slice(fixtures.length + 1);
+  check("same", `${name}: scene, GLB, BVH and VRMA are those of the program, byte by byte`, () => {
+    const files = filesOf(path);
+    const scene = (options) => mocap.read(files, options);
+    const dump = program("dump", "--raw", "--json", path);
+    const found = made(() => {
+      const whole = kept(scene({ collapseKeys: false }));
+      return `${whole.toJson()}\n`;
+    });
+    assertSame(found, dump, "dump");
+    const bytes = (write) => made(() => kept(scene())[write]());
+    assertSame(bytes("toGlb"), written(".glb", "convert", "--quiet", path), ".glb");
+    assertNearText(bytes("toBvh"), written(".bvh", "convert", "--quiet", path));
+    assertNearGltf(bytes("toVrma"), written(".vrma", "convert", "--quiet", path));
+  });
+}
+
+check("same", "diagnostics and assumptions are those of `mocap check`", () => {
+  const paths = sample.some(all, 4);
+  const { stdout } = spawnSync(process.env.MOCAP, ["check", "--json", ...paths], { encoding: "utf8", maxBuffer: 1 << 28 });
+  const lines = stdout.trim().split("\n").map((line) => JSON.parse(line));
+  assert.equal(lines.length, paths.length);
+  for (const expected of lines) {
+    const found = mocap.check(filesOf(expected.file));
+    assert.equal(found.status, expected.status, expected.file);
+    assert.deepEqual(found.assumptions, expected.assumptions, expected.file);
+    const plain = ({ code, message, line, column, joint, expected, found, help, count, severity }) =>
+      ({ code, message, line: line ?? null, column: column ?? null, joint, expected, found, help, count, severity });
+    assert.deepEqual(found.diagnostics.map(plain), expected.diagnostics.map(plain), expected.file);
+  }
+});
+
+check("same", "changes are those of `mocap convert`", () => {
+  const path = real("cmu_12_01_walk.bvh");
+  const read = kept(mocap.read(filesOf(path)));
+  const cases = [
+    [{ first: { seconds: 0.5 }, last: { seconds: 2.5 }, frameRate: 30 }, ["--trim", "0.5..2.5", "--fps", "30"]],
+    [{ unit: "cm", up: "z", root: "inPlace" }, ["--unit", "cm", "--up", "z", "--in-place"]],
+    [{ unit: 0.02, firstFrame: "drop", root: "extract" }, ["--unit", "0.02", "--drop-first-frame", "yes", "--root-motion"]],
+  ];
+  for (const [options, args] of cases) {
+    const changed = kept(read.convert(options));
+    const expected = written(".glb", "convert", "--quiet", ...args, path);
+    assert.ok(expected, `the program does not take ${args}`);
+    assertSame(changed.toGlb(), expected, JSON.stringify(options));
+  }
+  for (const [options, args] of [[{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]]]) {
+    assertSame(read.toGlb(options), written(".glb", "convert", "--quiet", ...args, path), JSON.stringify(options));
+  }
+  assertSame(read.toBvh({ order: "XYZ", digits: 3 }), written(".bvh", "convert", "--quiet", "--order", "xyz", "--digits", "3", path), "BVH");
+  assertSame(read.toCsv(), written(".csv", "fk", path, "-o"), "CSV");
+});
+
+check("same", "poses and keys are those of the scene", () => {
+  const path = real("lecture_Test.bvh");
+  const scene = kept(mocap.read(filesOf(path)));
+  const [animation] = scene.animations;
+  assert.deepEqual([animation.frameCount, animation.channels[2].nodeName, animation.channels[2].positions.length], [10, "Wrist", 1]);
+  const json = JSON.parse(scene.toJson());
+  for (const [index, { positions, rotations }] of animation.channels.entries()) {
+    const keys = (track, width) => Array.from(track.ticks, (tick, key) => [tick, [...track.values.slice(width * key, width * (key + 1))]]);
+    const channel = json.animations[0].channels[index];
+    const single = (pairs) => pairs.map(([tick, value]) => [tick, value.map(Math.fround)]);
+    assert.deepEqual(keys(positions, 3), single(channel.position_keys));
+    assert.deepEqual(keys(rotations, 4), single(channel.rotation_keys_xyzw));
+  }
+  for (const tick of [0, 4.5, 9]) {
+    const expected = JSON.parse(program("pose", path, "--tick", String(tick), "--world", "--json"));
+    const { nodeToWorld } = scene.pose(tick);
+    expected.nodes.forEach(({ translation }, node) => {
+      translation.forEach((value, axis) => assert.ok(Math.abs(nodeToWorld[16 * node + 12 + axis] - value) < 1e-5));
+    });
+  }
+  assert.throws(() => scene.pose(0, 1), { code: "unknown-option" });
+});
+
+for (const target of ["human_default.gltf", "human_vrm1.gltf", "human_cmu.gltf"]) {
+  check("retarget", `a walk on ${target} is that of \`mocap retarget\``, () => {
+    const character = join(fixtures, "skeletons", target);
+    const path = real("cmu_12_01_walk.bvh");
+    const motion = kept(mocap.read(filesOf(path)));
+    const onto = kept(mocap.readCharacter(filesOf(character)));
+    const moved = kept(motion.retarget(onto));
+    assertNearGltf(moved.toGlb(), written(".gltf", "retarget", path, character, "-o"));
+    assertNearGltf(moved.toVrma(), written(".vrma", "retarget", path, character, "-o"));
+    const reports = JSON.parse(program("retarget", "--json", path, character, "--force", "-o", join(folder, "again.gltf")));
+    for (const [index, { clip, frames, verdict, mean_degrees }] of reports.entries()) {
+      const ours = moved.reports[index];
+      assert.deepEqual([ours.clip, ours.frames, ours.verdict], [clip, frames, verdict]);
+      assert.ok(Math.abs(ours.mean_degrees - mean_degrees) < 0.1, `${ours.mean_degrees} degrees, not ${mean_degrees}`);
+    }
+  });
+}
+
+check("hostile", "broken files give errors with their places, and the module goes on", () => {
+  const before = mocap.read("HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 2 Frame Time: 0.1\n10\n20\n", "a.bvh");
+  assert.throws(() => mocap.read("HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh"), (error) => {
+    const { code, file, line, column, length, joint, found, expected } = error;
+    assert.deepEqual({ code, file, line, column, length, joint, found, expected }, {
+      code: "invalid-number", file: "a.bvh", line: 3, column: 12, length: 4, joint: "a",
+      found: "\"zero\"", expected: "the Y value of OFFSET",
+    });
+    return true;
+  });
+  assert.throws(() => mocap.read(readFileSync(join(fixtures, "made/tiny.fbx")), "tiny.fbx"), { code: "missing-feature" });
+  assert.throws(() => mocap.read("", "a.txt", { colour: 1 }), { code: "unknown-option" });
+  assert.equal(before.animations[0].channels[0].rotations.values.length, 8);
+  before.free();
+  assert.throws(() => before.toGlb(), { code: "freed" });
+});
+
+/** A generator of numbers below `n` that is the same in every run with a seed. */
+function randomFrom(seed) {
+  let state = BigInt(seed) + 0x9e3779b97f4a7c15n;
+  return (n) => {
+    state = (state * 6364136223846793005n + 1442695040888963407n) & 0xffffffffffffffffn;
+    return Number((state >> 33n) % BigInt(n));
+  };
+}
+
+check("hostile", "cut and damaged files give a scene or an error, never the end of the module", () => {
+  const random = randomFrom(sample.seed);
+  const sources = ["real/lecture_Test.bvh", "real/cmu_02_01.amc", "real/hand_take.c3d", "skeletons/human_vrm1.gltf", "characters/human_vrm0.vrm"];
+  for (const source of sources) {
+    const [first, ...others] = filesOf(join(fixtures, source));
+    for (let round = 0; round < (values.all ? 400 : 40); round++) {
+      const bytes = Uint8Array.from(first.bytes.subarray(0, round % 2 ? random(first.bytes.length) : first.bytes.length));
+      for (let flips = random(8); flips > 0 && bytes.length > 0; flips--) {
+        // Most of what can be wrong with a binary file is in its beginning.
+        bytes[random(round % 3 ? bytes.length : Math.min(bytes.length, 4096))] = random(256);
+      }
+      made(() => {
+        const scene = kept(mocap.read([{ name: first.name, bytes }, ...others], { gltfMeshes: true }));
+        if (scene.animations.length > 0) scene.pose(0);
+        scene.toGlb();
+      });
+      for (const scene of scenes.splice(0)) scene.free();
+    }
+  }
+});
+
+check("hostile", "nested and large claims are refused", () => {
+  const deep = `HIERARCHY ROOT a { ${"JOINT a { ".repeat(100_000)}`;
+  assert.throws(() => mocap.read(deep, "deep.bvh"), { code: "limit-exceeded" });
+  const nested = `{"asset":{"version":"2.0"},"extras":${"[".repeat(200_000)}${"]".repeat(200_000)}}`;
+  made(() => mocap.read(nested, "deep.gltf").free());
+  const many = "HIERARCHY ROOT a { CHANNELS 3 Xrotation Yrotation Zrotation } MOTION Frames: 4000000000 Frame Time: 0.1\n1 2 3\n";
+  made(() => mocap.read(many, "many.bvh").free());
+});
+
+check("hostile", "where memory ends there is an error, and then a fresh module", () => {
+  if (!values.all) return;
+  const bytes = readFileSync(real("cmu_01_01.bvh"));
+  const old = mocap.read(bytes, "old.bvh");
+  const held = [];
+  assert.throws(() => {
+    for (;;) held.push(old.convert({ frameRate: 20_000 }));
+  }, { code: "out-of-memory" });
+  assert.ok(held.length > 1);
+  assert.throws(() => old.toGlb(), { code: "freed" });
+  const again = kept(mocap.read(bytes, "again.bvh"));
+  assert.equal(again.nodes.length, 38);
+});
+
+check("memory", "a scene that is freed, disposed of or forgotten gives its memory back", async () => {
+  const bytes = readFileSync(real("cmu_01_01.bvh"));
+  const once = () => mocap.read(bytes, "a.bvh", { hash: false });
+  for (let i = 0; i < 4; i++) once().free();
+  const settled = mocap.memory;
+  for (let i = 0; i < 20; i++) {
+    const scene = once();
+    scene.pose(1);
+    scene[Symbol.dispose]();
+  }
+  assert.equal(mocap.memory, settled);
+  for (let round = 0; round < 20; round++) {
+    once();
+    globalThis.gc();
+    await new Promise((done) => setTimeout(done, 5));
+  }
+  // Without the registry there were twenty scenes of 3 MB.
+  assert.ok(mocap.memory < settled + (16 << 20), `${mocap.memory} bytes after ${settled}`);
+});
+
+check("three", "MocapLoader gives the skeleton and the poses of BVHLoader", async () => {
+  const loader = await new MocapLoader(undefined, mocap).init();
+  for (const name of ["lecture_Test.bvh", "cmu_12_01_walk.bvh", "cmu_short.bvh"]) {
+    const bytes = readFileSync(real(name));
+    const [ours, theirs] = [loader.parse(bytes, name), new BVHLoader().parse(bytes.toString("latin1"))];
+    assert.deepEqual(Object.keys(theirs).every((key) => key in ours), true);
+    assert.equal(ours.skeleton.bones.length, theirs.skeleton.bones.length);
+    assert.ok(Math.abs(ours.clip.duration - theirs.clip.duration) < 1e-4 * (1 + theirs.clip.duration));
+    const places = ({ skeleton, clip }, seconds) => {
+      const [root] = skeleton.bones;
+      const mixer = new THREE.AnimationMixer(root);
+      mixer.clipAction(clip).play();
+      mixer.setTime(seconds);
+      root.updateMatrixWorld(true);
+      return skeleton.bones.map((bone) => bone.getWorldPosition(new THREE.Vector3()));
+    };
+    for (const share of [0, 0.3, 0.77]) {
+      const seconds = share * ours.clip.duration;
+      const [found, expected] = [places(ours, seconds), places(theirs, seconds)];
+      const size = Math.max(...expected.map((place) => place.distanceTo(expected[0])));
+      const offset = Math.max(...found.map((place, bone) => place.distanceTo(expected[bone])));
+      assert.ok(offset < 1e-4 * size, `${name}: ${offset} of ${size} at ${seconds} s`);
+    }
+  }
+});
+
+check("speed", "measures reading beside BVHLoader in Node", () => {
+  const bytes = readFileSync(real("cmu_01_01.bvh"));
+  const runs = [
+    () => mocap.read(bytes, "a.bvh", { hash: false, skeletonMesh: "none" }).free(),
+    () => new BVHLoader().parse(bytes.toString("latin1")),
+  ];
+  const [ours, theirs] = quickest(runs, 12);
+  console.log(`cmu_01_01.bvh in Node: ${ours.toFixed(1)} ms, BVHLoader ${theirs.toFixed(1)} ms, ${(theirs / ours).toFixed(1)} times`);
+});
+
+browserChecks(check, { fixtures, all, sample, filesOf, mocap, made });
+
+let failed = 0;
+let passed = 0;
+for (const { part, name, run } of checks) {
+  // What is measured is printed and not judged, so it is done when it is asked for.
+  if (positionals.length > 0 ? !positionals.includes(part) : part === "speed") continue;
+  try {
+    await run();
+    passed++;
+  } catch (error) {
+    failed++;
+    console.log(`FAILED ${part}: ${name}\n  ${String(error.message).split("\n").slice(0, 12).join("\n  ")}`);
+  }
+  for (const scene of scenes.splice(0)) scene.free();
+}
+rmSync(folder, { recursive: true, force: true });
+console.log(`${passed} passed, ${failed} failed`);
+process.exitCode = failed > 0 ? 1 : 0;

@@ -1,0 +1,266 @@
+/** A file and its name. The extension tells the format if the contents do not. */
+export interface File {
+  name: string;
+  bytes: Bytes;
+}
+
+export type Bytes = Uint8Array | ArrayBuffer | string;
+
+export type Axis = "y" | "z" | "-y" | "-z";
+
+/** Metres in one unit of length, or a name. */
+export type Unit = number | "m" | "dm" | "cm" | "mm" | "inch" | "cmu";
+
+/** A time: seconds from the start, or a frame of the file, from 0. */
+export type Moment = { seconds: number } | { frame: number };
+
+/** The joints of bones of the VRM humanoid; null for a bone that there is not. Others are searched for. */
+export type Bones = Record<string, string | null>;
+
+export interface ReadOptions {
+  /** How a BVH root's OFFSET and its position channels combine. Default: `"auto"`. */
+  rootOffset?: "auto" | "replace" | "add";
+  /** Frames per second in place of the file's own. */
+  frameRate?: number;
+  /** Read the rows of a BVH file beyond its `Frames:`. */
+  allRows?: boolean;
+  /** Whether a track that never changes is one key. Default: true. */
+  collapseKeys?: boolean;
+  /** Whether a warning is an error. */
+  strict?: boolean;
+  /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
+  hash?: boolean;
+  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d";
+  /** The animation to keep of several: its place from 0, or its name. */
+  clip?: number | string;
+  /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
+  skeletonMesh?: "skinned" | "segmented" | "none";
+  /** Read the meshes of a glTF file. */
+  gltfMeshes?: boolean;
+}
+
+export interface ConvertOptions {
+  /** The unit of the file. Default: the one it states, else the one in which the figure has the size of a person. */
+  unit?: Unit;
+  /** The up axis of the file. Default: the one it states, else from the feet to the head. */
+  up?: Axis;
+  /** The unit of the result. Default: metres. */
+  outUnit?: Unit;
+  /** The up axis of the result. Default: `"y"`. */
+  outUp?: Axis;
+  /** Keep the unit and the axes of the file, unless `outUnit` or `outUp` is given. */
+  keepUnits?: boolean;
+  bones?: Bones;
+  /** The first moment to keep. */
+  first?: Moment;
+  /** The last moment to keep. */
+  last?: Moment;
+  /** Frames per second of the result, at the same speed. */
+  frameRate?: number;
+  /** `"auto"` drops it if it is a rest pose. Default: `"keep"`. */
+  firstFrame?: "keep" | "drop" | "auto";
+  /** The frame whose pose becomes the rest pose. */
+  restFrame?: number;
+  /** The root's motion over the ground. Default: `"keep"`. */
+  root?: "keep" | "inPlace" | "extract";
+}
+
+export interface GlbOptions {
+  /** Write constant tracks as animation channels too. */
+  keepConstant?: boolean;
+  compress?: "none" | "int16";
+  /** The largest distance of any joint from its place, in metres. */
+  maxError?: number;
+}
+
+export interface BvhOptions {
+  /** The order of the rotation channels. Default: that of each joint in its file. */
+  order?: "XYZ" | "XZY" | "YXZ" | "YZX" | "ZXY" | "ZYX";
+  /** Decimals of every number. Default: as many as are needed. */
+  digits?: number;
+  /** Which joints have position channels. Default: those that need them. */
+  channels?: "auto" | "3" | "6";
+}
+
+export interface RetargetOptions {
+  /** The length of steps: in the proportion of the legs, as in the source, or a factor. Default: `"auto"`. */
+  scale?: "auto" | "none" | number;
+  /** Whether feet are held still where those of the source stand. Default: `"lock"`. */
+  feet?: "lock" | "free";
+  /** Bones of the motion. */
+  bones?: Bones;
+  /** Bones of the character. */
+  characterBones?: Bones;
+  /** The name of the clip. Default: the name of the motion's file. */
+  name?: string;
+}
+
+/** Something that is wrong with a file, with its place. Lines and columns are counted from 1. */
+export interface Diagnostic {
+  code: string;
+  message: string;
+  severity?: "error" | "warning";
+  file?: string;
+  line?: number;
+  column?: number;
+  /** Characters from `column` on. */
+  length?: number;
+  /** The line, or the part of a long one. */
+  text?: string;
+  /** The place in a file of JSON. */
+  pointer?: string;
+  joint: string | null;
+  expected: string | null;
+  found: string | null;
+  help: string | null;
+  /** How often it occurs. */
+  count: number;
+}
+
+/** A decision that the file does not state. */
+export interface Assumption {
+  topic: string;
+  choice: string;
+  reason: string;
+  confidence?: "sure" | "likely" | "unsure";
+}
+
+/**
+ * An error. `code` is one of the library's, or `"out-of-memory"`, `"defect"` or `"freed"`. After `"out-of-memory"` and
+ * `"defect"` the scenes that were read before are gone; the module goes on with fresh memory.
+ */
+export class MocapError extends Error {
+  readonly code: string;
+  /** The message without the place. */
+  readonly reason: string;
+  readonly file?: string;
+  readonly line?: number;
+  readonly column?: number;
+  readonly length?: number;
+  readonly text?: string;
+  readonly pointer?: string;
+  readonly joint?: string;
+  readonly expected?: string;
+  readonly found?: string;
+  readonly help?: string;
+  readonly warnings: Diagnostic[];
+}
+
+/**
+ * The keys of one track. `values` and `ticks` are views into the module's memory, made when they are asked for: use them
+ * before the next call of the module, or copy them with `slice()`.
+ */
+export interface Keys {
+  /** The number of keys. */
+  readonly length: number;
+  /** x, y, z of each key, or x, y, z, w of a rotation. */
+  readonly values: Float32Array;
+  /** The tick of each key. */
+  readonly ticks: Float64Array;
+  /** Whether the ticks are 0, 1, 2, ... */
+  readonly isEveryTick: boolean;
+}
+
+export interface Channel {
+  nodeName: string;
+  /** The index of the node; null where it drives none. */
+  node: number | null;
+  positions: Keys;
+  rotations: Keys;
+  scales: Keys;
+}
+
+export interface Animation {
+  name: string;
+  ticksPerSecond: number;
+  /** From the first frame to the last, in ticks. */
+  duration: number;
+  frameCount: number;
+  channels: Channel[];
+}
+
+export interface Node {
+  name: string;
+  kind: "joint" | "end_site" | "group";
+  /** The index of the parent, which stands before its children; null on the root. */
+  parent: number | null;
+  rotationOrder: string | null;
+  /** The lines of the file that describe it. */
+  source: { name: number; offset: number | null; channels: number | null } | null;
+  humanoidBone: string | null;
+  /** Node to parent at rest, 16 numbers column by column; a view, as those of `Keys`. */
+  readonly transform: Float32Array;
+}
+
+/** Matrices of all nodes, 16 numbers each, column by column; views, until the scene is posed again. */
+export interface Pose {
+  nodeToWorld: Float32Array;
+  nodeToParent: Float32Array;
+}
+
+/** A file that was written, and what there is to say about it. */
+export interface Written {
+  bytes: Uint8Array;
+  assumptions: Assumption[];
+  warnings: Diagnostic[];
+  report?: Record<string, unknown>;
+}
+
+/** A scene in the module's memory. It never changes. `free()` or `using` frees it at once, the garbage collector some time. */
+export class Scene {
+  private constructor();
+  readonly nodes: Node[];
+  readonly animations: Animation[];
+  readonly meshCount: number;
+  /** As in the JSON of `mocap dump --json`. */
+  readonly metadata: Record<string, unknown>;
+  readonly warnings: Diagnostic[];
+  /** What was decided when this scene was converted. `Mocap.check` has all that a file leaves open. */
+  readonly assumptions: Assumption[];
+  /** Of a retargeted scene, how far it is from its source: as `mocap retarget --json` prints it. */
+  readonly reports?: Record<string, unknown>[];
+  pose(tick: number, animation?: number): Pose;
+  /** A copy in metres with +Y up, or as the options say. */
+  convert(options?: ConvertOptions): Scene;
+  /** This motion on a character that `Mocap.readCharacter` has read. */
+  retarget(character: Scene, options?: RetargetOptions): Scene;
+  /** In metres with +Y up. Of a retargeted glTF or VRM character: its file with the clip added; a `.gltf` stays one. */
+  toGlb(options?: GlbOptions): Uint8Array;
+  /** The motion of a humanoid as a VRM animation. */
+  toVrma(options?: GlbOptions): Uint8Array;
+  /** In the unit and the axes of the scene. */
+  toBvh(options?: BvhOptions): string;
+  /** A row for each frame and joint. */
+  toCsv(): string;
+  /** As `mocap dump --raw --json`. */
+  toJson(): string;
+  /** As those above, with warnings and assumptions. */
+  write(format: "glb" | "vrma" | "bvh" | "csv" | "json", options?: GlbOptions | BvhOptions): Written;
+  free(): void;
+  [Symbol.dispose](): void;
+}
+
+/** The module, ready to read. */
+export class Mocap {
+  constructor(module: WebAssembly.Module);
+  /** Reads a file, or several that belong together, such as `.amc` and `.asf`. */
+  read(bytes: Bytes, name: string, options?: ReadOptions): Scene;
+  read(files: File[], options?: ReadOptions): Scene;
+  /** Reads a character for `Scene.retarget`. */
+  readCharacter(bytes: Bytes, name: string, options?: ReadOptions): Scene;
+  readCharacter(files: File[], options?: ReadOptions): Scene;
+  /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
+  check(bytes: Bytes, name: string, options?: ReadOptions): Checked;
+  check(files: File[], options?: ReadOptions): Checked;
+  /** Bytes of memory that the module has taken. */
+  readonly memory: number;
+}
+
+export interface Checked {
+  status: "ok" | "warning" | "error";
+  diagnostics: Diagnostic[];
+  assumptions: Assumption[];
+}
+
+/** Loads `mocap.wasm`, by default the one beside this module. */
+export function load(source?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module): Promise<Mocap>;

@@ -1,0 +1,336 @@
+// Reads motion capture files with the library `mocap`, compiled to WebAssembly. The types are in index.d.ts.
+
+const encoder = new TextEncoder();
+const decoder = new TextDecoder();
+const dispose = Symbol.dispose ?? Symbol.for("Symbol.dispose");
+
+/** Files that others refer to. */
+const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
+
+/** What is wrong with a file, an option, or the memory that is left. */
+export class MocapError extends Error {
+  constructor(finding, warnings = []) {
+    const { code, message, file, location, pointer, joint, expected, found, help } = finding;
+    const place = [file, location?.line, location?.column].filter((part) => part !== undefined).join(":");
+    super(place ? `${place}: ${message}` : message);
+    this.name = "MocapError";
+    Object.assign(this, { code, reason: message, file, pointer, joint: joint ?? undefined });
+    Object.assign(this, { expected: expected ?? undefined, found: found ?? undefined, help: help ?? undefined });
+    this.line = location?.line;
+    this.column = location?.column;
+    this.length = location?.length;
+    this.text = location?.text;
+    this.warnings = warnings.map(flat);
+  }
+}
+
+/** A diagnostic with its place beside its message. */
+function flat({ location, ...diagnostic }) {
+  return { ...diagnostic, line: location?.line, column: location?.column, length: location?.length, text: location?.text };
+}
+
+/** One instance of the module, and the memory of its scenes. */
+class Instance {
+  /** Why it has ended, if it has. */
+  ended;
+
+  constructor(module) {
+    this.exports = new WebAssembly.Instance(module, {}).exports;
+  }
+
+  /** Runs `call`. After a trap nothing in the instance can be relied on, so it ends. */
+  run(call) {
+    if (this.ended) {
+      const help = "read the file again";
+      throw new MocapError({ code: "freed", message: `the memory of this scene is gone, because ${this.ended}`, help });
+    }
+    try {
+      return call(this.exports);
+    } catch (error) {
+      if (error instanceof MocapError) throw error;
+      throw this.#end(error);
+    }
+  }
+
+  #end(error) {
+    let said = "";
+    try {
+      said = this.text(this.exports.mocap_panic(), this.exports.mocap_panic_length());
+    } catch {
+      // The memory is as it is.
+    }
+    const isMemory = said === "" && /unreachable/.test(error.message);
+    this.ended = isMemory ? "there was not enough memory" : `of a defect: ${said || error.message}`;
+    const finding = isMemory
+      ? { code: "out-of-memory", message: "there is not enough memory", help: "free scenes that are not needed, or read a smaller file" }
+      : { code: "defect", message: `a defect of the library: ${said || error.message}`, help: "please report it with the file" };
+    return new MocapError(finding);
+  }
+
+  /** Sends a request with files, and returns the answer; `bytes` is a copy. */
+  call(request, files = []) {
+    return this.run((exports) => {
+      const inputs = [encoder.encode(JSON.stringify(request)), ...files];
+      for (const input of inputs) {
+        const address = exports.mocap_input(input.length) >>> 0;
+        if (address === 0) {
+          const message = `there is not enough memory for the ${input.length} bytes of the file`;
+          throw new MocapError({ code: "out-of-memory", message, help: "free scenes that are not needed" });
+        }
+        // An allocation may have moved the memory.
+        new Uint8Array(exports.memory.buffer, address, input.length).set(input);
+      }
+      const failed = exports.mocap_call();
+      const part = (index) => [exports.mocap_output(index) >>> 0, exports.mocap_output_length(index) >>> 0];
+      const answer = JSON.parse(this.text(...part(0)));
+      if (failed) throw new MocapError(answer.error, answer.warnings);
+      return { answer, bytes: new Uint8Array(exports.memory.buffer, ...part(1)).slice() };
+    });
+  }
+
+  text(address, length) {
+    return decoder.decode(new Uint8Array(this.exports.memory.buffer, address >>> 0, length));
+  }
+
+  floats(address, length) {
+    return this.run((exports) => new Float32Array(exports.memory.buffer, address, length));
+  }
+
+  doubles(address, length) {
+    return this.run((exports) => new Float64Array(exports.memory.buffer, address, length));
+  }
+
+  free(scene) {
+    if (!this.ended) this.exports.mocap_free(scene);
+  }
+}
+
+/** Frees the scenes that nobody holds. */
+const forgotten = new FinalizationRegistry(({ instance, scene }) => instance.free(scene));
+
+/** Keys of one track: views into the module's memory. */
+class Keys {
+  #scene;
+  #at;
+  #width;
+
+  constructor(scene, at, width) {
+    this.#scene = scene;
+    this.#at = at;
+    this.#width = width;
+  }
+
+  get length() {
+    return this.#at.length;
+  }
+
+  get values() {
+    return this.#scene.view("floats", this.#at.values, this.#at.length * this.#width);
+  }
+
+  get ticks() {
+    const { ticks, length } = this.#at;
+    return ticks === undefined ? Float64Array.from({ length }, (_, tick) => tick) : this.#scene.view("doubles", ticks, length);
+  }
+
+  get isEveryTick() {
+    return this.#at.ticks === undefined;
+  }
+}
+
+/** A scene in the module's memory. */
+export class Scene {
+  #instance;
+  #number;
+  #freed = false;
+
+  constructor(instance, described) {
+    const { scene, nodes, transforms, animations, meshes, metadata, warnings, assumptions, reports } = described;
+    this.#instance = instance;
+    this.#number = scene;
+    const owner = this;
+    this.nodes = nodes.map((node, index) => ({
+      ...node,
+      get transform() {
+        return owner.view("floats", transforms + 64 * index, 16);
+      },
+    }));
+    this.animations = animations.map(({ channels, ...animation }) => ({
+      ...animation,
+      frameCount: Math.trunc(animation.duration) + 1,
+      channels: channels.map(({ nodeName, node, positions, rotations, scales }) => ({
+        nodeName,
+        node,
+        positions: new Keys(this, positions, 3),
+        rotations: new Keys(this, rotations, 4),
+        scales: new Keys(this, scales, 3),
+      })),
+    }));
+    this.meshCount = meshes;
+    this.metadata = metadata;
+    this.warnings = warnings.map(flat);
+    this.assumptions = assumptions;
+    if (reports) this.reports = reports;
+    forgotten.register(this, { instance, scene }, this);
+  }
+
+  /** A view of `length` numbers at an address. */
+  view(kind, address, length) {
+    this.#check();
+    return this.#instance[kind](address, length);
+  }
+
+  #check() {
+    if (this.#freed) throw new MocapError({ code: "freed", message: "the scene was freed", help: "read the file again" });
+  }
+
+  pose(tick, animation = 0) {
+    this.#check();
+    return this.#instance.run((exports) => {
+      const world = exports.mocap_pose(this.#number, animation, tick) >>> 0;
+      if (world === 0) {
+        const message = `there is no animation ${animation}: there are ${this.animations.length}, counted from 0`;
+        throw new MocapError({ code: "unknown-option", message });
+      }
+      const parent = exports.mocap_pose_to_parent(this.#number) >>> 0;
+      const view = (address) => new Float32Array(exports.memory.buffer, address, 16 * this.nodes.length);
+      return { nodeToWorld: view(world), nodeToParent: view(parent) };
+    });
+  }
+
+  convert(options = {}) {
+    return this.#derived({ call: "convert", scene: this.#number, options });
+  }
+
+  retarget(character, options = {}) {
+    if (!(character instanceof Scene)) throw new TypeError("a motion is retargeted onto what readCharacter returns");
+    character.#check();
+    if (character.#instance !== this.#instance) {
+      const message = "the motion and the character were not read by the same module";
+      throw new MocapError({ code: "unknown-option", message, help: "read both again" });
+    }
+    return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
+  }
+
+  #derived(request) {
+    this.#check();
+    return new Scene(this.#instance, this.#instance.call(request).answer);
+  }
+
+  #write(format, options) {
+    this.#check();
+    const { answer, bytes } = this.#instance.call({ call: "write", scene: this.#number, format, options });
+    return { bytes, ...answer, warnings: answer.warnings.map(flat) };
+  }
+
+  write(format, options = {}) {
+    return this.#write(format, options);
+  }
+
+  toGlb(options = {}) {
+    return this.#write("glb", options).bytes;
+  }
+
+  toVrma(options = {}) {
+    return this.#write("vrma", options).bytes;
+  }
+
+  toBvh(options = {}) {
+    return decoder.decode(this.#write("bvh", options).bytes);
+  }
+
+  toCsv() {
+    return decoder.decode(this.#write("csv", {}).bytes);
+  }
+
+  toJson() {
+    return decoder.decode(this.#write("json", {}).bytes);
+  }
+
+  free() {
+    if (this.#freed) return;
+    this.#freed = true;
+    forgotten.unregister(this);
+    this.#instance.free(this.#number);
+  }
+
+  [dispose]() {
+    this.free();
+  }
+}
+
+/** The module, ready to read. */
+export class Mocap {
+  #module;
+  #instance;
+
+  constructor(module) {
+    this.#module = module;
+    this.#instance = new Instance(module);
+  }
+
+  /** The instance; a fresh one where the last has ended. */
+  get #alive() {
+    if (this.#instance.ended) this.#instance = new Instance(this.#module);
+    return this.#instance;
+  }
+
+  read(...args) {
+    return this.#scene("read", args);
+  }
+
+  readCharacter(...args) {
+    return this.#scene("readCharacter", args);
+  }
+
+  check(...args) {
+    const { answer } = this.#call("check", args);
+    return { ...answer, diagnostics: answer.diagnostics.map(flat) };
+  }
+
+  /** Bytes of memory that the module has taken; it keeps what was freed for the next file. */
+  get memory() {
+    return this.#alive.exports.memory.buffer.byteLength;
+  }
+
+  #scene(call, args) {
+    const instance = this.#alive;
+    return new Scene(instance, this.#call(call, args).answer);
+  }
+
+  #call(call, args) {
+    const isList = Array.isArray(args[0]);
+    const files = isList ? [...args[0]] : [{ bytes: args[0], name: args[1] ?? "" }];
+    const options = (isList ? args[1] : args[2]) ?? {};
+    // The file that refers to the others comes first.
+    const first = files.findIndex((file) => !BESIDE.test(file.name));
+    if (first > 0) files.unshift(...files.splice(first, 1));
+    const request = { call, files: files.map((file) => file.name), options };
+    return this.#alive.call(request, files.map((file) => bytesOf(file.bytes)));
+  }
+}
+
+function bytesOf(data) {
+  if (typeof data === "string") return encoder.encode(data);
+  if (data instanceof ArrayBuffer) return new Uint8Array(data);
+  if (ArrayBuffer.isView(data)) return new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
+  throw new TypeError("the bytes of a file are a Uint8Array, an ArrayBuffer or a string");
+}
+
+async function compile(source = new URL("./mocap.wasm", import.meta.url)) {
+  if (source instanceof WebAssembly.Module) return source;
+  if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return WebAssembly.compile(source);
+  if (String(source).startsWith("file:") && globalThis.process?.versions?.node) {
+    const { readFile } = await import("node:fs/promises");
+    return WebAssembly.compile(await readFile(new URL(source)));
+  }
+  const response = await fetch(source);
+  if (!response.ok) throw new Error(`${source}: ${response.status} ${response.statusText}`);
+  // A host that does not know the type of `.wasm` cannot stream it.
+  if (response.headers.get("content-type") === "application/wasm") return WebAssembly.compileStreaming(response);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+export async function load(source) {
+  return new Mocap(await compile(source));
+}

@@ -1,0 +1,323 @@
+//! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's default.
+
+use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
+use mocap::gltf::{Compression, GltfOptions};
+use mocap::retarget::Scale;
+use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
+use mocap::skeleton::{HumanoidMap, Unit};
+use mocap::{Conversion, Importer, Limits, SkeletonMesh, bvh};
+use serde::Deserialize;
+
+use crate::failure::Failure;
+
+/// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each other.
+const LIMITS: Limits = Limits {
+    max_bytes: 512 << 20,
+    max_values: 1 << 26,
+    max_nodes: 65_536,
+    max_depth: 1_024,
+    max_name_bytes: 256,
+};
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
+pub(crate) struct ReadOptions {
+    root_offset: Option<RootOffset>,
+    frame_rate: Option<f64>,
+    all_rows: bool,
+    collapse_keys: Option<bool>,
+    strict: bool,
+    hash: Option<bool>,
+    format: Option<Format>,
+    clip: Option<Clip>,
+    pub(crate) skeleton_mesh: Option<MeshKind>,
+    gltf_meshes: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Clip {
+    Index(usize),
+    Name(String),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum MeshKind {
+    Skinned,
+    Segmented,
+    None,
+}
+
+impl ReadOptions {
+    pub(crate) fn importer(&self) -> Importer {
+        let mut importer = Importer::new()
+            .threads(1)
+            .limits(LIMITS)
+            .root_offset(self.root_offset.unwrap_or_default())
+            .all_rows(self.all_rows)
+            .strict(self.strict)
+            .gltf_meshes(self.gltf_meshes)
+            .skeleton_mesh(match self.skeleton_mesh {
+                None | Some(MeshKind::Skinned) => SkeletonMesh::Skinned,
+                Some(MeshKind::Segmented) => SkeletonMesh::Segmented,
+                Some(MeshKind::None) => SkeletonMesh::None,
+            })
+            .clips(match &self.clip {
+                None => mocap::Clips::All,
+                Some(Clip::Index(index)) => mocap::Clips::Index(*index),
+                Some(Clip::Name(name)) => mocap::Clips::Name(name.clone()),
+            });
+        if let Some(rate) = self.frame_rate {
+            importer = importer.frame_rate(rate);
+        }
+        if let Some(collapse) = self.collapse_keys {
+            importer = importer.collapse_keys(collapse);
+        }
+        if let Some(hash) = self.hash {
+            importer = importer.hash(hash);
+        }
+        match self.format {
+            Some(format) => importer.format(format),
+            None => importer,
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
+pub(crate) struct ConvertOptions {
+    unit: Option<Length>,
+    up: Option<Axis>,
+    out_unit: Option<Length>,
+    out_up: Option<Axis>,
+    keep_units: bool,
+    bones: HumanoidMap,
+    first: Option<Moment>,
+    last: Option<Moment>,
+    frame_rate: Option<f64>,
+    first_frame: First,
+    rest_frame: Option<u64>,
+    root: Root,
+}
+
+/// Metres in one unit of length, or its name.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Length {
+    Metres(f64),
+    Name(String),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+enum Axis {
+    #[serde(rename = "y")]
+    Y,
+    #[serde(rename = "z")]
+    Z,
+    #[serde(rename = "-y")]
+    NegY,
+    #[serde(rename = "-z")]
+    NegZ,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+enum First {
+    #[default]
+    Keep,
+    Drop,
+    Auto,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+enum Root {
+    #[default]
+    Keep,
+    InPlace,
+    Extract,
+}
+
+impl Length {
+    fn metres(&self) -> Result<f64, Failure> {
+        match self {
+            Self::Metres(metres) => Ok(*metres),
+            Self::Name(name) => Unit::named(name).map(Unit::metres).ok_or_else(|| {
+                Failure::argument(format!(
+                    "the unit must be m, dm, cm, mm, inch, cmu or a number of metres, got \"{name}\""
+                ))
+            }),
+        }
+    }
+}
+
+impl From<Axis> for UpAxis {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::Y => Self::Y,
+            Axis::Z => Self::Z,
+            Axis::NegY => Self::NegY,
+            Axis::NegZ => Self::NegZ,
+        }
+    }
+}
+
+impl ConvertOptions {
+    pub(crate) fn conversion(self) -> Result<Conversion, Failure> {
+        let mut conversion = Conversion::new()
+            .limits(LIMITS)
+            .keep_units(self.keep_units)
+            .bones(self.bones)
+            .trim(self.first, self.last)
+            .first_frame(match self.first_frame {
+                First::Keep => FirstFrame::Keep,
+                First::Drop => FirstFrame::Drop,
+                First::Auto => FirstFrame::DropRestPose,
+            })
+            .root(match self.root {
+                Root::Keep => RootMotion::Keep,
+                Root::InPlace => RootMotion::InPlace,
+                Root::Extract => RootMotion::Extract,
+            });
+        if let Some(unit) = self.unit {
+            conversion = conversion.metres_per_unit(unit.metres()?);
+        }
+        if let Some(up) = self.up {
+            conversion = conversion.up(up.into());
+        }
+        if let Some(unit) = self.out_unit {
+            conversion = conversion.out_metres_per_unit(unit.metres()?);
+        }
+        if let Some(up) = self.out_up {
+            conversion = conversion.out_up(up.into());
+        }
+        if let Some(rate) = self.frame_rate {
+            conversion = conversion.frame_rate(rate);
+        }
+        if let Some(frame) = self.rest_frame {
+            conversion = conversion.rest(RestPoseSource::Frame(frame));
+        }
+        Ok(conversion)
+    }
+}
+
+/// Options of all writers; each reads its own.
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
+pub(crate) struct WriteOptions {
+    keep_constant: bool,
+    compress: Compress,
+    max_error: Option<f64>,
+    order: Option<Order>,
+    digits: Option<usize>,
+    channels: ChannelCount,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+enum Compress {
+    #[default]
+    None,
+    Int16,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+enum Order {
+    Xyz,
+    Xzy,
+    Yxz,
+    Yzx,
+    Zxy,
+    Zyx,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+enum ChannelCount {
+    #[default]
+    #[serde(rename = "auto")]
+    Auto,
+    #[serde(rename = "3")]
+    Three,
+    #[serde(rename = "6")]
+    Six,
+}
+
+impl WriteOptions {
+    pub(crate) fn gltf(&self) -> GltfOptions {
+        GltfOptions {
+            keep_constant: self.keep_constant,
+            compression: match self.compress {
+                Compress::None => Compression::None,
+                Compress::Int16 => Compression::Int16,
+            },
+            max_error: self.max_error,
+            ..GltfOptions::default()
+        }
+    }
+
+    pub(crate) fn bvh(&self) -> bvh::BvhOptions {
+        bvh::BvhOptions {
+            order: self.order.map(|order| match order {
+                Order::Xyz => RotationOrder::Xyz,
+                Order::Xzy => RotationOrder::Xzy,
+                Order::Yxz => RotationOrder::Yxz,
+                Order::Yzx => RotationOrder::Yzx,
+                Order::Zxy => RotationOrder::Zxy,
+                Order::Zyx => RotationOrder::Zyx,
+            }),
+            digits: self.digits,
+            channels: match self.channels {
+                ChannelCount::Auto => bvh::Channels::Auto,
+                ChannelCount::Three => bvh::Channels::Three,
+                ChannelCount::Six => bvh::Channels::Six,
+            },
+        }
+    }
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default, rename_all = "camelCase", deny_unknown_fields)]
+pub(crate) struct RetargetOptions {
+    scale: Option<ScaleOption>,
+    pub(crate) feet: Feet,
+    pub(crate) bones: HumanoidMap,
+    pub(crate) character_bones: HumanoidMap,
+    pub(crate) name: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum ScaleOption {
+    Factor(f64),
+    Name(ScaleName),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase")]
+enum ScaleName {
+    Auto,
+    None,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "camelCase")]
+pub(crate) enum Feet {
+    #[default]
+    Lock,
+    Free,
+}
+
+impl RetargetOptions {
+    pub(crate) fn scale(&self) -> Result<Scale, Failure> {
+        match self.scale {
+            None | Some(ScaleOption::Name(ScaleName::Auto)) => Ok(Scale::Auto),
+            Some(ScaleOption::Name(ScaleName::None)) => Ok(Scale::None),
+            Some(ScaleOption::Factor(factor)) if factor.is_finite() && factor > 0.0 => Ok(Scale::Factor(factor)),
+            Some(ScaleOption::Factor(factor)) => Err(Failure::argument(format!(
+                "scale must be finite and above 0, got {factor}"
+            ))),
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! What can be asked for, and the answers.
+
+use std::rc::Rc;
+
+use mocap::arrays::{self, ArrayOptions, csv};
+use mocap::dump::SceneView;
+use mocap::gltf::{self, Character};
+use mocap::retarget::{RetargetReport, Retargeter, check_target};
+use mocap::scene::{Animation, Assumption, UpAxis};
+use mocap::skeleton::{self, humanoid};
+use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, bvh, vrma};
+use serde::{Deserialize, Serialize};
+
+use crate::answer::SceneAt;
+use crate::failure::{Failure, Finding};
+use crate::options::{ConvertOptions, Feet, ReadOptions, RetargetOptions, WriteOptions};
+use crate::scenes::{Entry, Scenes};
+
+/// One call. `files` are the names of the inputs, the motion first.
+#[derive(Deserialize)]
+#[serde(tag = "call", rename_all = "camelCase", deny_unknown_fields)]
+enum Request {
+    /// A file to a scene.
+    Read {
+        files: Vec<String>,
+        #[serde(default)]
+        options: ReadOptions,
+    },
+    /// A character for [`Request::Retarget`]: a glTF or VRM file keeps all that is in it.
+    ReadCharacter {
+        files: Vec<String>,
+        #[serde(default)]
+        options: ReadOptions,
+    },
+    /// What is wrong with a file, and what it leaves open.
+    Check {
+        files: Vec<String>,
+        #[serde(default)]
+        options: ReadOptions,
+    },
+    /// A changed copy of a scene.
+    Convert {
+        scene: u32,
+        #[serde(default)]
+        options: ConvertOptions,
+    },
+    /// A motion on a character, as a scene.
+    Retarget {
+        scene: u32,
+        character: u32,
+        #[serde(default)]
+        options: RetargetOptions,
+    },
+    /// A scene as a file.
+    Write {
+        scene: u32,
+        format: Output,
+        #[serde(default)]
+        options: WriteOptions,
+    },
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Output {
+    Glb,
+    Bvh,
+    Vrma,
+    Csv,
+    Json,
+}
+
+/// The JSON and the bytes of an answer.
+type Answer = (Vec<u8>, Vec<u8>);
+
+pub(crate) fn answer(scenes: &mut Scenes, request: &[u8], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+    let request = serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))?;
+    match request {
+        Request::Read { files: names, options } => {
+            let (file, others) = memory_files(&names, files)?;
+            let scene = options.importer().read_among(file, &others)?;
+            keep(scenes, Entry::new(scene, None), &[])
+        }
+        Request::ReadCharacter { files: names, options } => {
+            let (file, others) = memory_files(&names, files)?;
+            keep(scenes, read_character(&options, file, &others)?, &[])
+        }
+        Request::Check { files: names, options } => {
+            let (file, others) = memory_files(&names, files)?;
+            check(&options, file, &others)
+        }
+        Request::Convert { scene, options } => convert(scenes, scene, options),
+        Request::Retarget {
+            scene,
+            character,
+            options,
+        } => retarget(scenes, scene, character, &options),
+        Request::Write { scene, format, options } => write(scenes.get(scene)?, format, &options),
+    }
+}
+
+fn memory_files<'a>(
+    names: &'a [String],
+    files: &'a [Vec<u8>],
+) -> Result<(MemoryFile<'a>, Vec<MemoryFile<'a>>), Failure> {
+    if names.is_empty() || names.len() != files.len() {
+        return Err(Failure::argument(format!(
+            "there are {} names for {} files",
+            names.len(),
+            files.len()
+        )));
+    }
+    let mut all = std::iter::zip(names, files).map(|(name, bytes)| MemoryFile { name, bytes });
+    let first = all.next().ok_or_else(|| Failure::argument("there is no file"))?;
+    Ok((first, all.collect()))
+}
+
+fn json(answer: &impl Serialize) -> Result<Vec<u8>, Failure> {
+    serde_json::to_vec(answer).map_err(|error| Failure::argument(error.to_string()))
+}
+
+/// Keeps a scene, and describes it.
+fn keep(scenes: &mut Scenes, entry: Entry, assumptions: &[Assumption]) -> Result<Answer, Failure> {
+    let number = scenes.add(entry)?;
+    let answer = json(&SceneAt::new(number, scenes.get(number)?, assumptions))?;
+    Ok((answer, Vec::new()))
+}
+
+/// As `mocap retarget` reads its character: glTF and VRM files are passed through, others give their skeleton.
+fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Entry, Failure> {
+    let importer = options.importer().skeleton_mesh(SkeletonMesh::None);
+    match importer.read_character(file, others) {
+        Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Rc::new(character)))),
+        Err(error) if error.code() == Code::UnknownFormat => {
+            Ok(Entry::new(options.importer().read_among(file, others)?, None))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// As a line of `mocap check --json`.
+fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    struct Checked<'a> {
+        status: &'static str,
+        diagnostics: Vec<Finding<'a>>,
+        assumptions: Vec<Assumption>,
+    }
+    let importer: Importer = options.importer().hash(false).skeleton_mesh(SkeletonMesh::None);
+    let read = importer.read_among(file, others);
+    let (warnings, error) = match &read {
+        Ok(scene) => (scene.warnings.as_slice(), None),
+        Err(error) => (error.warnings(), Some(error)),
+    };
+    let diagnostics: Vec<Finding<'_>> = warnings
+        .iter()
+        .map(Finding::warning)
+        .chain(error.map(Finding::error))
+        .collect();
+    let checked = Checked {
+        status: match (error, diagnostics.is_empty()) {
+            (Some(_), _) => "error",
+            (None, false) => "warning",
+            (None, true) => "ok",
+        },
+        diagnostics,
+        assumptions: read.as_ref().map(skeleton::assumptions).unwrap_or_default(),
+    };
+    Ok((json(&checked)?, Vec::new()))
+}
+
+fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<Answer, Failure> {
+    let conversion = options.conversion()?;
+    let entry = scenes.get(number)?;
+    let mut scene = entry.scene.clone();
+    let assumptions = conversion.apply(&mut scene)?;
+    keep(scenes, Entry::new(scene, None).converted(), &assumptions)
+}
+
+/// The scene in metres with +Y up.
+fn in_metres(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
+    let mut scene = entry.scene.clone();
+    let is_in_metres = scene.metadata.metres_per_unit == Some(1.0) && scene.metadata.up == Some(UpAxis::Y);
+    if entry.is_converted && is_in_metres {
+        return Ok((scene, Vec::new()));
+    }
+    let assumptions = Conversion::new().apply(&mut scene)?;
+    Ok((scene, assumptions))
+}
+
+/// What is said about a file that was written.
+#[derive(Default, Serialize)]
+struct Written<'a> {
+    assumptions: Vec<Assumption>,
+    warnings: &'a [mocap::Diagnostic],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<&'a gltf::GltfReport>,
+}
+
+fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer, Failure> {
+    let scene = &entry.scene;
+    match format {
+        Output::Glb => {
+            if let Some(character) = &entry.character {
+                let bytes = character.with_animations(added(entry, character), false)?;
+                return Ok((json(&Written::default())?, bytes));
+            }
+            let (scene, assumptions) = in_metres(entry)?;
+            let document = gltf::Document::new(&scene, &options.gltf())?;
+            let written = Written {
+                assumptions,
+                warnings: &document.report().warnings,
+                report: Some(document.report()),
+            };
+            Ok((json(&written)?, document.to_glb()?))
+        }
+        Output::Vrma => {
+            let (mut scene, assumptions) = in_metres(entry)?;
+            if entry.humanoid.is_some() {
+                // The origin is that of the character, which is not the source of the motion.
+                scene.metadata.origin = None;
+            }
+            let options = vrma::VrmaOptions {
+                humanoid: entry.humanoid.clone(),
+                gltf: options.gltf(),
+            };
+            let (bytes, report) = vrma::write(&scene, &options)?;
+            let written = Written {
+                assumptions,
+                warnings: &report.warnings,
+                report: Some(&report),
+            };
+            Ok((json(&written)?, bytes))
+        }
+        Output::Bvh => {
+            let options = options.bvh();
+            let warnings = Vec::from_iter(bvh::scale_warning(scene, &options)?);
+            let written = Written {
+                warnings: &warnings,
+                ..Written::default()
+            };
+            Ok((json(&written)?, bvh::write(scene, &options)?))
+        }
+        Output::Csv => {
+            let motion = arrays::arrays(scene, &ArrayOptions::default())?;
+            let written = Written {
+                assumptions: motion.header.provenance.assumptions.clone(),
+                ..Written::default()
+            };
+            Ok((json(&written)?, csv::write(&motion).into_bytes()))
+        }
+        Output::Json => Ok((json(&Written::default())?, json(&SceneView::new(scene))?)),
+    }
+}
+
+/// The animations that the file of the character does not have.
+fn added<'a>(entry: &'a Entry, character: &Character) -> &'a [Animation] {
+    let (ours, theirs) = (&entry.scene.animations, &character.scene().animations);
+    if ours == theirs { &[] } else { ours }
+}
+
+fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &RetargetOptions) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    struct Retargeted<'a> {
+        #[serde(flatten)]
+        scene: SceneAt<'a>,
+        reports: Vec<RetargetReport>,
+    }
+    let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
+    let (source, assumptions) = in_metres(entry)?;
+    let file = target.character.clone();
+    let stated = file.as_ref().and_then(|file| file.humanoid().cloned());
+    let bones = stated.unwrap_or_else(|| humanoid(&target.scene));
+    let bones = bones.with_map(&target.scene, options.character_bones.clone())?;
+    check_target(&target.scene, Some(&bones))?;
+    let mut retargeter = Retargeter::new(
+        &source,
+        &target.scene,
+        &mocap::retarget::RetargetOptions {
+            scale: options.scale()?,
+            source: Some(humanoid(&source).with_map(&source, options.bones.clone())?),
+            target: Some(bones.clone()),
+        },
+    )?;
+    let present = file.as_ref().map_or(&[][..], |file| &file.scene().animations);
+    let mut animations: Vec<Animation> = Vec::new();
+    let mut reports = Vec::new();
+    for (index, animation) in source.animations.iter().enumerate() {
+        let mut moved = retargeter.animation(&source, animation);
+        let taken: Vec<&Animation> = present.iter().chain(&animations).collect();
+        moved.name = free_name(clip_name(&source, animation, options), &taken);
+        let mut found = retargeter.measure(&source, animation, &target.scene, &moved);
+        if options.feet == Feet::Lock && found.slides() {
+            let mut locked = moved.clone();
+            retargeter.lock_feet(&source, index, &target.scene, &mut locked)?;
+            let after = retargeter.measure(&source, animation, &target.scene, &locked);
+            if after.is_better_locked_than(&found) {
+                (moved, found) = (locked, after);
+            }
+        }
+        animations.push(moved);
+        reports.push(found);
+    }
+    let mut scene = target.scene.clone();
+    scene.animations = animations;
+    let number = scenes.add(Entry::new(scene, file).with_humanoid(bones))?;
+    let answer = json(&Retargeted {
+        scene: SceneAt::new(number, scenes.get(number)?, &assumptions),
+        reports,
+    })?;
+    Ok((answer, Vec::new()))
+}
+
+/// The name of the file, and that of the clip where the file has several.
+fn clip_name(source: &Scene, animation: &Animation, options: &RetargetOptions) -> String {
+    let origin = source.metadata.origin.as_ref();
+    match (source.animations.len(), animation.name.as_str(), &options.name) {
+        (1, _, Some(name)) => name.clone(),
+        (1, _, None) | (_, "", _) => origin.map_or_else(String::new, |origin| origin.stem().to_owned()),
+        (_, name, _) => name.to_owned(),
+    }
+}
+
+/// The name, with a number where another clip has it.
+fn free_name(name: String, taken: &[&Animation]) -> String {
+    let is_free = |name: &String| taken.iter().all(|clip| clip.name != *name);
+    let numbered = (2..).map(|number| format!("{name}_{number}"));
+    std::iter::once(name.clone())
+        .chain(numbered)
+        .find(is_free)
+        .unwrap_or(name)
+}

@@ -1,0 +1,97 @@
+//! The scenes that JavaScript holds, each under a number that is never used again.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use mocap::glam::Mat4;
+use mocap::gltf::Character;
+use mocap::skeleton::Humanoid;
+use mocap::{Binding, Pose, Scene};
+
+use crate::failure::Failure;
+
+/// A scene, and what is computed of it once.
+pub(crate) struct Entry {
+    pub(crate) scene: Scene,
+    /// The file of a glTF character, to which motions are added.
+    pub(crate) character: Option<Rc<Character>>,
+    /// Which joints are which bones, where that is known.
+    pub(crate) humanoid: Option<Humanoid>,
+    /// Whether a conversion made it, so that what a file leaves open is known.
+    pub(crate) is_converted: bool,
+    bindings: Vec<Option<Binding>>,
+    rest: Vec<Mat4>,
+    pose: Pose,
+}
+
+impl Entry {
+    pub(crate) fn new(scene: Scene, character: Option<Rc<Character>>) -> Self {
+        Self {
+            bindings: scene.animations.iter().map(|_| None).collect(),
+            rest: scene.nodes.iter().map(|node| node.transform).collect(),
+            pose: Pose::rest(&scene),
+            scene,
+            character,
+            humanoid: None,
+            is_converted: false,
+        }
+    }
+
+    pub(crate) fn with_humanoid(mut self, humanoid: Humanoid) -> Self {
+        self.humanoid = Some(humanoid);
+        self
+    }
+
+    pub(crate) fn converted(mut self) -> Self {
+        self.is_converted = true;
+        self
+    }
+
+    /// Node to parent, in the rest pose.
+    pub(crate) fn rest(&self) -> &[Mat4] {
+        &self.rest
+    }
+
+    /// The matrices of the nodes to the world; `None` where there is no such animation.
+    pub(crate) fn pose(&mut self, animation: u32, tick: f64) -> Option<&[[f32; 16]]> {
+        let index = animation as usize;
+        let animation = self.scene.animations.get(index)?;
+        let binding = self.bindings.get_mut(index)?;
+        let binding = binding.get_or_insert_with(|| Binding::new(&self.scene, animation));
+        self.pose.sample(binding, animation, tick);
+        Some(self.pose.node_to_world_arrays())
+    }
+
+    pub(crate) fn to_parent(&self) -> &[[f32; 16]] {
+        self.pose.node_to_parent_arrays()
+    }
+}
+
+#[derive(Default)]
+pub(crate) struct Scenes {
+    entries: BTreeMap<u32, Entry>,
+    last: u32,
+}
+
+impl Scenes {
+    pub(crate) fn add(&mut self, entry: Entry) -> Result<u32, Failure> {
+        let next = self.last.checked_add(1);
+        self.last = next.ok_or_else(|| Failure::argument("there were 2^32 scenes; load the module again"))?;
+        self.entries.insert(self.last, entry);
+        Ok(self.last)
+    }
+
+    pub(crate) fn get(&self, number: u32) -> Result<&Entry, Failure> {
+        self.entries
+            .get(&number)
+            .ok_or_else(|| Failure::argument("the scene was freed"))
+    }
+
+    pub(crate) fn get_mut(&mut self, number: u32) -> Option<&mut Entry> {
+        self.entries.get_mut(&number)
+    }
+
+    pub(crate) fn free(&mut self, number: u32) {
+        self.entries.remove(&number);
+    }
+}

@@ -1,0 +1,64 @@
+//! The inputs of the next call, the answer of the last, and the scenes.
+
+use std::cell::RefCell;
+
+use crate::failure::Failure;
+use crate::request;
+use crate::scenes::Scenes;
+
+thread_local! {
+    /// WebAssembly without threads has one.
+    static STATE: RefCell<State> = RefCell::new(State::default());
+}
+
+/// Everything that stays between two calls.
+#[derive(Default)]
+pub(crate) struct State {
+    pub(crate) scenes: Scenes,
+    inputs: Vec<Vec<u8>>,
+    json: Vec<u8>,
+    bytes: Vec<u8>,
+}
+
+/// `None` where a call is made within a call, which JavaScript cannot do.
+pub(crate) fn with_state<T>(run: impl FnOnce(&mut State) -> T) -> Option<T> {
+    STATE.with(|state| state.try_borrow_mut().ok().map(|mut state| run(&mut state)))
+}
+
+impl State {
+    pub(crate) fn input(&mut self, length: usize) -> *mut u8 {
+        let mut room = Vec::new();
+        if room.try_reserve_exact(length).is_err() {
+            self.inputs.clear();
+            return std::ptr::null_mut();
+        }
+        room.resize(length, 0);
+        self.inputs.push(room);
+        self.inputs.last_mut().map_or(std::ptr::null_mut(), Vec::as_mut_ptr)
+    }
+
+    /// Whether it was done.
+    pub(crate) fn call(&mut self) -> bool {
+        let mut inputs = std::mem::take(&mut self.inputs);
+        self.bytes = Vec::new();
+        let result = match inputs.is_empty() {
+            true => Err(Failure::argument("there is no request")),
+            false => {
+                let request = inputs.remove(0);
+                request::answer(&mut self.scenes, &request, &inputs)
+            }
+        };
+        let done = result.is_ok();
+        let (json, bytes) = result.unwrap_or_else(|failure| (failure.to_json(), Vec::new()));
+        self.json = json;
+        self.bytes = bytes;
+        done
+    }
+
+    pub(crate) fn output(&self, part: u32) -> &[u8] {
+        match part {
+            0 => &self.json,
+            _ => &self.bytes,
+        }
+    }
+}

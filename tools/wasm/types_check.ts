@@ -1,0 +1,25 @@
+// Compiled, not run: what a user of the package writes, with its types.
+
+import { MocapError, load, type Scene } from "./package/index.js";
+
+const mocap = await load();
+
+function walk(bytes: Uint8Array): Float32Array {
+  using scene: Scene = mocap.read(bytes, "walk.bvh", { rootOffset: "add", clip: 0, hash: false });
+  using metres = scene.convert({ unit: "cm", up: "-z", first: { seconds: 1 }, last: { frame: 90 }, root: "inPlace" });
+  const glb: Uint8Array = metres.toGlb({ compress: "int16", maxError: 0.001 });
+  const keys = metres.animations[0]?.channels[0]?.rotations.values.slice();
+  return keys ?? new Float32Array(glb.length);
+}
+
+try {
+  walk(new Uint8Array());
+  const motion = mocap.read([{ name: "01.asf", bytes: "" }, { name: "01_01.amc", bytes: new ArrayBuffer(0) }]);
+  const character = mocap.readCharacter(new Uint8Array(), "hero.vrm");
+  motion.retarget(character, { scale: 1.1, feet: "free" }).write("vrma").warnings.map((warning) => warning.code);
+} catch (error) {
+  if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);
+}
+
+// @ts-expect-error an axis that there is not
+mocap.read("", "a.bvh").convert({ up: "x" });
