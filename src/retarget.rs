@@ -109,7 +109,7 @@ impl Retargeter {
     /// floor is; both scenes may have any unit, axes and rest pose.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where one of the skeletons is not a humanoid, or has a hierarchy
+    /// [`Code::NotHumanoid`] where one of the skeletons is not a humanoid, or has a hierarchy
     /// onto which no pose can be put.
     pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
         let from = Body::new(source, options.source.clone(), "source")?;
@@ -288,7 +288,7 @@ impl Retargeter {
 /// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are guessed.
 ///
 /// # Errors
-/// [`Code::NotHumanoid`](crate::Code::NotHumanoid) where the skeleton is not a humanoid, or has a hierarchy onto which no
+/// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
 pub fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
     Body::target(target, bones).map(|_| ())
