@@ -1,8 +1,8 @@
-//! What the end of a limb is asked to do.
+//! The goal of the end of a limb.
 
 use glam::{Quat, Vec3};
 
-/// Where the end of a limb is to come, in the world.
+/// The wanted position and rotation of the end of a limb, in the world.
 ///
 /// ```
 /// use mocap::glam::{Quat, Vec3};

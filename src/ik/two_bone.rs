@@ -57,14 +57,14 @@ pub fn two_bone_rotations(joints: [Vec3; 3], goal: Vec3, pole: Option<Vec3>) -> 
         return still;
     }
     let nothing = NO_DIRECTION * (a + b);
-    // The direction of the end as it is, and as it is to be.
+    // The direction from the first joint to the end, and from there to the goal.
     let old = direction(end - start, nothing)
         .or_else(|| direction(first, 0.0))
         .or_else(|| direction(second, 0.0))
         .unwrap_or(DVec3::X);
     let way = goal - start;
     let new = direction(way, nothing).unwrap_or(old);
-    // Where the middle joint is to be: so far along that direction, and so far aside.
+    // The middle joint comes `along` the direction to the goal, and `aside` of it.
     let reach = way.length().clamp((a - b).abs(), a + b);
     let along = match reach > nothing {
         true => ((reach * reach + a * a - b * b) / (2.0 * reach)).clamp(-a, a),
