@@ -341,6 +341,64 @@ fn nodes_that_are_turned_and_scaled_at_rest_move_as_before() {
     }
 }
 
+/// The vertices of the skin at a tick.
+fn skinned(scene: &Scene, tick: f64) -> Vec<Vec3> {
+    let pose = Pose::at_tick(scene, 0, tick).unwrap();
+    let mesh = &scene.meshes[0];
+    let mut vertices = vec![Vec3::ZERO; mesh.vertices.len()];
+    for bone in &mesh.bones {
+        let to_world = pose.node_to_world[bone.node.index()] * bone.offset_matrix;
+        for weight in &bone.weights {
+            let id = weight.vertex_id as usize;
+            vertices[id] += weight.weight * to_world.transform_point3(mesh.vertices[id]);
+        }
+    }
+    vertices
+}
+
+/// Where the skin was bound stays; the rest pose is another: arms down by 45 degrees, each joint with other axes, the
+/// armature in centimetres.
+#[test]
+fn the_skin_moves_as_before_where_the_rest_pose_is_another() {
+    let read = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Skinned);
+    let plain = read.import("fixtures/skeletons/human_vrm1.gltf").unwrap();
+    let mut changed = plain.clone();
+    let rest = Pose::rest(&plain);
+    let mut axes = vec![Mat4::IDENTITY; plain.nodes.len()];
+    for (index, node) in changed.nodes.iter_mut().enumerate() {
+        let turned = Quat::from_euler(mocap::glam::EulerRot::XYZ, 0.3 * index as f32, index as f32, 0.4);
+        axes[index] = Mat4::from_quat(turned.normalize());
+        // The space of each joint is in centimetres.
+        axes[index] *= Mat4::from_scale(Vec3::splat(0.01));
+        let parent = node.parent.map_or(Mat4::IDENTITY, |parent| axes[parent.index()]);
+        node.transform = parent.inverse() * node.transform * axes[index];
+    }
+    for bone in &mut changed.meshes[0].bones {
+        bone.offset_matrix = axes[bone.node.index()].inverse() * bone.offset_matrix;
+    }
+    for (bone, sign) in [(Bone::LeftUpperArm, -1.0), (Bone::RightUpperArm, 1.0)] {
+        let arm = joints(&plain)(bone).unwrap();
+        let down = Mat4::from_rotation_z(sign * std::f32::consts::FRAC_PI_4);
+        let mut to_world = Pose::rest(&changed).node_to_world[arm.index()];
+        let place = to_world.w_axis;
+        assert!((place - rest.node_to_world[arm.index()].w_axis).length() < 1e-4);
+        to_world = down * to_world;
+        to_world.w_axis = place;
+        let parent = changed.nodes[arm.index()].parent.unwrap();
+        changed.nodes[arm.index()].transform = Pose::rest(&changed).node_to_world[parent.index()].inverse() * to_world;
+    }
+    for file in ["real/cmu_12_01_walk.bvh", "real/rokoko_dance.bvh"] {
+        let source = motion(file);
+        let moved = [&plain, &changed].map(|scene| retargeted(&source, scene));
+        for tick in frames(&source, 6) {
+            let [a, b] = moved.each_ref().map(|scene| skinned(scene, tick));
+            assert!(a.len() > 1000, "{}", a.len());
+            let off = std::iter::zip(&a, &b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+            assert!(off < 0.005, "{file} at {tick}: {off} m");
+        }
+    }
+}
+
 #[test]
 fn the_path_is_as_long_as_the_legs_ask_or_as_the_caller_says() {
     let source = motion("real/cmu_12_01_walk.bvh");
