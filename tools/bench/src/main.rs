@@ -9,6 +9,7 @@ mod feet;
 mod floors;
 mod inputs;
 mod peers;
+mod retarget;
 
 use std::error::Error;
 use std::fs;
@@ -34,6 +35,7 @@ fn main() -> Result<()> {
     match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["edit"] => return edit::measure(15),
         ["feet"] => return feet::measure(),
+        ["retarget"] => return retarget::measure(7),
         _ => {}
     }
     let sizes: Vec<usize> = match args.as_slice() {
@@ -64,7 +66,7 @@ struct Stage<'a> {
 }
 
 /// The CPU time of this thread, if the system provides it.
-fn cpu_seconds() -> Option<f64> {
+pub(crate) fn cpu_seconds() -> Option<f64> {
     // The kernel updates the count when it schedules.
     std::thread::yield_now();
     let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
