@@ -1,11 +1,21 @@
 //! Rotations in parts.
 
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+
+/// How much the square of the length of an axis may differ from 1 that counts as 1.
+const UNIT: f32 = 1e-5;
 
 /// The rotation of a matrix whose axes may be scaled, and of a mirrored one that of [`Trs`](crate::pose::Trs). Shear is
 /// lost.
 pub(super) fn rotation_of(matrix: &Mat4) -> Quat {
-    let [mut x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize_or_zero());
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Vec4::truncate);
+    // Most have length 1, and need no square root.
+    let is_unit = axes.iter().all(|axis| (axis.length_squared() - 1.0).abs() < UNIT);
+    let [mut x, y, z] = if is_unit {
+        axes
+    } else {
+        axes.map(Vec3::normalize_or_zero)
+    };
     if x.cross(y).dot(z) < 0.0 {
         x = -x;
     }
