@@ -39,7 +39,7 @@ use self::plan::{Plan, Twisted};
 use self::root::Root;
 pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{FootLockReport, contacts_of, follow_feet};
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 use crate::skeleton::Humanoid;
@@ -237,11 +237,7 @@ impl Retargeter {
         moved: &mut Animation,
     ) -> Result<FootLockReport> {
         let Some(motion) = source.animations.get(animation) else {
-            let message = format!(
-                "there is no animation {animation}: the source has {}",
-                source.animations.len()
-            );
-            return Err(Diagnostic::new(Code::NoMotion, message).into());
+            return Err(no_animation(animation, source));
         };
         let contacts = contacts_of(source, motion, &self.source.humanoid)?;
         let Some(followed) = feet::followed(&self.source, &self.target, target, &self.root, &contacts) else {
@@ -258,6 +254,34 @@ impl Retargeter {
             *moved = locked;
         }
         Ok(report)
+    }
+
+    /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With `lock_feet` its
+    /// feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are better so.
+    ///
+    /// # Errors
+    /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
+    pub fn clip(
+        &mut self,
+        source: &Scene,
+        index: usize,
+        target: &Scene,
+        lock_feet: bool,
+    ) -> Result<(Animation, RetargetReport)> {
+        let Some(animation) = source.animations.get(index) else {
+            return Err(no_animation(index, source));
+        };
+        let moved = self.animation(source, animation);
+        let found = self.measure(source, animation, target, &moved);
+        if lock_feet && found.feet.is_some() && !found.feet_move_alike() {
+            let mut locked = moved.clone();
+            let lock = self.lock_feet(source, index, target, &mut locked)?;
+            let after = self.measure(source, animation, target, &locked).with_lock(&lock);
+            if after.is_better_locked_than(&found) {
+                return Ok((locked, after));
+            }
+        }
+        Ok((moved, found))
     }
 
     /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of them
@@ -283,6 +307,14 @@ impl Retargeter {
             &self.plan.unmapped,
         )
     }
+}
+
+fn no_animation(index: usize, source: &Scene) -> Error {
+    let message = format!(
+        "there is no animation {index}: the source has {}",
+        source.animations.len()
+    );
+    Diagnostic::new(Code::NoMotion, message).into()
 }
 
 /// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are guessed.

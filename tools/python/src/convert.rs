@@ -1,10 +1,10 @@
-//! A motion file to animated glTF.
+//! A motion file to animated glTF or to a VRM animation.
 
 use std::path::PathBuf;
 
 use mocap::export::ReplacePolicy;
 use mocap::scene::UpAxis;
-use mocap::{Conversion, SkeletonMesh, gltf};
+use mocap::{Conversion, SkeletonMesh, gltf, vrma};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -38,7 +38,13 @@ pub(crate) fn convert(
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
-        gltf::export(&scene, &target, &gltf::GltfOptions::default())
+        match target
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("vrma"))
+        {
+            true => vrma::export(&scene, &target, &vrma::VrmaOptions::default()),
+            false => gltf::export(&scene, &target, &gltf::GltfOptions::default()),
+        }
     });
     written
         .map(|written| written.bytes as u64)

@@ -10,6 +10,7 @@ mod arrow;
 mod convert;
 mod edit;
 mod errors;
+mod retarget;
 mod scene;
 
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ mod _mocap {
     use super::convert::convert;
     #[pymodule_export]
     use super::edit::{contacts, edit, prepare, write};
+    #[pymodule_export]
+    use super::retarget::{add_motions, retarget};
     #[pymodule_export]
     use super::scene::{Node, Scene};
     #[pymodule_export]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.dataset
 import pytest
-from conftest import REAL
+from conftest import REAL, REPOSITORY
 from make_clips import make_clips
 
 import mocap
@@ -73,6 +73,13 @@ def test_lines_that_change_a_motion(tmp_path: Path) -> None:
     shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
     run(block("edit.prepare"), tmp_path)
     assert (tmp_path / "loop.glb").read_bytes().startswith(b"glTF")
+
+
+def test_lines_of_a_character(tmp_path: Path) -> None:
+    shutil.copy(REAL / "cmu_12_01_walk.bvh", tmp_path / "walk.bvh")
+    shutil.copy(REPOSITORY / "fixtures" / "skeletons" / "human_vrm1.gltf", tmp_path / "hero.gltf")
+    assert run(block("add_motions"), tmp_path) == "good 524\n"
+    assert b'"walk"' in (tmp_path / "moving.gltf").read_bytes()
 
 
 def test_lines_after_the_program(program: Path, tmp_path: Path) -> None:

@@ -110,18 +110,9 @@ pub(super) fn moved(
     name: String,
     feet: FeetArg,
 ) -> mocap::Result<(Animation, RetargetReport)> {
-    let animation = &source.animations[index];
-    let mut moved = retargeter.animation(source, animation);
+    let (mut moved, mut found) = retargeter.clip(source, index, target, feet == FeetArg::Lock)?;
+    found.clip.clone_from(&name);
     moved.name = name;
-    let found = retargeter.measure(source, animation, target, &moved);
-    if feet == FeetArg::Lock && found.feet.is_some() && !found.feet_move_alike() {
-        let mut locked = moved.clone();
-        let lock = retargeter.lock_feet(source, index, target, &mut locked)?;
-        let after = retargeter.measure(source, animation, target, &locked).with_lock(&lock);
-        if after.is_better_locked_than(&found) {
-            return Ok((locked, after));
-        }
-    }
     Ok((moved, found))
 }
 

@@ -19,6 +19,7 @@ from . import _mocap, edit
 from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
+from ._retarget import Retargeted, add_motions, retarget
 from ._scene import Motion, Scene
 
 __all__ = [
@@ -34,11 +35,14 @@ __all__ = [
     "Node",
     "Options",
     "ReadOptions",
+    "Retargeted",
     "Scene",
+    "add_motions",
     "convert",
     "edit",
     "read",
     "read_bytes",
+    "retarget",
     "table",
 ]
 
@@ -77,7 +81,8 @@ def convert(
     fps: float | None = None,
     **options: Any,
 ) -> int:
-    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, in metres with +Y up; returns the bytes written.
+    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, or as a VRM animation, ``.vrma``, in metres with +Y up;
+    returns the bytes written.
 
     Args:
         source: The motion file.

@@ -12,6 +12,7 @@ __all__ = [
     "ArrowTable",
     "Node",
     "Scene",
+    "add_motions",
     "contacts",
     "convert",
     "edit",
@@ -19,6 +20,7 @@ __all__ = [
     "prepare",
     "read",
     "read_bytes",
+    "retarget",
     "table",
     "write",
 ]
@@ -74,3 +76,12 @@ def prepare(scene: Scene, metres_per_unit: float | None, up: str | None) -> Scen
 def edit(scene: Scene, step: str, other: Scene | None) -> tuple[Scene, str]: ...
 def contacts(scene: Scene, options: str) -> str: ...
 def write(scene: Scene, target: str | os.PathLike[str]) -> None: ...
+def retarget(source: Scene, target: Scene, scale: float | None, lock_feet: bool) -> tuple[Scene, str]: ...
+def add_motions(
+    motions: list[tuple[str, Scene]],
+    character: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    scale: float | None,
+    lock_feet: bool,
+    replace: bool,
+) -> str: ...

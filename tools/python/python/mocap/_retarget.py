@@ -1,0 +1,89 @@
+"""Motions on other skeletons, and in the files of characters."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+from . import _mocap
+from ._scene import Scene
+
+Scale = Literal["auto", "none"] | float
+Feet = Literal["lock", "free"]
+
+
+class Retargeted(NamedTuple):
+    """A skeleton with motions of another, and how well they are the same: a report for each motion, in degrees and metres."""
+
+    scene: Scene
+    reports: list[dict[str, Any]]
+
+
+def retarget(source: Scene, target: Scene, *, scale: Scale = "auto", feet: Feet = "lock") -> Retargeted:
+    """The motions of ``source`` on the skeleton of ``target``, in place of its own. Both are humanoids, of any names, rest
+    pose, unit and axes.
+
+    >>> moved, reports = mocap.retarget(mocap.read("walk.bvh"), mocap.read("hero.glb"))  # doctest: +SKIP
+    >>> reports[0]["verdict"], reports[0]["mean_degrees"]                                # doctest: +SKIP
+    ('good', 0.01)
+
+    Args:
+        source: A motion.
+        target: A skeleton.
+        scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
+            or a factor.
+        feet: ``"lock"`` holds feet still while those of the source stand, where they would slide more.
+
+    Raises:
+        MocapError: Where one of the two is not a humanoid, with the reason.
+    """
+    native, reports = _mocap.retarget(source._native, target._native, _factor(scale), _locks(feet))
+    return Retargeted(Scene(native), json.loads(reports))
+
+
+def add_motions(
+    motions: Mapping[str, Scene],
+    character: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    scale: Scale = "auto",
+    feet: Feet = "lock",
+    replace: bool = False,
+) -> list[dict[str, Any]]:
+    """Writes a glTF or VRM character with motions added, and returns a report for each. Everything else in the file stays as
+    it is, byte by byte.
+
+    >>> motions = {"walk": mocap.read("walk.bvh"), "run": mocap.read("run.bvh")}  # doctest: +SKIP
+    >>> reports = mocap.add_motions(motions, "hero.vrm", "moving.vrm")            # doctest: +SKIP
+
+    Args:
+        motions: Names and motions.
+        character: A ``.glb``, ``.gltf`` or ``.vrm`` file.
+        target: The file to write, of the same kind; it is whole or absent.
+        scale: As for :func:`retarget`.
+        feet: As for :func:`retarget`.
+        replace: Leave out the motions that the character has.
+
+    Raises:
+        MocapError: As :func:`retarget`, and where the character cannot be read or ``target`` is the character.
+    """
+    named = [(name, motion._native) for name, motion in motions.items()]
+    return list(json.loads(_mocap.add_motions(named, character, target, _factor(scale), _locks(feet), replace)))
+
+
+def _factor(scale: Scale) -> float | None:
+    if scale == "auto":
+        return None
+    if scale == "none":
+        return 1.0
+    if isinstance(scale, str):
+        raise ValueError(f"scale must be auto, none or a factor, got {scale!r}")
+    return float(scale)
+
+
+def _locks(feet: Feet) -> bool:
+    if feet not in ("lock", "free"):
+        raise ValueError(f"feet must be lock or free, got {feet!r}")
+    return feet == "lock"
