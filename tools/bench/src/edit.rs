@@ -12,7 +12,7 @@ const WANTED: f64 = 1000.0;
 
 const FILES: [&str; 2] = ["cmu_12_01_walk.bvh", "cmu_01_01.bvh"];
 
-const STEPS: [&str; 16] = [
+const STEPS: [&str; 17] = [
     "foot-lock",
     "mirror",
     "smooth",
@@ -26,6 +26,7 @@ const STEPS: [&str; 16] = [
     "blend",
     "layer",
     "warp:speed=0.8",
+    "warp:path=0/0+1/2+4/3",
     "in-between:every=20",
     "in-between:every=20,interpolation=slerp",
     "in-between:every=1",
