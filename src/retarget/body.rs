@@ -22,6 +22,9 @@ const POINTED_FOOT: f32 = 0.9;
 const LEVELLED: f32 = 0.5;
 const LEVELLED_WITHOUT_REST: f32 = 1.2;
 
+/// The cosine of the largest angle between a head and the chest, on the average of a motion, that a T-pose may leave.
+const TIPPED_HEAD: f32 = 0.7;
+
 /// The smallest such angle that counts, in radians.
 const SMALLEST_LEVELLED: f32 = 0.02;
 
@@ -121,6 +124,9 @@ impl Body {
         // The T-pose of a VRM animation is that of its rest pose.
         if scene.metadata.format != Some(Format::Vrma) {
             body.level_feet(scene, stands);
+            if !stands {
+                body.level_head(scene);
+            }
         }
         body.trunk_and_neck(scene);
         body.leg = body.leg_length();
@@ -298,12 +304,43 @@ impl Body {
             let pitch = Quat::from_rotation_x(-pitch.unwrap_or(0.0));
             let turn = pitch * Quat::from_rotation_z(roll.filter(|_| !stands).unwrap_or(0.0));
             let turn = axes * turn * axes.inverse();
-            let here = self.positions[ankle.index()];
-            for index in ankle.index()..self.parents.len() {
-                if index == ankle.index() || self.depends_on(NodeId::new(index), ankle) {
-                    self.positions[index] = here + turn * (self.positions[index] - here);
-                    self.rotations[index] = (turn * self.rotations[index]).normalize();
-                }
+            self.turn(ankle, turn);
+        }
+    }
+
+    /// Turns a head that the motion shows tipped over against the chest all the time: the bones of a rest pose that had to
+    /// be computed say nothing about how its joint is turned.
+    fn level_head(&mut self, scene: &Scene) {
+        let chest = [Bone::UpperChest, Bone::Chest, Bone::Spine]
+            .into_iter()
+            .find_map(|bone| Some((bone, self.joint(bone)?)));
+        let (Some(head), Some((chest, chest_joint))) = (self.joint(Bone::Head), chest) else {
+            return;
+        };
+        // With a head as the root, a turn of it would be one of the whole body.
+        if !self.depends_on(head, chest_joint) {
+            return;
+        }
+        let to_frame = |bone: Bone, joint: NodeId| self.frame_to_joint(bone, joint).inverse();
+        let turned = level::mean_turn(
+            scene,
+            (head, to_frame(Bone::Head, head)),
+            (chest_joint, to_frame(chest, chest_joint)),
+        );
+        let is_tipped = |turn: &Quat| (*turn * Vec3::Y).y < TIPPED_HEAD;
+        let Some(turned) = turned.filter(is_tipped) else { return };
+        let to_t_pose = self.to_t_pose.get(&Bone::Head).copied().unwrap_or(Quat::IDENTITY);
+        let axes = to_t_pose.inverse() * self.axes;
+        self.turn(head, axes * turned * axes.inverse());
+    }
+
+    /// Turns a joint of the reference pose about itself, with all nodes below it.
+    fn turn(&mut self, joint: NodeId, turn: Quat) {
+        let here = self.positions[joint.index()];
+        for index in joint.index()..self.parents.len() {
+            if index == joint.index() || self.depends_on(NodeId::new(index), joint) {
+                self.positions[index] = here + turn * (self.positions[index] - here);
+                self.rotations[index] = (turn * self.rotations[index]).normalize();
             }
         }
     }

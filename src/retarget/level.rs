@@ -1,4 +1,4 @@
-//! Which way a foot is turned when it stands on its sole, seen in the motion.
+//! How a foot is turned when it stands on its sole, and a head on its neck, seen in the motion.
 //!
 //! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot that is
 //! low and slow stands on its sole.
@@ -71,37 +71,66 @@ struct Sample {
     roll: f32,
 }
 
+/// How a joint is turned against another on the average, each given with the inverse of its rotation in the T-pose; `None`
+/// where the motion does not show it.
+pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Quat)) -> Option<Quat> {
+    let (mut sum, mut count) = (Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), 0);
+    sample(scene, |pose, _, _| {
+        let turned = |(joint, joint_to_frame): (NodeId, Quat)| {
+            let matrix = pose.node_to_world.get(joint.index())?;
+            Some(rotation_of(matrix) * joint_to_frame)
+        };
+        let Some((joint, other)) = turned(joint).zip(turned(other)) else {
+            return;
+        };
+        let turn = other.inverse() * joint;
+        if turn.is_finite() {
+            // A rotation and its negative are one.
+            sum = sum + if sum.dot(turn) < 0.0 { -turn } else { turn };
+            count += 1;
+        }
+    });
+    (count >= FEWEST && sum.length() > 0.5 * count as f32).then(|| sum.normalize())
+}
+
 /// Those of each foot.
 fn samples(scene: &Scene, feet: &[Foot]) -> Vec<Vec<Sample>> {
+    let mut samples: Vec<Vec<Sample>> = feet.iter().map(|_| Vec::new()).collect();
+    sample(scene, |pose, next, animation| {
+        for (samples, foot) in samples.iter_mut().zip(feet) {
+            let Some(matrix) = pose.node_to_world.get(foot.joint.index()) else {
+                continue;
+            };
+            let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
+            let way = next.position(foot.joint) - pose.position(foot.joint);
+            let sample = Sample {
+                height: (foot.world_to_frame * pose.position(foot.joint)).y,
+                speed: way.length() * animation.ticks_per_second as f32,
+                pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
+                roll: (turned * Vec3::X).y.atan2((turned * Vec3::Y).y),
+            };
+            if [sample.height, sample.speed, sample.pitch, sample.roll]
+                .iter()
+                .all(|value| value.is_finite())
+            {
+                samples.push(sample);
+            }
+        }
+    });
+    samples
+}
+
+/// Calls `see` with some poses, evenly spaced, each with the one a tick later.
+fn sample(scene: &Scene, mut see: impl FnMut(&Pose, &Pose, &Animation)) {
     let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
     let step = frames.div_ceil(FRAMES).max(1);
     let (mut pose, mut next) = (Pose::rest(scene), Pose::rest(scene));
-    let mut samples: Vec<Vec<Sample>> = feet.iter().map(|_| Vec::new()).collect();
     for animation in &scene.animations {
         let binding = Binding::new(scene, animation);
         for frame in (0..animation.frame_count().saturating_sub(1)).step_by(step) {
             pose.sample(&binding, animation, frame as f64);
             next.sample(&binding, animation, frame as f64 + 1.0);
-            for (samples, foot) in samples.iter_mut().zip(feet) {
-                let Some(matrix) = pose.node_to_world.get(foot.joint.index()) else {
-                    continue;
-                };
-                let turned: Quat = foot.world_to_frame * rotation_of(matrix) * foot.joint_to_frame;
-                let way = next.position(foot.joint) - pose.position(foot.joint);
-                let sample = Sample {
-                    height: (foot.world_to_frame * pose.position(foot.joint)).y,
-                    speed: way.length() * animation.ticks_per_second as f32,
-                    pitch: (turned * Vec3::Z).y.clamp(-1.0, 1.0).asin(),
-                    roll: (turned * Vec3::X).y.atan2((turned * Vec3::Y).y),
-                };
-                if [sample.height, sample.speed, sample.pitch, sample.roll]
-                    .iter()
-                    .all(|value| value.is_finite())
-                {
-                    samples.push(sample);
-                }
-            }
+            see(&pose, &next, animation);
         }
     }
-    samples
 }

@@ -616,3 +616,33 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
         report.feet
     );
 }
+
+/// Nobody carries the head at a right angle to the chest all the time, whatever the bones of the rest pose say.
+#[test]
+fn heads_are_upright_on_the_average() {
+    let target = character("human_vrm1");
+    let (rest, joint) = (Pose::rest(&target), joints(&target));
+    // A few frames may show anything, and so may trackers that nobody wears: all of this file is one odd pose.
+    let is_worn = |(file, source): &(String, Scene)| {
+        source.animations[0].frame_count() >= 8 && file != "real/slimevr_headset_root.bvh"
+    };
+    for (file, source) in motions().into_iter().filter(is_worn) {
+        let moved = retargeted(&source, &target);
+        let up = |pose: &Pose, bone: Bone| {
+            let rotation = |pose: &Pose| {
+                pose.node_to_world[joint(bone).unwrap().index()]
+                    .to_scale_rotation_translation()
+                    .1
+            };
+            rotation(pose) * rotation(&rest).inverse() * Vec3::Y
+        };
+        let poses: Vec<Pose> = frames(&moved, 40)
+            .filter_map(|tick| Pose::at_tick(&moved, 0, tick))
+            .collect();
+        let cosines = poses
+            .iter()
+            .map(|pose| up(pose, Bone::Head).dot(up(pose, Bone::UpperChest)));
+        let mean = cosines.sum::<f32>() / poses.len() as f32;
+        assert!(mean > 0.6, "{file}: {mean}");
+    }
+}
