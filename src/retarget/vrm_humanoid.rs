@@ -155,6 +155,35 @@ fn heading(body: &Body) -> f64 {
     f64::from(-forward.x.atan2(forward.z).to_degrees().round()) + 0.0
 }
 
+/// The whole ticks of an animation, its end, and the keys between: another frame rate leaves those around a cut. A file
+/// whose keys are far more than its frames is taken at its frames.
+fn ticks_and_keys(animation: &Animation) -> Vec<f64> {
+    const MOST_KEYS_A_FRAME: usize = 4;
+    let whole = ticks(animation);
+    let mut all = whole.clone();
+    for channel in &animation.channels {
+        let tracks = [
+            &channel.position_keys.ticks,
+            &channel.rotation_keys.ticks,
+            &channel.scaling_keys.ticks,
+        ];
+        all.extend(
+            tracks
+                .into_iter()
+                .flatten()
+                .flatten()
+                .filter(|tick| tick.fract() != 0.0),
+        );
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        if all.len() > MOST_KEYS_A_FRAME * whole.len() {
+            return whole;
+        }
+    }
+    all.retain(|tick| (0.0..=animation.duration).contains(tick));
+    all
+}
+
 /// Moves the motion of the source to the bones.
 struct Mover<'a> {
     body: &'a Body,
@@ -166,7 +195,7 @@ struct Mover<'a> {
 
 impl Mover<'_> {
     fn animation(&self, source: &Scene, animation: &Animation, nodes: &[Node]) -> Animation {
-        let ticks = ticks(animation);
+        let ticks = ticks_and_keys(animation);
         let binding = Binding::new(source, animation);
         let mut pose = Pose::rest(source);
         let mut places = Vec::with_capacity(ticks.len());

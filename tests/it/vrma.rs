@@ -217,6 +217,17 @@ fn verify_finds_nothing_in_what_is_written_and_finds_what_is_changed() {
     assert!(found[0].message.contains("leftHand"), "{}", found[0]);
 }
 
+/// The rest pose in the first frame, and the jump after it, stay where they are at another rate.
+#[test]
+fn another_rate_keeps_the_frames_around_a_cut() {
+    let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let mut scene = source.clone();
+    Conversion::new().frame_rate(30.0).apply(&mut scene).unwrap();
+    let verified = verify(&source, &written(&scene)).unwrap();
+    assert!(verified.is_within(1e-5), "{verified:?}");
+    assert_eq!(verified.frames, 132);
+}
+
 #[test]
 fn compression_keeps_its_bound_and_the_t_pose() {
     let scene = motion("real/cmu_12_01_walk.bvh");

@@ -116,6 +116,10 @@ pub struct GltfReport {
     pub warnings: Vec<Diagnostic>,
 }
 
+/// The share of the largest error that the places of bones may have: no joint shows how the bone at the end of a chain is
+/// turned, and the skin around it is to keep the largest error too.
+const BOUND_OF_BONES: f64 = 0.45;
+
 /// What a document holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Content {
@@ -149,8 +153,13 @@ impl Document {
 
     /// Makes the document of a VRM animation: `scene` as [`vrm_humanoid`](crate::retarget::vrm_humanoid()) makes it.
     pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
+        let bound = match options.compression {
+            Compression::None => options.max_error,
+            _ => Some(options.max_error.unwrap_or(super::DEFAULT_MAX_ERROR)),
+        };
         let options = GltfOptions {
             keep_constant: false,
+            max_error: bound.map(|bound| BOUND_OF_BONES * bound),
             ..options.clone()
         };
         build::document(scene, &options, Content::VrmAnimation)
