@@ -110,12 +110,26 @@ fn has_null(value: &serde_json::Value) -> bool {
     }
 }
 
+/// Frames of all joints, beyond which what is written frame by frame takes more memory than an input may.
+const MOST_ROWS: usize = 2000;
+
+fn rows(scene: &Scene) -> usize {
+    let frames = scene.animations.first().map_or(0, Animation::frame_count);
+    frames.saturating_mul(scene.nodes.len())
+}
+
+/// Whether two keys may be hours apart, with a row of a BVH file for each frame between them.
+fn has_few_keys(scene: &Scene) -> bool {
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let keys: usize = channels
+        .map(|channel| channel.position_keys.len() + channel.rotation_keys.len() + channel.scaling_keys.len())
+        .sum();
+    rows(scene) > 10 * keys
+}
+
 /// An error, or arrays of finite numbers.
 fn make_arrays(scene: &Scene) {
-    /// Frames of all joints, beyond which arrays take more memory than an input may.
-    const MOST_ROWS: usize = 2000;
-    let frames = scene.animations.first().map_or(0, Animation::frame_count);
-    if frames.saturating_mul(scene.nodes.len()) > MOST_ROWS {
+    if rows(scene) > MOST_ROWS {
         return;
     }
     let options = ArrayOptions {
@@ -133,6 +147,9 @@ fn make_arrays(scene: &Scene) {
 
 /// An error, or a BVH file that is read back to as many frames, and without a warning but of names, roots and far places.
 fn export_bvh(scene: &Scene) {
+    if rows(scene) > MOST_ROWS && has_few_keys(scene) {
+        return;
+    }
     let Ok(text) = bvh::write(scene, &bvh::BvhOptions::default()) else {
         return;
     };
