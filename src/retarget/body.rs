@@ -217,14 +217,17 @@ impl Body {
 
     /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
     pub(super) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
-        let to_t_pose = self.to_t_pose.get(&bone).copied().unwrap_or(Quat::IDENTITY);
-        (self.axes.inverse() * to_t_pose * self.rotations[joint.index()]).normalize()
+        (self.axes.inverse() * self.to_t_pose(bone) * self.rotations[joint.index()]).normalize()
     }
 
-    /// A way in the reference pose that turns with `bone`, as it is in the T-pose, in the axes of that.
-    pub(super) fn to_frame(&self, bone: Bone, way: Vec3) -> Vec3 {
-        let to_t_pose = self.to_t_pose.get(&bone).copied().unwrap_or(Quat::IDENTITY);
-        self.axes.inverse() * to_t_pose * way
+    /// A vector of the reference pose that turns with `bone`, in the T-pose and in the axes of the figure.
+    pub(super) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
+        self.axes.inverse() * self.to_t_pose(bone) * vector
+    }
+
+    /// From the reference pose of a bone to its T-pose.
+    fn to_t_pose(&self, bone: Bone) -> Quat {
+        self.to_t_pose.get(&bone).copied().unwrap_or(Quat::IDENTITY)
     }
 
     /// The place of a node in the reference pose, before any limb is turned to the T-pose.
@@ -299,12 +302,9 @@ impl Body {
         let pitch = Some(0.5 * (left.pitch + right.pitch)).filter(|_| is_pitched);
         for (foot, roll) in bones.into_iter().zip([left.roll, right.roll]) {
             let Some(&ankle) = self.bones.get(&foot) else { continue };
-            let to_t_pose = self.to_t_pose.get(&foot).copied().unwrap_or(Quat::IDENTITY);
-            let axes = to_t_pose.inverse() * self.axes;
             let pitch = Quat::from_rotation_x(-pitch.unwrap_or(0.0));
             let turn = pitch * Quat::from_rotation_z(roll.filter(|_| !stands).unwrap_or(0.0));
-            let turn = axes * turn * axes.inverse();
-            self.turn(ankle, turn);
+            self.turn(foot, ankle, turn);
         }
     }
 
@@ -329,13 +329,13 @@ impl Body {
         );
         let is_tipped = |turn: &Quat| (*turn * Vec3::Y).y < TIPPED_HEAD;
         let Some(turned) = turned.filter(is_tipped) else { return };
-        let to_t_pose = self.to_t_pose.get(&Bone::Head).copied().unwrap_or(Quat::IDENTITY);
-        let axes = to_t_pose.inverse() * self.axes;
-        self.turn(head, axes * turned * axes.inverse());
+        self.turn(Bone::Head, head, turned);
     }
 
-    /// Turns a joint of the reference pose about itself, with all nodes below it.
-    fn turn(&mut self, joint: NodeId, turn: Quat) {
+    /// Turns the joint of a bone about itself in the reference pose, with all nodes below it; `turn` is in the bone's frame.
+    fn turn(&mut self, bone: Bone, joint: NodeId, turn: Quat) {
+        let axes = self.to_t_pose(bone).inverse() * self.axes;
+        let turn = axes * turn * axes.inverse();
         let here = self.positions[joint.index()];
         for index in joint.index()..self.parents.len() {
             if index == joint.index() || self.depends_on(NodeId::new(index), joint) {
