@@ -287,16 +287,7 @@ impl Retargeter {
     /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of them
     /// posed frame by frame, the directions of arms and legs, and what the feet do.
     pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
-        let from = Moving {
-            body: &self.source,
-            scene: source,
-            animation,
-        };
-        let to = Moving {
-            body: &self.target,
-            scene: target,
-            animation: moved,
-        };
+        let (from, to) = self.moving(source, animation, target, moved);
         let metres = self.target.metres_per_unit / self.source.metres_per_unit;
         measure::measure(
             &from,
@@ -305,6 +296,21 @@ impl Retargeter {
             self.scale() * metres,
             &self.root,
             &self.plan.unmapped,
+        )
+    }
+
+    /// Both bodies with their motions.
+    fn moving<'a>(
+        &'a self,
+        source: &'a Scene,
+        animation: &'a Animation,
+        target: &'a Scene,
+        moved: &'a Animation,
+    ) -> (Moving<'a>, Moving<'a>) {
+        let moving = |body, scene, animation| Moving { body, scene, animation };
+        (
+            moving(&self.source, source, animation),
+            moving(&self.target, target, moved),
         )
     }
 }

@@ -175,7 +175,7 @@ pub(super) struct Moving<'a> {
 }
 
 /// What is measured of a skeleton, frame by frame.
-struct Track {
+pub(super) struct Track {
     /// The directions of the limbs that it has, in the axes of the figure.
     limbs: Vec<(Bone, Vec<Vec3>)>,
     /// The joints of both feet in metres in the axes of the figure; +Y is up.
@@ -186,7 +186,7 @@ struct Track {
 const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
 
 impl Moving<'_> {
-    fn track(&self, ticks: &[f64]) -> Track {
+    pub(super) fn track(&self, ticks: &[f64]) -> Track {
         let limb = |bone: Bone| {
             let ends = self
                 .body
@@ -222,6 +222,16 @@ impl Moving<'_> {
     }
 }
 
+/// The angle of each limb that both have, in degrees, at each tick.
+pub(super) fn angles(was: &Track, is: &Track) -> Vec<(Bone, Vec<f32>)> {
+    let limbs = was.limbs.iter().filter_map(|(bone, was)| {
+        let (_, is) = is.limbs.iter().find(|(other, _)| other == bone)?;
+        let angle = |(was, is): (&Vec3, &Vec3)| was.cross(*is).length().atan2(was.dot(*is)).to_degrees();
+        Some((*bone, was.iter().zip(is).map(angle).collect()))
+    });
+    limbs.collect()
+}
+
 /// Compares two motions at the same ticks.
 pub(super) fn measure(
     source: &Moving<'_>,
@@ -234,17 +244,14 @@ pub(super) fn measure(
     let (was, is) = (source.track(ticks), target.track(ticks));
     let mut limbs = Vec::new();
     let (mut sum, mut count) = (0.0, 0);
-    for (bone, was) in &was.limbs {
-        let same = is.limbs.iter().find(|(other, _)| other == bone);
-        let Some((_, is)) = same else { continue };
+    for (bone, angles) in angles(&was, &is) {
         let mut limb = LimbError {
-            bone: *bone,
+            bone,
             mean_degrees: 0.0,
             max_degrees: 0.0,
             tick: 0.0,
         };
-        for ((was, is), &tick) in was.iter().zip(is).zip(ticks) {
-            let angle = f64::from(was.cross(*is).length().atan2(was.dot(*is)).to_degrees());
+        for (angle, &tick) in angles.into_iter().map(f64::from).zip(ticks) {
             limb.mean_degrees += angle;
             if angle > limb.max_degrees {
                 (limb.max_degrees, limb.tick) = (angle, tick);
