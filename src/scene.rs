@@ -8,7 +8,7 @@ mod humanoid_bone;
 mod metadata;
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub(crate) use self::metadata::format_name;
@@ -113,7 +113,7 @@ pub struct SourceLines {
 ///
 /// It is the order of a product of matrices on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in BVH's
 /// CHANNELS.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum RotationOrder {

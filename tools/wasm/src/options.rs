@@ -209,7 +209,7 @@ pub(crate) struct WriteOptions {
     keep_constant: bool,
     compress: Compress,
     max_error: Option<f64>,
-    order: Option<Order>,
+    order: Option<RotationOrder>,
     digits: Option<usize>,
     channels: ChannelCount,
 }
@@ -220,17 +220,6 @@ enum Compress {
     #[default]
     None,
     Int16,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-enum Order {
-    Xyz,
-    Xzy,
-    Yxz,
-    Yzx,
-    Zxy,
-    Zyx,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -259,14 +248,7 @@ impl WriteOptions {
 
     pub(crate) fn bvh(&self) -> bvh::BvhOptions {
         bvh::BvhOptions {
-            order: self.order.map(|order| match order {
-                Order::Xyz => RotationOrder::Xyz,
-                Order::Xzy => RotationOrder::Xzy,
-                Order::Yxz => RotationOrder::Yxz,
-                Order::Yzx => RotationOrder::Yzx,
-                Order::Zxy => RotationOrder::Zxy,
-                Order::Zyx => RotationOrder::Zyx,
-            }),
+            order: self.order,
             digits: self.digits,
             channels: match self.channels {
                 ChannelCount::Auto => bvh::Channels::Auto,
