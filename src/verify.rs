@@ -318,7 +318,7 @@ impl Verifier {
             .map_err(|error| error.with_path(path))
     }
 
-    /// The second motion of a step, from the files that are known, as it is read.
+    /// Imports the second motion of a step: that of the given files which the output names.
     fn second(&self, motion: &SecondMotion, source: Option<&Path>) -> Result<Scene> {
         let provenance = Provenance {
             source: motion.source.clone(),
@@ -341,7 +341,7 @@ impl Verifier {
             }
         }
         let message = format!(
-            "the file was made with a second motion, \"{}\", which is none of the files given",
+            "the second motion of the file, \"{}\", is not among the files given",
             wanted.name
         );
         Err(Diagnostic::new(Code::UnknownOption, message)

@@ -167,7 +167,7 @@ impl Joint<'_> {
             .all(|value| value.as_dvec3().distance(self.rest.0) <= tolerance)
     }
 
-    /// Whether it is as it is at rest, all the time.
+    /// Whether its position and its rotation are those of the rest pose in every frame.
     pub(super) fn is_still(&self) -> bool {
         let rotations = self.rotation.as_ref().map_or(&[][..], |track| &track.values);
         let is_rest = |rotation: &Quat| unit(rotation).dot(self.rest.1).abs() >= 1.0 - SAME_ROTATION;

@@ -16,7 +16,7 @@ use crate::skeleton;
 const SAME_TICK: f64 = 1e-6;
 
 /// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
-/// source too. `None` where there is none. `second` finds the second motion of a step, as it was read.
+/// source too. `None` without an edit. `second` imports the second motion of a step.
 pub(super) fn edited(
     source: &Scene,
     steps: &[AppliedStep],

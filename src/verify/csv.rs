@@ -117,7 +117,7 @@ struct Records<'a> {
 }
 
 impl Records<'_> {
-    /// A line as it is.
+    /// The next line, not split into cells.
     fn comment(&mut self) -> Result<String> {
         let (line, rest) = self
             .rest

@@ -169,8 +169,7 @@ fn second_motions_are_recorded_and_verified() {
         let refused = run(&[&["verify", &walk, &output][..], more].concat());
         assert_eq!(refused.status.code(), Some(1));
         assert!(
-            words(&refused)
-                .contains("the file was made with a second motion, \"mirrored.bvh\", which is none of the files given"),
+            words(&refused).contains("the second motion of the file, \"mirrored.bvh\", is not among the files given"),
             "{}",
             words(&refused)
         );
