@@ -19,7 +19,7 @@ pub struct BlendReport {
     pub largest_time_shift: f64,
 }
 
-/// How much of the second motion there is in a mix: 0 is none, 1 all.
+/// The share of the second motion in a mix: 0 gives the first motion, 1 the second.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BlendWeight {
     /// The same all the time.

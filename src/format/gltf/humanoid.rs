@@ -29,7 +29,7 @@ type StatedBone = (Bone, usize, String);
 /// that of the scene.
 ///
 /// # Errors
-/// Where a bone is none of the nodes, or two bones are one.
+/// Where the node of a bone is not in the scene, or two bones have the same node.
 pub(super) fn state(
     extensions: &Extensions,
     placed: &[(usize, NodeId)],

@@ -12,7 +12,7 @@ const SIDES = { left: PALETTE[0], right: PALETTE[1], middle: GREY };
 // Of a humanoid: left and right as ever, hips, spine and head green, and what is no bone of it grey.
 export const BONE_SIDES = { left: PALETTE[0], right: PALETTE[1], middle: PALETTE[2] };
 export const NO_BONE = GREY;
-// Of the angle between limbs: from none to the worst, in degrees; and where there is none.
+// Colours of the angle between two limbs, from 0 to WORST degrees, and of a limb that is not compared.
 export const WORST = 10;
 export const ERRORS = { least: PALETTE[2], middle: [0.95, 0.76, 0.16], most: [0.85, 0.16, 0.16], none: GREY };
 export const AT_REST = [0.05, 0.72, 0.6];

@@ -10,7 +10,8 @@ A scene never changes: a function returns a new one. Lengths in options and repo
 the scene, times in seconds, angles in degrees. What is not given has the default of the program; ``docs/editing.md`` says
 what each step does. The steps stand in ``scene.metadata["steps"]``, and in the glTF file that :func:`write` makes.
 
-Every function raises :class:`mocap.MocapError` where an option is not valid, or a step needs a humanoid and there is none.
+Every function raises :class:`mocap.MocapError` where an option is not valid, or where a step needs a humanoid and
+the skeleton is not one.
 """
 
 from __future__ import annotations
