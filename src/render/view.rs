@@ -6,6 +6,8 @@
 //!
 //! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
 //! space and most of the loading time. `pack.rs` says how, and how exact they are.
+//!
+//! The drop page of `tools/wasm` is the same template and the same player; its clips come from [`packed_clip`].
 
 mod data;
 mod image_size;
@@ -125,44 +127,56 @@ pub struct PageReport {
     pub left_out: Vec<Vec<String>>,
 }
 
+/// A clip as the player takes it: text in JSON, and the numbers that it names as blocks of bytes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PackedClip {
+    /// One of the `clips` of a page: JSON, with the ids of the blocks.
+    pub description: String,
+    /// The id and the bytes of each block.
+    pub blocks: Vec<(String, Vec<u8>)>,
+    /// What is not shown of its skin, and why.
+    pub left_out: Vec<String>,
+}
+
+/// Packs a clip for a player that is there already.
+///
+/// ```
+/// use mocap::render::{Clip, PageClip, packed_clip};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let packed = packed_clip(&PageClip::new(Clip { name: "Test", scene: &scene }));
+/// assert!(packed.description.starts_with("{\"name\":\"Test\",\"facts\":\"0.9 s, 10 frames at 10 fps, 3 joints\""));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn packed_clip(clip: &PageClip<'_>) -> PackedClip {
+    let mut blocks = Vec::new();
+    let put = &mut |_: BlockKind, id: &str, bytes: Cow<'_, [u8]>| blocks.push((id.to_owned(), bytes.into_owned()));
+    let (description, left_out) = pack_clip(clip, 0, &mut SharedBlocks::default(), put);
+    PackedClip {
+        description: json(&description),
+        blocks,
+        left_out,
+    }
+}
+
 /// As [`page()`], with a report. Clips with the same skin share it.
 pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
     let (mut keys, mut skins, mut textures, mut downloads) = Default::default();
     let mut report = PageReport::default();
     let mut descriptions = Vec::new();
-    // The blocks of all skins and textures so far, so that equal ones are one.
-    let mut known: HashMap<Vec<u8>, String> = HashMap::new();
-    let mut shared = |page: &mut String, bytes: &[u8]| {
-        let next = format!("shared-{}", known.len());
-        known
-            .entry(bytes.to_vec())
-            .or_insert_with(|| {
-                push_block(page, &next, bytes);
-                next
-            })
-            .clone()
-    };
+    let mut shared = SharedBlocks::default();
     for (index, clip) in clips.iter().enumerate() {
-        let (mut description, blocks) = describe(clip, index);
-        for (id, block) in std::iter::zip(&description.blocks, blocks) {
-            push_block(&mut keys, id, &block);
-        }
-        if let (Some(limbs), Some(angles)) = (&description.limbs, clip.limb_angles) {
-            push_block(&mut keys, &limbs.id, &bytes_of(angles));
-        }
-        let (skin, left_out) = skin_of(clip.clip.scene);
-        description.skin = skin.map(|PackedSkin { mut skin, bytes }| {
-            skin.id = shared(&mut skins, &bytes);
-            for block in &mut skin.textures {
-                block.id = shared(&mut textures, &clip.clip.scene.textures[block.source].bytes);
-            }
-            skin
-        });
-        description.warnings.extend(left_out.iter().cloned());
+        let put = &mut |kind: BlockKind, id: &str, bytes: Cow<'_, [u8]>| {
+            let part: &mut String = match kind {
+                BlockKind::Keys => &mut keys,
+                BlockKind::Skin => &mut skins,
+                BlockKind::Texture => &mut textures,
+                BlockKind::Download => &mut downloads,
+            };
+            push_block(part, id, &bytes);
+        };
+        let (description, left_out) = pack_clip(clip, index, &mut shared, put);
         report.left_out.push(left_out);
-        if let (Some(id), Some(glb)) = (&description.glb, clip.glb) {
-            push_block(&mut downloads, id, glb);
-        }
         descriptions.push(description);
     }
     report.motion = keys.len();
@@ -170,12 +184,11 @@ pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
     report.textures = textures.len();
     report.downloads = downloads.len();
     let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
-    let data = PageData { clips: descriptions };
-    let data = serde_json::to_string(&data).expect("the data has neither maps nor numbers that JSON lacks");
     // Inside a script element only `<` can end it early.
-    let data = data.replace('<', "\\u003c");
+    let data = json(&PageData { clips: descriptions }).replace('<', "\\u003c");
     let page = filled(PAGE, |name| match name {
         "title" => escape(&visible(&names.join(", "))).into(),
+        "policy" => POLICY.into(),
         "style" => lean(STYLE).into(),
         "script" => script().into(),
         "data" => data.as_str().into(),
@@ -183,9 +196,74 @@ pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
         "skins" => skins.as_str().into(),
         "textures" => textures.as_str().into(),
         "downloads" => downloads.as_str().into(),
+        // The drop page has buttons and a panel of its own here.
+        "buttons" | "desk" => "".into(),
         unknown => unreachable!("the page has no place called {unknown}"),
     });
     (page, report)
+}
+
+/// The `Content-Security-Policy` of a page: it loads nothing and connects to nothing.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:";
+
+/// What a block of bytes is a part of.
+#[derive(Clone, Copy)]
+enum BlockKind {
+    Keys,
+    Skin,
+    Texture,
+    Download,
+}
+
+/// The blocks of all skins and textures so far, so that equal ones are one.
+#[derive(Default)]
+struct SharedBlocks(HashMap<Vec<u8>, String>);
+
+impl SharedBlocks {
+    /// The id of a block; a new one is put.
+    fn id(&mut self, kind: BlockKind, bytes: &[u8], put: &mut impl FnMut(BlockKind, &str, Cow<'_, [u8]>)) -> String {
+        if let Some(id) = self.0.get(bytes) {
+            return id.clone();
+        }
+        let id = format!("shared-{}", self.0.len());
+        put(kind, &id, bytes.into());
+        self.0.insert(bytes.to_vec(), id.clone());
+        id
+    }
+}
+
+/// The description of a clip, and what is not shown of its skin; its blocks are put one after another.
+fn pack_clip(
+    clip: &PageClip<'_>,
+    index: usize,
+    shared: &mut SharedBlocks,
+    put: &mut impl FnMut(BlockKind, &str, Cow<'_, [u8]>),
+) -> (Description, Vec<String>) {
+    let (mut description, blocks) = describe(clip, index);
+    for (id, block) in std::iter::zip(&description.blocks, blocks) {
+        put(BlockKind::Keys, id, block.into());
+    }
+    if let (Some(limbs), Some(angles)) = (&description.limbs, clip.limb_angles) {
+        put(BlockKind::Keys, &limbs.id, bytes_of(angles).into());
+    }
+    let (skin, left_out) = skin_of(clip.clip.scene);
+    description.skin = skin.map(|PackedSkin { mut skin, bytes }| {
+        skin.id = shared.id(BlockKind::Skin, &bytes, put);
+        for block in &mut skin.textures {
+            let bytes = &clip.clip.scene.textures[block.source].bytes;
+            block.id = shared.id(BlockKind::Texture, bytes, put);
+        }
+        skin
+    });
+    description.warnings.extend(left_out.iter().cloned());
+    if let (Some(id), Some(glb)) = (&description.glb, clip.glb) {
+        put(BlockKind::Download, id, glb.into());
+    }
+    (description, left_out)
+}
+
+fn json(data: &impl Serialize) -> String {
+    serde_json::to_string(data).expect("the data has neither maps nor numbers that JSON lacks")
 }
 
 /// The modules as one script.

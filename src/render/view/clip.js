@@ -19,7 +19,7 @@
 //                        (null, or name, side, confidence, reason), inBody, isShown, isLinked (to its parent), lines, order, turns, moves, and the tracks
 //                        translation, rotation, scale: values (Float32Array) of one tick (keys 1) or every tick
 //   load(frame)          makes the values of a frame ready, if they are not
-//   glb()                the bytes of a .glb, or null
+//   glb()                the bytes of a .glb, or a promise of them, or null
 
 import { add, clamp, compose, dot, eulerAngles, multiply, nearestAngles, scale, slerp, sub } from "./math.js";
 import { Curves } from "./curves.js";

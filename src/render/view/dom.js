@@ -15,6 +15,13 @@ export function make(tag, attributes = {}, ...contents) {
   return element;
 }
 
+// Saves bytes as a file.
+export function save(bytes, name, type) {
+  const address = URL.createObjectURL(new Blob([bytes], { type }));
+  make("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), 10000);
+}
+
 // A number for a person: four significant digits, no needless ones.
 export function short(value) {
   if (value === 0 || Math.abs(value) < 5e-5) return "0";

@@ -2,17 +2,14 @@
 
 import { byId } from "./dom.js";
 import { Player } from "./player.js";
-import { unpacked } from "./unpack.js";
+import { Blocks, loadAll, takeBytes, unpacked } from "./unpack.js";
 
-const clips = JSON.parse(byId("page-data").textContent).clips.map(unpacked);
+const blocks = new Blocks(takeBytes);
+const clips = JSON.parse(byId("page-data").textContent).clips.map((clip) => unpacked(clip, blocks));
 const player = new Player();
 player.show(clips);
 
-// Between pictures, until every block is loaded, so that a jump to any frame is quick.
-function loadMore() {
-  if (clips.some((clip) => clip.loadNext())) setTimeout(loadMore, 4);
-}
-requestAnimationFrame(() => setTimeout(loadMore));
+loadAll(clips);
 
 // For tests, and for a console.
 window.mocap = player.handle;

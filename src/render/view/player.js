@@ -1,7 +1,7 @@
 // The player: what can be done with the clips, by buttons and by keys alike.
 
 import { clamp, normalize } from "./math.js";
-import { byId, css, make } from "./dom.js";
+import { byId, css, make, save } from "./dom.js";
 import { Clip } from "./clip.js";
 import { listenToPointers } from "./camera.js";
 import { PALETTE } from "./colors.js";
@@ -274,12 +274,9 @@ export class Player {
 
   turnTheme() { this.setTheme(this.state.theme === "light" ? "dark" : "light"); }
 
-  download() {
+  async download() {
     const { glb, name } = this.clip;
-    if (!glb) return;
-    const address = URL.createObjectURL(new Blob([glb()], { type: "model/gltf-binary" }));
-    make("a", { href: address, download: `${name.replace(/\.\w+$/, "")}.glb` }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 10000);
+    if (glb) save(await glb(), `${name.replace(/\.\w+$/, "")}.glb`, "model/gltf-binary");
   }
 
   showPanel(wanted) {

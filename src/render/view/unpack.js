@@ -14,22 +14,29 @@ export function takeBytes(id) {
   return bytes;
 }
 
-// The same of an element that several clips share.
-const shared = new Map();
-function sharedBytes(id) {
-  if (!shared.has(id)) shared.set(id, takeBytes(id));
-  return shared.get(id);
-}
-
-// Clips with one skin and its textures have one object, which is on the GPU once.
-const skins = new Map();
-function skinOf(description) {
-  const key = JSON.stringify(description);
-  if (!skins.has(key)) {
-    const textures = description.textures.map((texture) => ({ ...texture, bytes: () => sharedBytes(texture.id) }));
-    skins.set(key, unpackSkin({ ...description, textures }, sharedBytes(description.id)));
+// The blocks of a page, or of one file: `take` returns the bytes of an id, once.
+export class Blocks {
+  constructor(take) {
+    this.take = take;
+    this.sharedBytes = new Map();
+    this.skins = new Map();
   }
-  return skins.get(key);
+
+  // The same of a block that several clips share.
+  shared(id) {
+    if (!this.sharedBytes.has(id)) this.sharedBytes.set(id, this.take(id));
+    return this.sharedBytes.get(id);
+  }
+
+  // Clips with one skin and its textures have one object, which is on the GPU once.
+  skin(description) {
+    const key = JSON.stringify(description);
+    if (!this.skins.has(key)) {
+      const textures = description.textures.map((texture) => ({ ...texture, bytes: () => this.shared(texture.id) }));
+      this.skins.set(key, unpackSkin({ ...description, textures }, this.shared(description.id)));
+    }
+    return this.skins.get(key);
+  }
 }
 
 const [ALL_FOUR, NEGATIVE] = [4, 8];
@@ -68,8 +75,8 @@ export function unpackBlock(bytes, tracks, first, count) {
   }
 }
 
-// The data of a clip from its description: tracks as arrays that `load` fills, block by block.
-export function unpacked(description) {
+// The data of a clip from its description and the blocks that it names: tracks as arrays that `load` fills, block by block.
+export function unpacked(description, source) {
   const { frames, framesPerBlock, blocks } = description;
   const tracks = [];
   const track = (value, size) => {
@@ -85,14 +92,14 @@ export function unpacked(description) {
     if (block >= blocks.length || isLoaded[block]) return;
     isLoaded[block] = 1;
     const first = block * framesPerBlock;
-    unpackBlock(takeBytes(blocks[block]), tracks, first, Math.min(framesPerBlock, frames - first));
+    unpackBlock(source.take(blocks[block]), tracks, first, Math.min(framesPerBlock, frames - first));
   };
   let glb = null;
   return {
     ...description,
     nodes,
-    limbs: description.limbs && { ...description.limbs, bytes: takeBytes(description.limbs.id) },
-    skin: description.skin && skinOf(description.skin),
+    limbs: description.limbs && { ...description.limbs, bytes: source.take(description.limbs.id) },
+    skin: description.skin && source.skin(description.skin),
     load: (frame) => loadBlock(Math.floor(frame / framesPerBlock)),
     // Loads one more block; false where there is none.
     loadNext: () => {
@@ -100,6 +107,14 @@ export function unpacked(description) {
       if (next >= 0) loadBlock(next);
       return next >= 0;
     },
-    glb: description.glb && (() => (glb ??= takeBytes(description.glb))),
+    glb: description.glb && (() => (glb ??= source.take(description.glb))),
   };
+}
+
+// Loads every block, between pictures, so that a jump to any frame is quick.
+export function loadAll(clips) {
+  const loadMore = () => {
+    if (clips.some((clip) => clip.loadNext())) setTimeout(loadMore, 4);
+  };
+  requestAnimationFrame(() => setTimeout(loadMore));
 }

@@ -93,6 +93,8 @@ export interface RetargetOptions {
   characterBones?: Bones;
   /** The name of the clip. Default: the name of the motion's file. */
   name?: string;
+  /** Whether `toPlayer` shows how far limbs point from those of the motion. Default: `false`. */
+  limbAngles?: boolean;
 }
 
 /** Something that is wrong with a file, with its place. Lines and columns are counted from 1. */
@@ -232,12 +234,28 @@ export class Scene {
   toBvh(options?: BvhOptions): string;
   /** A row for each frame and joint. */
   toCsv(): string;
+  /** A contact sheet: poses over time, as `mocap sheet` draws them. */
+  toPng(options?: { name?: string }): Uint8Array;
+  /** The clip for the player of `mocap view`, as the drop page shows it. */
+  toPlayer(name: string): PlayerClip;
   /** As `mocap dump --raw --json`. */
   toJson(): string;
   /** As those above, with warnings and assumptions. */
-  write(format: "glb" | "vrma" | "bvh" | "csv" | "json", options?: GlbOptions | BvhOptions): Written;
+  write(format: "glb" | "vrma" | "bvh" | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
   free(): void;
   [Symbol.dispose](): void;
+}
+
+/** What the player of `mocap view` draws; src/render/view/clip.js says what the description holds. */
+export interface PlayerClip {
+  description: Record<string, unknown>;
+  /** The bytes that the description names by these ids. */
+  blocks: [string, Uint8Array][];
+  /** What is not shown of the skin, and why. */
+  leftOut: string[];
+  /** What the file does not state. */
+  assumptions: Assumption[];
+  rootOffset: { policy: "replace" | "add"; reason: string; confidence: string } | null;
 }
 
 /** The module, ready to read. */

@@ -243,6 +243,18 @@ export class Scene {
     return decoder.decode(this.#write("csv", {}).bytes);
   }
 
+  toPng(options = {}) {
+    return this.#write("png", options).bytes;
+  }
+
+  toPlayer(name) {
+    this.#check();
+    const { answer, bytes } = this.#instance.call({ call: "view", scene: this.#number, name });
+    let at = 0;
+    const blocks = answer.blocks.map(([id, length]) => [id, bytes.slice(at, (at += length))]);
+    return { ...answer, blocks };
+  }
+
   toJson() {
     return decoder.decode(this.#write("json", {}).bytes);
   }

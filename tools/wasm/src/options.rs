@@ -212,6 +212,8 @@ pub(crate) struct WriteOptions {
     order: Option<RotationOrder>,
     digits: Option<usize>,
     channels: ChannelCount,
+    /// What a picture calls the clip.
+    pub(crate) name: Option<String>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -267,6 +269,8 @@ pub(crate) struct RetargetOptions {
     pub(crate) bones: HumanoidMap,
     pub(crate) character_bones: HumanoidMap,
     pub(crate) name: Option<String>,
+    /// Whether to keep how far the limbs point from those of the motion, for the player.
+    pub(crate) limb_angles: bool,
 }
 
 #[derive(Deserialize)]

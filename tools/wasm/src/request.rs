@@ -4,10 +4,12 @@ use std::rc::Rc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
 use mocap::dump::SceneView;
+use mocap::edit::{ContactOptions, contacts};
 use mocap::gltf::{self, Character};
+use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retarget::{RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, Assumption, UpAxis};
-use mocap::skeleton::{self, humanoid};
+use mocap::scene::{Animation, Assumption, RootOffsetUsed, UpAxis};
+use mocap::skeleton::{self, Skeleton, humanoid};
 use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, bvh, vrma};
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +53,8 @@ enum Request {
         #[serde(default)]
         options: RetargetOptions,
     },
+    /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
+    View { scene: u32, name: String },
     /// A scene as a file.
     Write {
         scene: u32,
@@ -68,6 +72,7 @@ enum Output {
     Vrma,
     Csv,
     Json,
+    Png,
 }
 
 /// The JSON and the bytes of an answer.
@@ -95,6 +100,7 @@ pub(crate) fn answer(scenes: &mut Scenes, request: &[u8], files: &[Vec<u8>]) -> 
             character,
             options,
         } => retarget(scenes, scene, character, &options),
+        Request::View { scene, name } => view(scenes.get(scene)?, &name),
         Request::Write { scene, format, options } => write(scenes.get(scene)?, format, &options),
     }
 }
@@ -250,7 +256,63 @@ fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer
             Ok((json(&written)?, csv::write(&motion).into_bytes()))
         }
         Output::Json => Ok((json(&Written::default())?, json(&SceneView::new(scene))?)),
+        Output::Png => {
+            let origin = scene.metadata.origin.as_ref().map_or("", |origin| origin.stem());
+            let name = options.name.as_deref().unwrap_or(origin);
+            let drawing = render::sheet(&[Clip { name, scene }], &SheetOptions::default());
+            Ok((json(&Written::default())?, drawing.to_png()?))
+        }
     }
+}
+
+/// As `mocap view` puts it in a page.
+fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    #[serde(rename_all = "camelCase")]
+    struct View<'a> {
+        description: Box<serde_json::value::RawValue>,
+        /// The id of each block and how many bytes it has.
+        blocks: Vec<(String, usize)>,
+        /// What is not shown of the skin.
+        left_out: Vec<String>,
+        /// What the file does not state.
+        assumptions: Vec<Assumption>,
+        root_offset: &'a Option<RootOffsetUsed>,
+    }
+    let scene = &entry.scene;
+    let skeleton = match &entry.humanoid {
+        Some(humanoid) => Skeleton::of(scene, humanoid.clone()),
+        None => Skeleton::new(scene),
+    };
+    // Only a humanoid with a motion has contacts.
+    let found = contacts(scene, 0, Some(&skeleton.humanoid), &ContactOptions::default()).ok();
+    let packed = render::packed_clip(&PageClip {
+        clip: Clip { name, scene },
+        skeleton: Some(&skeleton),
+        glb: None,
+        contacts: found.as_ref(),
+        limb_angles: entry.limb_angles(),
+    });
+    let view = View {
+        blocks: packed
+            .blocks
+            .iter()
+            .map(|(id, bytes)| (id.clone(), bytes.len()))
+            .collect(),
+        description: serde_json::value::RawValue::from_string(packed.description)
+            .map_err(|error| Failure::argument(error.to_string()))?,
+        left_out: packed.left_out,
+        assumptions: scene
+            .metadata
+            .assumptions
+            .iter()
+            .cloned()
+            .chain(skeleton.assumptions())
+            .collect(),
+        root_offset: &scene.metadata.root_offset,
+    };
+    let bytes: Vec<Vec<u8>> = packed.blocks.into_iter().map(|(_, bytes)| bytes).collect();
+    Ok((json(&view)?, bytes.concat()))
 }
 
 /// The animations that the file of the character does not have.
@@ -285,6 +347,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     let present = file.as_ref().map_or(&[][..], |file| &file.scene().animations);
     let mut animations: Vec<Animation> = Vec::new();
     let mut reports = Vec::new();
+    let mut limb_angles = None;
     for (index, animation) in source.animations.iter().enumerate() {
         let mut moved = retargeter.animation(&source, animation);
         let taken: Vec<&Animation> = present.iter().chain(&animations).collect();
@@ -298,12 +361,19 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
                 (moved, found) = (locked, after);
             }
         }
+        if options.limb_angles && limb_angles.is_none() {
+            limb_angles = Some(retargeter.limb_angles(&source, animation, &target.scene, &moved));
+        }
         animations.push(moved);
         reports.push(found);
     }
     let mut scene = target.scene.clone();
     scene.animations = animations;
-    let number = scenes.add(Entry::new(scene, file).with_humanoid(bones))?;
+    let number = scenes.add(
+        Entry::new(scene, file)
+            .with_humanoid(bones)
+            .with_limb_angles(limb_angles),
+    )?;
     let answer = json(&Retargeted {
         scene: SceneAt::new(number, scenes.get(number)?, &assumptions),
         reports,

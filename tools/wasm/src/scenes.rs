@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use mocap::glam::Mat4;
 use mocap::gltf::Character;
+use mocap::retarget::LimbAngles;
 use mocap::skeleton::Humanoid;
 use mocap::{Binding, Pose, Scene};
 
@@ -19,6 +20,8 @@ pub(crate) struct Entry {
     pub(crate) humanoid: Option<Humanoid>,
     /// Whether a conversion made it, so that what a file leaves open is known.
     pub(crate) is_converted: bool,
+    /// How far the limbs of its first animation point from those of the motion it was made from, where that was asked for.
+    limb_angles: Option<Vec<LimbAngles>>,
     bindings: Vec<Option<Binding>>,
     rest: Vec<Mat4>,
     pose: Pose,
@@ -34,6 +37,7 @@ impl Entry {
             character,
             humanoid: None,
             is_converted: false,
+            limb_angles: None,
         }
     }
 
@@ -42,9 +46,18 @@ impl Entry {
         self
     }
 
+    pub(crate) fn with_limb_angles(mut self, angles: Option<Vec<LimbAngles>>) -> Self {
+        self.limb_angles = angles;
+        self
+    }
+
     pub(crate) fn converted(mut self) -> Self {
         self.is_converted = true;
         self
+    }
+
+    pub(crate) fn limb_angles(&self) -> Option<&[LimbAngles]> {
+        self.limb_angles.as_deref()
     }
 
     /// Node to parent, in the rest pose.
