@@ -17,6 +17,7 @@
 //! ```
 
 mod body;
+mod clip;
 mod feet;
 mod ground;
 mod level;
@@ -25,23 +26,28 @@ mod measure;
 mod plan;
 mod root;
 mod rotations;
+mod rules;
 mod skin;
+mod solve;
 mod vrm_humanoid;
+mod watched;
 
-use glam::Quat;
+use glam::{Quat, Vec3};
 
 use self::body::Body;
+use self::clip::ticks;
 pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
 pub use self::measure::{Clamped, FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
+use self::plan::Plan;
 pub use self::plan::Unmapped;
-use self::plan::{Plan, Twisted};
 use self::root::Root;
+use self::solve::Solved;
 pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+use crate::pose::Pose;
+use crate::scene::{Animation, NodeId, Scene};
 use crate::skeleton::Humanoid;
 
 /// How large the steps of the target are.
@@ -94,14 +100,8 @@ pub struct Retargeter {
     target: Body,
     plan: Plan,
     root: Root,
-    /// The rotations of the source's joints in the frames of the T-pose, at the current pose.
-    frames: Vec<Quat>,
-    /// The twists that several joints share, at the current pose.
-    twisted: Vec<Twisted>,
-    /// The rotation of each target node to its parent, at the current pose.
-    node_to_parent: Vec<Quat>,
-    /// The same to the world.
-    node_to_world: Vec<Quat>,
+    /// What is computed of the current pose.
+    solved: Solved<1>,
 }
 
 impl Retargeter {
@@ -114,13 +114,10 @@ impl Retargeter {
     pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
         let from = Body::new(source, options.source.clone(), "source")?;
         let to = Body::target(target, options.target.as_ref())?;
-        let plan = Plan::new(&from, &to, target);
-        let root = Root::new(&from, &to, source, target, options.scale)?;
+        let mut plan = Plan::new(&from, &to, target);
+        let root = Root::new((&from, source), (&to, target), options.scale, &mut plan.watched)?;
         Ok(Self {
-            frames: vec![Quat::IDENTITY; plan.tracks.len()],
-            twisted: plan.twisted(),
-            node_to_parent: to.rest_rotations.clone(),
-            node_to_world: vec![Quat::IDENTITY; target.nodes.len()],
+            solved: Solved::new(&plan, plan.watched.joints.len()),
             source: from,
             target: to,
             plan,
@@ -147,77 +144,26 @@ impl Retargeter {
     /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose; joints
     /// without a counterpart keep what they have.
     pub fn pose(&mut self, source: &Pose, target: &mut Pose) {
-        let hips = self.solve(source);
-        for drive in &self.plan.drives {
+        self.solved.seen.set(0, source, &self.source, &self.plan.watched);
+        self.solved.solve(&self.plan, &self.root);
+        for (drive, rotation) in self.plan.drives.iter().zip(&self.solved.to_parent) {
             let Some(matrix) = target.node_to_parent.get_mut(drive.node.index()) else {
                 continue;
             };
             let mut trs = drive.rest;
-            trs.rotation = self.node_to_parent[drive.node.index()];
+            trs.rotation = Quat::from_array(rotation.lane(0));
             if drive.node == self.target.hips {
-                trs.translation = hips;
+                trs.translation = Vec3::from_array(self.solved.hips.lane(0));
             }
             *matrix = trs.matrix();
         }
         target.update_world();
     }
 
-    /// The rotations of all target nodes for a pose of the source, and the translation of the hips to their parent.
-    fn solve(&mut self, source: &Pose) -> glam::Vec3 {
-        for (frame, track) in self.frames.iter_mut().zip(&self.plan.tracks) {
-            *frame = track.frame(&self.source, source);
-        }
-        self.plan.twist(&self.frames, &mut self.twisted);
-        let to_world = self.target.axes;
-        let mut drives = self.plan.drives.iter().peekable();
-        for index in 0..self.node_to_world.len() {
-            let parent = self.target.parents[index].map_or(Quat::IDENTITY, |parent| self.node_to_world[parent]);
-            if let Some(drive) = drives.next_if(|drive| drive.node.index() == index) {
-                let rotation = to_world * drive.frame(&self.frames, &self.twisted) * drive.frame_to_joint;
-                self.node_to_world[index] = rotation;
-                self.node_to_parent[index] = (parent.inverse() * rotation).normalize();
-            } else {
-                self.node_to_world[index] = parent * self.node_to_parent[index];
-            }
-        }
-        let hips_to_world = self.node_to_world[self.target.hips.index()];
-        self.root.hips(source, hips_to_world)
-    }
-
     /// A whole animation of `source`, the scene from which the retargeter was made, on the target: a key at every tick.
     /// Joints that are not moved have no channel.
     pub fn animation(&mut self, source: &Scene, animation: &Animation) -> Animation {
-        let ticks = ticks(animation);
-        let binding = Binding::new(source, animation);
-        let mut pose = Pose::rest(source);
-        let mut places = Vec::with_capacity(ticks.len());
-        let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); self.plan.drives.len()];
-        for &tick in &ticks {
-            pose.sample(&binding, animation, tick);
-            places.push(self.solve(&pose));
-            for (keys, drive) in rotations.iter_mut().zip(&self.plan.drives) {
-                let rotation = self.node_to_parent[drive.node.index()];
-                // On the shorter arc from the key before.
-                let turned_away = keys.last().is_some_and(|last| last.dot(rotation) < 0.0);
-                keys.push(if turned_away { -rotation } else { rotation });
-            }
-        }
-        let channels = std::iter::zip(rotations, &self.plan.drives).map(|(values, drive)| Channel {
-            node_name: self.target.names[drive.node.index()].clone(),
-            node: Some(drive.node),
-            position_keys: match drive.node == self.target.hips {
-                true => keys(std::mem::take(&mut places), &ticks),
-                false => Keys::constant(drive.rest.translation),
-            },
-            rotation_keys: keys(values, &ticks),
-            scaling_keys: Keys::constant(drive.rest.scale),
-        });
-        Animation {
-            name: animation.name.clone(),
-            ticks_per_second: animation.ticks_per_second,
-            duration: animation.duration,
-            channels: channels.collect(),
-        }
+        clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
     }
 
     /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as high
@@ -330,24 +276,4 @@ fn no_animation(index: usize, source: &Scene) -> Error {
 /// pose can be put.
 pub fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
     Body::target(target, bones).map(|_| ())
-}
-
-/// The whole ticks of an animation, and its end.
-fn ticks(animation: &Animation) -> Vec<f64> {
-    let mut ticks: Vec<f64> = (0..animation.frame_count()).map(|tick| tick as f64).collect();
-    if ticks.last().is_some_and(|last| *last < animation.duration) {
-        ticks.push(animation.duration);
-    }
-    ticks
-}
-
-/// Keys at `ticks`; one where all values are the same.
-fn keys<T: Copy + PartialEq>(mut values: Vec<T>, ticks: &[f64]) -> Keys<T> {
-    if let Some(&first) = values.first()
-        && values.iter().all(|value| *value == first)
-    {
-        values.truncate(1);
-        return Keys::every_tick(values);
-    }
-    Keys::at_ticks(values, ticks.to_vec())
 }

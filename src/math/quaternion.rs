@@ -43,24 +43,25 @@ pub(crate) fn log(rotation: Quat) -> Vec3 {
     v * (2.0 * sin.atan2(w) / sin)
 }
 
-/// [`log`] of the components x, y, z, w without a branch, so that a loop over it becomes vector instructions. The quotient
-/// of an angle and its sine is a polynomial in `1 - w` here, the interpolation of degree 9 at Chebyshev's nodes of 0 to 1,
-/// which is within 2e-8.
+/// The quotient of an angle and its sine as a polynomial in 1 less the cosine: the interpolation of degree 9 at Chebyshev's
+/// nodes of 0 to 1, which is within 2e-8.
+pub(crate) const ANGLE_OVER_SINE: [f32; 10] = [
+    1.0,
+    0.333_335_38,
+    0.133_266_57,
+    0.057_977_802,
+    0.020_163_49,
+    0.030_059_176,
+    -0.033_552_997,
+    0.050_975_76,
+    -0.032_591_69,
+    0.011_162_825,
+];
+
+/// [`log`] of the components x, y, z, w without a branch, so that a loop over it becomes vector instructions.
 #[inline(always)]
 pub(crate) fn log_without_branches([x, y, z, w]: [f32; 4]) -> [f32; 3] {
-    const QUOTIENT: [f32; 10] = [
-        1.0,
-        0.333_335_38,
-        0.133_266_57,
-        0.057_977_802,
-        0.020_163_49,
-        0.030_059_176,
-        -0.033_552_997,
-        0.050_975_76,
-        -0.032_591_69,
-        0.011_162_825,
-    ];
-    let quotient = 2.0 * polynomial(QUOTIENT, 1.0 - w.abs());
+    let quotient = 2.0 * polynomial(ANGLE_OVER_SINE, 1.0 - w.abs());
     let factor = if w < 0.0 { -quotient } else { quotient };
     [x * factor, y * factor, z * factor]
 }

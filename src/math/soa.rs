@@ -7,6 +7,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 mod matrix;
+mod rotation;
 mod vector;
 
 pub(crate) use matrix::{Matrices, Transforms};

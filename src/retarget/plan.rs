@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use glam::{Quat, Vec3};
+use glam::Quat;
 use serde::Serialize;
 
 use super::body::{Body, limb_end};
-use super::rotations::{arc, between, rotation_of, share};
-use crate::math::quaternion::twist;
-use crate::pose::{Pose, Trs};
+use super::rules::{Above, Drive, Ends, Rule, Track, Twist};
+use super::watched::Watched;
 use crate::scene::{NodeId, NodeKind, Scene};
 use crate::skeleton::{HumanoidBone as Bone, Side};
 
@@ -21,107 +20,16 @@ pub struct Unmapped {
     pub reason: String,
 }
 
-/// The rotation of a source joint in the frames of the T-pose.
-#[derive(Clone, Debug)]
-pub(super) struct Track {
-    node: NodeId,
-    joint_to_frame: Quat,
-    aim: Option<Aim>,
-}
-
-/// The ends of a bone of a limb, and where it points in the T-pose.
-type Aim = (NodeId, NodeId, Vec3);
-
-impl Track {
-    fn new(from: &Body, bone: Bone, node: NodeId, aim: Option<Aim>) -> Self {
-        Self {
-            node,
-            joint_to_frame: from.frame_to_joint(bone, node).inverse(),
-            aim,
-        }
-    }
-
-    /// The rotation at a pose.
-    pub(super) fn frame(&self, body: &Body, pose: &Pose) -> Quat {
-        let world_to_frame = body.axes.inverse();
-        let Some(matrix) = pose.node_to_world.get(self.node.index()) else {
-            return Quat::IDENTITY;
-        };
-        let rotation = world_to_frame * rotation_of(matrix) * self.joint_to_frame;
-        match self.aim {
-            None => rotation,
-            Some((from, to, direction)) => {
-                let way = world_to_frame * (pose.position(to) - pose.position(from));
-                arc(rotation * direction, way) * rotation
-            }
-        }
-    }
-}
-
-/// A joint of the target that is moved.
-#[derive(Clone, Debug)]
-pub(super) struct Drive {
-    pub(super) node: NodeId,
-    pub(super) rest: Trs,
-    pub(super) frame_to_joint: Quat,
-    rule: Rule,
-}
-
-/// How a joint follows; numbers are places in [`Plan::tracks`].
-#[derive(Clone, Copy, Debug)]
-enum Rule {
-    /// A rotation between two of the source.
-    Between { from: usize, to: usize, share: f32 },
-    /// The rotation of a bone, twisted about its axis by a share of its [`Twist`], a place in [`Plan::twists`].
-    Twisted { twist: usize, share: f32 },
-}
-
-/// The twist of a bone that several joints share.
-#[derive(Clone, Debug)]
-struct Twist {
-    bone: usize,
-    /// The bone at its beginning or at its end, from which it is twisted.
-    other: usize,
-    /// Where the bone points in the T-pose.
-    axis: Vec3,
-    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite on
-    /// one line, so the twist of one moves the end.
-    joints: Vec<(f32, Vec3)>,
-}
-
-impl Twist {
-    /// The twist, and the small rotation after it that brings the end back to the axis.
-    fn at(&self, frames: &[Quat]) -> (Quat, Quat) {
-        let twist = twist(frames[self.bone].inverse() * frames[self.other], self.axis);
-        let end = self.joints.iter().map(|&(part, way)| share(twist, part) * way).sum();
-        (twist, arc(end, self.axis))
-    }
-}
-
-impl Drive {
-    /// Its rotation in the frames of the T-pose, from those of the source.
-    pub(super) fn frame(&self, frames: &[Quat], twists: &[Twisted]) -> Quat {
-        match self.rule {
-            Rule::Between { from, to, share } => between(frames[from], frames[to], share),
-            Rule::Twisted { twist, share: part } => twists[twist].bone * share(twists[twist].twist, part),
-        }
-    }
-}
-
-/// The twist of a bone at a pose.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Twisted {
-    bone: Quat,
-    twist: Quat,
-}
-
 /// What is computed for every pose.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
+    pub(super) watched: Watched,
     pub(super) tracks: Vec<Track>,
-    twists: Vec<Twist>,
+    pub(super) twists: Vec<Twist>,
     /// In the order of the target's nodes, so that parents stand before children.
     pub(super) drives: Vec<Drive>,
+    /// The hips among them.
+    pub(super) hips: Option<usize>,
     pub(super) unmapped: Vec<Unmapped>,
 }
 
@@ -130,6 +38,7 @@ impl Plan {
         let mut builder = Builder {
             from,
             to,
+            watched: Watched::default(),
             tracks: Vec::new(),
             twists: Vec::new(),
             known: HashMap::new(),
@@ -141,31 +50,36 @@ impl Plan {
             builder.bone(bone, target);
         }
         builder.joints_of_one_name(target);
+        let mut drives: Vec<Drive> = builder.drives.into_values().collect();
+        let places: HashMap<usize, usize> = drives.iter().map(|drive| drive.node.index()).zip(0..).collect();
+        for drive in &mut drives {
+            drive.above = above(to, drive.node, &places);
+        }
         Self {
+            watched: builder.watched,
             tracks: builder.tracks,
             twists: builder.twists,
-            drives: builder.drives.into_values().collect(),
+            hips: places.get(&to.hips.index()).copied(),
+            drives,
             unmapped: builder.unmapped,
         }
     }
 }
 
-impl Plan {
-    /// Memory for [`Plan::twist`].
-    pub(super) fn twisted(&self) -> Vec<Twisted> {
-        vec![Twisted::default(); self.twists.len()]
-    }
-
-    /// Computes what several joints of a bone share.
-    pub(super) fn twist(&self, frames: &[Quat], twisted: &mut [Twisted]) {
-        for (twisted, twist) in twisted.iter_mut().zip(&self.twists) {
-            let (turn, back) = twist.at(frames);
-            *twisted = Twisted {
-                bone: frames[twist.bone] * back,
-                twist: turn,
-            };
+/// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their places by node.
+fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
+    let mut between = Quat::IDENTITY;
+    let mut next = to.parents[node.index()];
+    let direct = next;
+    while let Some(parent) = next {
+        if let Some(&drive) = drives.get(&parent) {
+            let between = (direct != Some(parent)).then(|| between.inverse());
+            return Above::Drive { drive, between };
         }
+        between = (to.rest_rotations[parent] * between).normalize();
+        next = to.parents[parent];
     }
+    Above::Still((between.inverse() * to.axes).normalize())
 }
 
 /// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its skin.
@@ -174,7 +88,7 @@ fn is_twisted_at_beginning(bone: Bone) -> bool {
 }
 
 /// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the T-pose.
-fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Aim>)> {
+fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
     let end = limb_end(bone).and_then(|end| from.joint(end));
@@ -193,14 +107,15 @@ fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Aim>)> {
 }
 
 /// The track of a whole bone: where it points, and how its end is twisted.
-pub(super) fn whole(from: &Body, bone: Bone) -> Option<Track> {
-    let (node, aim) = ends(from, bone)?;
-    Some(Track::new(from, bone, node, aim))
+pub(super) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
+    let (node, ends) = ends(from, bone)?;
+    Some(Track::new(from, bone, node, ends, watched))
 }
 
 struct Builder<'a> {
     from: &'a Body,
     to: &'a Body,
+    watched: Watched,
     tracks: Vec<Track>,
     twists: Vec<Twist>,
     /// The tracks by their node, and whether they aim.
@@ -211,19 +126,20 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     /// The track of a joint of the source that moves with `bone`.
-    fn track(&mut self, bone: Bone, node: NodeId, aim: Option<Aim>) -> usize {
+    fn track(&mut self, bone: Bone, node: NodeId, ends: Option<Ends>) -> usize {
         let next = self.tracks.len();
-        let track = *self.known.entry((node, aim.is_some())).or_insert(next);
+        let track = *self.known.entry((node, ends.is_some())).or_insert(next);
         if track == next {
-            self.tracks.push(Track::new(self.from, bone, node, aim));
+            let track = Track::new(self.from, bone, node, ends, &mut self.watched);
+            self.tracks.push(track);
         }
         track
     }
 
     /// The track of a whole bone: where it points, and how its end is twisted.
     fn whole(&mut self, bone: Bone) -> Option<usize> {
-        let (node, aim) = ends(self.from, bone)?;
-        Some(self.track(bone, node, aim))
+        let (node, ends) = ends(self.from, bone)?;
+        Some(self.track(bone, node, ends))
     }
 
     fn drive(&mut self, bone: Bone, node: NodeId, rule: Rule) {
@@ -231,6 +147,7 @@ impl Builder<'_> {
             node,
             rest: self.to.rest[node.index()],
             frame_to_joint: self.to.frame_to_joint(bone, node),
+            above: Above::Still(Quat::IDENTITY),
             rule,
         };
         self.drives.entry(node).or_insert_with(drive);

@@ -1,13 +1,16 @@
 //! The path of the hips.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Vec3, Vec4};
 
 use super::body::Body;
+use super::rotations::{Places, Rotations};
+use super::watched::{Seen, Watched};
 use super::{Scale, ground};
 use crate::error::{Code, Result};
 use crate::limits::positive;
+use crate::math::soa::Lanes;
 use crate::pose::Pose;
-use crate::scene::{NodeId, Scene};
+use crate::scene::Scene;
 use crate::skeleton::HumanoidBone as Bone;
 
 /// Puts the middle of the hip joints where that of the source is, scaled.
@@ -19,20 +22,25 @@ pub(super) struct Root {
     /// How many times as long the steps are, and how many times as high.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
-    source_legs: [NodeId; 2],
-    /// From the world of the source to the frame of the T-pose, and from there to the world of the target.
-    world_to_frame: Quat,
-    frame_to_world: Quat,
+    /// The hip joints of the source, places in [`Watched`].
+    source_legs: [usize; 2],
     /// The height of the ankles of a body that stands.
     pub(super) source_ankle: f32,
     pub(super) target_ankle: f32,
     /// From the target's hips to the middle of its hip joints, in the axes of the hips.
     hips_to_middle: Vec3,
-    world_to_parent: Mat4,
+    /// From the axes of the target's figure to the parent of its hips.
+    figure_to_parent: Mat4,
 }
 
 impl Root {
-    pub(super) fn new(from: &Body, to: &Body, source: &Scene, target: &Scene, scale: Scale) -> Result<Self> {
+    /// `watched` gets the hip joints of the source.
+    pub(super) fn new(
+        (from, source): (&Body, &Scene),
+        (to, target): (&Body, &Scene),
+        scale: Scale,
+        watched: &mut Watched,
+    ) -> Result<Self> {
         let legs =
             |body: &Body| [Bone::LeftUpperLeg, Bone::RightUpperLeg].map(|bone| body.joint(bone).unwrap_or(body.hips));
         let metres = from.metres_per_unit / to.metres_per_unit;
@@ -50,24 +58,28 @@ impl Root {
         Ok(Self {
             scale: scale as f32,
             height_scale: height_scale as f32,
-            source_legs: legs(from),
-            world_to_frame: from.axes.inverse(),
-            frame_to_world: to.axes,
+            source_legs: legs(from).map(|leg| watched.place(leg)),
             source_ankle: ground::of_motion(from, source),
             target_ankle: ground::of_character(to, target),
             hips_to_middle: hips_to_world.inverse() * (middle - to.position(to.hips)),
-            world_to_parent: parent_to_world.inverse(),
+            figure_to_parent: parent_to_world.inverse() * Mat4::from_quat(to.axes),
         })
     }
 
-    /// The translation of the target's hips to their parent, where they have this rotation to the world.
-    pub(super) fn hips(&self, source: &Pose, hips_to_world: Quat) -> Vec3 {
-        let [left, right] = self.source_legs.map(|leg| source.position(leg));
-        let mut place = self.world_to_frame * (0.5 * (left + right));
-        place.x *= self.scale;
-        place.y = self.height_scale * (place.y - self.source_ankle) + self.target_ankle;
-        place.z *= self.scale;
-        let hips = self.frame_to_world * place - hips_to_world * self.hips_to_middle;
-        self.world_to_parent.transform_point3(hips)
+    /// The translation of the target's hips to their parent, where they have this rotation to the axes of the figure.
+    #[inline(always)]
+    pub(super) fn hips<const N: usize>(&self, seen: &Seen<N>, hips: Rotations<N>) -> Places<N> {
+        let [left, right] = self.source_legs.map(|leg| seen.places[leg]);
+        let middle = left + right;
+        let standing = self.target_ankle - self.height_scale * self.source_ankle;
+        let place = Places {
+            x: middle.x * Lanes::all(0.5 * self.scale),
+            y: middle.y * Lanes::all(0.5 * self.height_scale) + Lanes::all(standing),
+            z: middle.z * Lanes::all(0.5 * self.scale),
+        };
+        let place = place - hips * Places::all(self.hips_to_middle.to_array());
+        let [x, y, z, origin] = [Vec4::X, Vec4::Y, Vec4::Z, Vec4::W]
+            .map(|axis| Places::all((self.figure_to_parent * axis).truncate().to_array()));
+        x * place.x + y * place.y + z * place.z + origin
     }
 }

@@ -1,6 +1,14 @@
-//! Rotations in parts.
+//! Rotations of matrices and between directions.
 
 use glam::{Mat3, Mat4, Quat, Vec3, Vec4};
+
+use crate::math::soa::{Quaternions, Vectors};
+
+/// A rotation in `N` poses.
+pub(super) type Rotations<const N: usize> = Quaternions<f32, N>;
+
+/// A place in `N` poses.
+pub(super) type Places<const N: usize> = Vectors<f32, N>;
 
 /// How much the square of the length of an axis may differ from 1 that counts as 1.
 const UNIT: f32 = 1e-5;
@@ -27,24 +35,11 @@ pub(super) fn rotation_of(matrix: &Mat4) -> Quat {
     }
 }
 
-/// A share of a rotation, on the shorter arc.
-pub(super) fn share(rotation: Quat, share: f32) -> Quat {
-    between(Quat::IDENTITY, rotation, share)
-}
-
-/// A rotation between two, on the shorter arc.
-pub(super) fn between(from: Quat, to: Quat, share: f32) -> Quat {
-    match share {
-        0.0 => from,
-        1.0 => to,
-        _ => from.slerp(to, share),
-    }
-}
-
-/// The shortest rotation from one direction to another; none where one has no length.
+/// The shortest rotation from one direction to another; none where one has no length. That of glam is none where they are
+/// within 0.04 degrees.
 pub(super) fn arc(from: Vec3, to: Vec3) -> Quat {
-    match (from.try_normalize(), to.try_normalize()) {
-        (Some(from), Some(to)) => Quat::from_rotation_arc(from, to),
-        _ => Quat::IDENTITY,
-    }
+    from.try_normalize().map_or(Quat::IDENTITY, |from| {
+        let arc = Rotations::<1>::arc(Places::all(from.to_array()), Places::all(to.to_array()));
+        Quat::from_array(arc.lane(0))
+    })
 }

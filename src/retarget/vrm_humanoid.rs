@@ -5,8 +5,11 @@ use std::collections::BTreeMap;
 use glam::{Mat4, Quat, Vec3};
 
 use super::body::Body;
-use super::plan::{Track, whole};
-use super::{ground, keys, ticks};
+use super::clip::{Ticks, ticks};
+use super::ground;
+use super::plan::whole;
+use super::rules::Track;
+use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
@@ -87,8 +90,13 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
             ..Node::default()
         });
     }
+    let mut watched = Watched::default();
     let mover = Mover {
-        tracks: bones.iter().map(|placed| whole(&body, placed.bone)).collect(),
+        tracks: bones
+            .iter()
+            .map(|placed| whole(&body, placed.bone, &mut watched))
+            .collect(),
+        watched,
         bones: &bones,
         body: &body,
         lift,
@@ -190,25 +198,31 @@ struct Mover<'a> {
     bones: &'a [Placed],
     /// The rotation of each bone in the frames of the T-pose; none for one that the source lacks.
     tracks: Vec<Option<Track>>,
+    watched: Watched,
     lift: f32,
 }
 
 impl Mover<'_> {
     fn animation(&self, source: &Scene, animation: &Animation, nodes: &[Node]) -> Animation {
         let ticks = ticks_and_keys(animation);
+        let at = Ticks::new(&ticks);
         let binding = Binding::new(source, animation);
         let mut pose = Pose::rest(source);
         let mut places = Vec::with_capacity(ticks.len());
         let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); self.bones.len()];
         let mut frames: BTreeMap<Bone, Quat> = BTreeMap::new();
         let to_frame = self.body.axes.inverse();
+        let mut seen: Seen<1> = Seen::new(self.watched.joints.len());
         for &tick in &ticks {
             pose.sample(&binding, animation, tick);
+            seen.set(0, &pose, self.body, &self.watched);
             places.push(to_frame * pose.position(self.body.hips) + self.lift * Vec3::Y);
             for (keys, (placed, track)) in rotations.iter_mut().zip(self.bones.iter().zip(&self.tracks)) {
                 let above = placed.parent.and_then(|parent| frames.get(&parent).copied());
                 let above = above.unwrap_or(Quat::IDENTITY);
-                let frame = track.as_ref().map_or(above, |track| track.frame(self.body, &pose));
+                let frame = track
+                    .as_ref()
+                    .map_or(above, |track| Quat::from_array(track.frame(&seen).lane(0)));
                 frames.insert(placed.bone, frame);
                 let rotation = (above.inverse() * frame).normalize();
                 // On the shorter arc from the key before.
@@ -224,10 +238,10 @@ impl Mover<'_> {
                 node_name: node.name.clone(),
                 node: Some(NodeId::new(index)),
                 position_keys: match index {
-                    0 => keys(std::mem::take(&mut places), &ticks),
+                    0 => at.keys(std::mem::take(&mut places)),
                     _ => Keys::constant(node.transform.w_axis.truncate()),
                 },
-                rotation_keys: keys(values, &ticks),
+                rotation_keys: at.keys(values),
                 scaling_keys: Keys::constant(Vec3::ONE),
             });
         Animation {

@@ -2,7 +2,7 @@
 
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
-use mocap::scene::{Node, NodeId, NodeKind};
+use mocap::scene::{Keys, Node, NodeId, NodeKind};
 use mocap::skeleton::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
 use mocap::{Binding, Code, Conversion, Pose, Scene};
 
@@ -120,6 +120,60 @@ const MOVING_POSITIONS: &str = "real/perception_neuron_moving_positions.bvh";
 
 /// The body hangs from a headset, so it is no target.
 const HANGING: &str = "real/slimevr_headset_root.bvh";
+
+/// The largest angle of a joint, and the largest distance of one in metres, between a whole clip and its single poses.
+fn off_between_clip_and_poses(source: &Scene, target: &Scene) -> (f32, f32) {
+    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let animation = &source.animations[0];
+    let clip = retargeter.animation(source, animation);
+    let (from, to) = (Binding::new(source, animation), Binding::new(target, &clip));
+    let (mut pose, mut single, mut of_clip) = (Pose::rest(source), Pose::rest(target), Pose::rest(target));
+    let end = (animation.duration.fract() > 0.0).then_some(animation.duration);
+    let (mut turned, mut moved) = (0.0_f32, 0.0_f32);
+    for tick in frames(source, 13).chain(end) {
+        pose.sample(&from, animation, tick);
+        retargeter.pose(&pose, &mut single);
+        of_clip.sample(&to, &clip, tick);
+        for node in retargeter.driven() {
+            let [a, b] =
+                [&single, &of_clip].map(|pose| pose.node_to_world[node.index()].to_scale_rotation_translation());
+            turned = turned.max(angle(a.1, b.1));
+            moved = moved.max(a.2.distance(b.2));
+        }
+    }
+    (turned, moved)
+}
+
+/// A whole clip is computed in blocks of frames, from chains of rotations; a single pose from matrices.
+#[test]
+fn a_clip_is_its_poses() {
+    let targets = ["human_cmu", "human_vrm0"].map(character);
+    for (file, source) in motions() {
+        for target in &targets {
+            let (turned, moved) = off_between_clip_and_poses(&source, target);
+            assert!(turned < 1e-5 && moved < 1e-5, "{file}: {turned} rad, {moved} m");
+        }
+    }
+}
+
+/// Scales along all axes alike are a part of the chains; others are not, and a clip may end between two frames.
+#[test]
+fn a_clip_of_a_scaled_body_is_its_poses() {
+    let target = character("human_vrm1");
+    for (bone, scale) in [
+        ("Hips", Vec3::splat(2.0)),
+        ("Spine", Vec3::splat(0.9)),
+        ("Spine", Vec3::new(1.0, 1.5, 1.0)),
+    ] {
+        let mut source = motion("real/cmu_12_01_walk.bvh");
+        source.animations[0].duration -= 0.5;
+        let channels = &mut source.animations[0].channels;
+        let channel = channels.iter_mut().find(|channel| channel.node_name == bone).unwrap();
+        channel.scaling_keys = Keys::constant(scale);
+        let (turned, moved) = off_between_clip_and_poses(&source, &target);
+        assert!(turned < 1e-5 && moved < 1e-5, "{bone} {scale}: {turned} rad, {moved} m");
+    }
+}
 
 #[test]
 fn a_motion_onto_its_own_skeleton_is_the_same() {

@@ -1,0 +1,375 @@
+//! Whole animations, a block of frames at a time.
+//!
+//! The watched joints of the source and those above them are posed as rotations and places: structures of arrays, a frame
+//! for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and place; then
+//! its frames are posed one by one.
+
+use std::collections::HashMap;
+
+use glam::{Mat3, Mat4, Quat, Vec3};
+
+use super::body::Body;
+use super::plan::Plan;
+use super::root::Root;
+use super::rotations::{Places, Rotations};
+use super::solve::{Solved, solve_block};
+use super::watched::{Joint, Seen, Watched};
+use crate::math::soa::Lanes;
+use crate::math::soa::single::LANES;
+use crate::math::wide;
+use crate::pose::{Binding, Pose, Trs};
+use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
+
+/// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a share.
+const SAME: f32 = 1e-5;
+
+/// The whole ticks of an animation, and its end.
+pub(super) fn ticks(animation: &Animation) -> Vec<f64> {
+    let mut ticks: Vec<f64> = (0..animation.frame_count()).map(|tick| tick as f64).collect();
+    if ticks.last().is_some_and(|last| *last < animation.duration) {
+        ticks.push(animation.duration);
+    }
+    ticks
+}
+
+/// The ticks of all keys of an animation.
+pub(super) struct Ticks<'a> {
+    /// None for 0, 1, 2, ...
+    written: Option<&'a [f64]>,
+}
+
+impl<'a> Ticks<'a> {
+    pub(super) fn new(ticks: &'a [f64]) -> Self {
+        let is_counted = ticks.iter().enumerate().all(|(index, tick)| *tick == index as f64);
+        Self {
+            written: (!is_counted).then_some(ticks),
+        }
+    }
+
+    /// Keys at these ticks; one where all values are the same.
+    pub(super) fn keys<T: Copy + PartialEq>(&self, mut values: Vec<T>) -> Keys<T> {
+        if let Some(&first) = values.first()
+            && values.iter().all(|value| *value == first)
+        {
+            values.truncate(1);
+            return Keys::every_tick(values);
+        }
+        Keys {
+            values,
+            ticks: self.written.map(<[f64]>::to_vec),
+        }
+    }
+}
+
+/// An animation of `source` on the target, with a key at every tick.
+pub(super) fn animation(
+    (body, source): (&Body, &Scene),
+    target: &Body,
+    plan: &Plan,
+    root: &Root,
+    animation: &Animation,
+) -> Animation {
+    let ticks = ticks(animation);
+    let mut poses = Poses::new(body, source, animation, &plan.watched);
+    let mut solved = Solved::new(plan, poses.joints());
+    let mut places = Vec::with_capacity(ticks.len());
+    let mut rotations: Vec<Vec<Quat>> = vec![Vec::with_capacity(ticks.len()); plan.drives.len()];
+    for block in ticks.chunks(LANES) {
+        poses.see(block, &mut solved.seen);
+        solve_block(&mut solved, plan, root);
+        places.extend((0..block.len()).map(|lane| Vec3::from_array(solved.hips.lane(lane))));
+        append_block(&mut rotations, &mut solved.to_parent, block.len());
+    }
+    let at = Ticks::new(&ticks);
+    let channels = std::iter::zip(rotations, &plan.drives).map(|(values, drive)| Channel {
+        node_name: target.names[drive.node.index()].clone(),
+        node: Some(drive.node),
+        position_keys: match drive.node == target.hips {
+            true => at.keys(std::mem::take(&mut places)),
+            false => Keys::constant(drive.rest.translation),
+        },
+        rotation_keys: at.keys(values),
+        scaling_keys: Keys::constant(drive.rest.scale),
+    });
+    Animation {
+        name: animation.name.clone(),
+        ticks_per_second: animation.ticks_per_second,
+        duration: animation.duration,
+        channels: channels.collect(),
+    }
+}
+
+wide::dispatch! {
+    /// Appends the first frames of a block to the keys of each joint, each on the shorter arc from the key before.
+    fn append_block(keys: &mut [Vec<Quat>], block: &mut [Rotations<LANES>], frames: usize) {
+        for (keys, block) in keys.iter_mut().zip(block) {
+            append(keys, block, frames);
+        }
+    }
+}
+
+#[inline(always)]
+fn append(keys: &mut Vec<Quat>, block: &mut Rotations<LANES>, frames: usize) {
+    let last = keys.last().map_or(block.lane(0), Quat::to_array);
+    let mut before = Rotations::all(last);
+    for (before, block) in [
+        (&mut before.x, &block.x),
+        (&mut before.y, &block.y),
+        (&mut before.z, &block.z),
+        (&mut before.w, &block.w),
+    ] {
+        before.0[1..].copy_from_slice(&block.0[..LANES - 1]);
+    }
+    let dots = block.dot(before);
+    let mut signs = Lanes::<f32, LANES>::ONE;
+    let mut sign = 1.0;
+    for lane in 0..LANES {
+        if dots.0[lane] < 0.0 {
+            sign = -sign;
+        }
+        signs.0[lane] = sign;
+    }
+    let signed = *block * signs;
+    let mut values = [Quat::IDENTITY; LANES];
+    for (lane, value) in values.iter_mut().enumerate() {
+        *value = Quat::from_array(signed.lane(lane));
+    }
+    keys.extend_from_slice(&values[..frames]);
+}
+
+/// Poses the source.
+enum Poses<'a> {
+    /// As rotations and places.
+    Chains(Chains<'a>),
+    /// As matrices, one pose after the other.
+    Matrices {
+        body: &'a Body,
+        animation: &'a Animation,
+        watched: &'a Watched,
+        binding: Binding,
+        pose: Box<Pose>,
+    },
+}
+
+impl<'a> Poses<'a> {
+    fn new(body: &'a Body, source: &'a Scene, animation: &'a Animation, watched: &'a Watched) -> Self {
+        let binding = Binding::new(source, animation);
+        match Chains::new(body, source, animation, watched, &binding) {
+            Some(chains) => Self::Chains(chains),
+            None => Self::Matrices {
+                body,
+                animation,
+                watched,
+                binding,
+                pose: Box::new(Pose::rest(source)),
+            },
+        }
+    }
+
+    /// How many joints are seen.
+    fn joints(&self) -> usize {
+        match self {
+            Self::Chains(chains) => chains.joints,
+            Self::Matrices { watched, .. } => watched.joints.len(),
+        }
+    }
+
+    /// Sees the poses at up to [`LANES`] ticks.
+    fn see(&mut self, ticks: &[f64], seen: &mut Seen<LANES>) {
+        match self {
+            Self::Chains(chains) => pose_block(chains, ticks, seen),
+            Self::Matrices {
+                body,
+                animation,
+                watched,
+                binding,
+                pose,
+            } => {
+                for (lane, tick) in ticks.iter().enumerate() {
+                    pose.sample(binding, animation, *tick);
+                    seen.set(lane, pose, body, watched);
+                }
+            }
+        }
+    }
+}
+
+/// The watched joints and those above them.
+struct Chains<'a> {
+    /// Parents before children.
+    links: Vec<Link<'a>>,
+    /// The number of places in [`Seen`].
+    joints: usize,
+    /// From the world to the frame of the T-pose.
+    world_to_frame: Quat,
+}
+
+struct Link<'a> {
+    /// Its place in [`Seen`]; the first ones are those of the watched joints.
+    joint: usize,
+    /// The place of its parent.
+    parent: Option<usize>,
+    rotation: Values<'a, Quat>,
+    /// None where nobody asks where it is.
+    translation: Option<Values<'a, Vec3>>,
+    has_rotation: bool,
+    /// The size of the parent's axes.
+    parent_scale: f32,
+}
+
+/// The values of a track.
+#[derive(Clone, Copy)]
+enum Values<'a, T> {
+    Still(T),
+    Moving(&'a Keys<T>),
+}
+
+impl<'a, T: Copy> Values<'a, T> {
+    fn new(keys: Option<&'a Keys<T>>, rest: T) -> Self {
+        match keys.map(|keys| (keys, keys.values.as_slice())) {
+            None | Some((_, [])) => Self::Still(rest),
+            Some((_, [only])) => Self::Still(*only),
+            Some((keys, _)) => Self::Moving(keys),
+        }
+    }
+}
+
+/// The values of keys at up to [`LANES`] ticks, the last of them also in the lanes behind it.
+#[inline(always)]
+fn values_at<T: Copy>(keys: &Keys<T>, ticks: &[f64], sample: impl Fn(f64) -> T) -> [T; LANES] {
+    // Ticks are whole but for the last one of a clip.
+    let has_tick = keys.ticks.is_none() && ticks.len() == LANES && ticks[LANES - 1].fract() == 0.0;
+    let first = ticks[0] as usize;
+    match keys.values.get(first..first + LANES) {
+        Some(block) if has_tick => std::array::from_fn(|lane| block[lane]),
+        _ => std::array::from_fn(|lane| sample(ticks[lane.min(ticks.len() - 1)])),
+    }
+}
+
+impl<'a> Chains<'a> {
+    /// `None` for a skeleton that scales otherwise than evenly.
+    fn new(
+        body: &'a Body,
+        source: &'a Scene,
+        animation: &'a Animation,
+        watched: &Watched,
+        binding: &Binding,
+    ) -> Option<Self> {
+        let channels: HashMap<NodeId, &Channel> = binding
+            .driven()
+            .filter_map(|(node, channel)| Some((node, animation.channels.get(channel)?)))
+            .collect();
+        let mut joints = watched.joints.clone();
+        let mut places: HashMap<usize, usize> = joints.iter().map(|joint| joint.node.index()).zip(0..).collect();
+        let mut next = 0;
+        while let Some(&Joint { node, has_place, .. }) = joints.get(next) {
+            if let Some(parent) = *body.parents.get(node.index())? {
+                let place = *places.entry(parent).or_insert(joints.len());
+                if place == joints.len() {
+                    joints.push(Joint {
+                        node: NodeId::new(parent),
+                        has_rotation: true,
+                        has_place,
+                    });
+                } else {
+                    let above = &mut joints[place];
+                    let is_new = !above.has_rotation || (has_place && !above.has_place);
+                    above.has_rotation = true;
+                    above.has_place |= has_place;
+                    if is_new && place < next {
+                        // What is above it has to know.
+                        next = place;
+                        continue;
+                    }
+                }
+            }
+            next += 1;
+        }
+        let mut order: Vec<usize> = (0..joints.len()).collect();
+        order.sort_by_key(|joint| joints[*joint].node);
+        let mut scales = vec![1.0; joints.len()];
+        let mut links = Vec::with_capacity(joints.len());
+        for joint in order {
+            let Joint {
+                node,
+                has_rotation,
+                has_place,
+            } = joints[joint];
+            let channel = channels.get(&node).copied();
+            let rest = Trs::from_matrix(source.nodes.get(node.index())?.transform);
+            if channel.is_none() && !is_matrix_of(rest, source.nodes[node.index()].transform) {
+                return None;
+            }
+            let parent = body.parents[node.index()].and_then(|parent| places.get(&parent).copied());
+            let parent_scale = parent.map_or(1.0, |parent| scales[parent]);
+            scales[joint] = parent_scale * even_scale(channel.map(|channel| &channel.scaling_keys), rest.scale)?;
+            links.push(Link {
+                joint,
+                parent,
+                rotation: Values::new(channel.map(|channel| &channel.rotation_keys), rest.rotation),
+                translation: has_place
+                    .then(|| Values::new(channel.map(|channel| &channel.position_keys), rest.translation)),
+                has_rotation,
+                parent_scale,
+            });
+        }
+        Some(Self {
+            links,
+            joints: joints.len(),
+            world_to_frame: body.axes.inverse(),
+        })
+    }
+
+    #[inline(always)]
+    fn pose(&self, ticks: &[f64], seen: &mut Seen<LANES>) {
+        let world_to_frame = Rotations::all(self.world_to_frame.to_array());
+        for link in &self.links {
+            let above = link.parent.map_or(world_to_frame, |parent| seen.rotations[parent]);
+            if link.has_rotation {
+                let local = match link.rotation {
+                    Values::Still(value) => Rotations::all(value.to_array()),
+                    Values::Moving(keys) => {
+                        let values = values_at(keys, ticks, |tick| keys.sample(tick).unwrap_or(Quat::IDENTITY));
+                        Rotations::of(|lane| values[lane].to_array())
+                    }
+                };
+                seen.rotations[link.joint] = (above * local).normalize();
+            }
+            if let Some(translation) = &link.translation {
+                let local = match translation {
+                    Values::Still(value) => Places::all((*value * link.parent_scale).to_array()),
+                    Values::Moving(keys) => {
+                        let values = values_at(keys, ticks, |tick| keys.sample(tick).unwrap_or_default());
+                        Places::of(|lane| values[lane].to_array()) * Lanes::all(link.parent_scale)
+                    }
+                };
+                let from_above = above * local;
+                seen.places[link.joint] = match link.parent {
+                    Some(parent) => seen.places[parent] + from_above,
+                    None => from_above,
+                };
+            }
+        }
+    }
+}
+
+wide::dispatch! {
+    /// As [`Chains::pose`].
+    fn pose_block(chains: &Chains<'_>, ticks: &[f64], seen: &mut Seen<LANES>) {
+        chains.pose(ticks, seen);
+    }
+}
+
+/// Whether a matrix has no more than translation, rotation and scale.
+fn is_matrix_of(trs: Trs, matrix: Mat4) -> bool {
+    let (axes, expected) = (Mat3::from_mat4(matrix), Mat3::from_mat4(trs.matrix()));
+    axes.abs_diff_eq(expected, SAME * trs.scale.abs().max_element())
+}
+
+/// The scale of a node that is the same along all axes, at all times, and mirrors nothing.
+fn even_scale(keys: Option<&Keys<Vec3>>, rest: Vec3) -> Option<f32> {
+    let values = keys.map_or(&[][..], |keys| keys.values.as_slice());
+    let first = values.first().copied().unwrap_or(rest);
+    let is_even = |scale: &Vec3| scale.abs_diff_eq(Vec3::splat(first.x), SAME * first.x);
+    (first.x > 0.0 && is_even(&first) && values.iter().all(is_even)).then_some(first.x)
+}

@@ -1,0 +1,159 @@
+//! How one joint follows others, pose by pose: for one pose, or for as many at once as a vector has lanes.
+
+use glam::{Quat, Vec3};
+
+use super::body::Body;
+use super::rotations::{Places, Rotations};
+use super::watched::{Seen, Watched};
+use crate::pose::Trs;
+use crate::scene::NodeId;
+use crate::skeleton::HumanoidBone as Bone;
+
+/// The rotation of a source joint in the frames of the T-pose. Joints are places in [`Watched`].
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    joint: usize,
+    joint_to_frame: Quat,
+    aim: Option<Aim>,
+}
+
+/// The ends of a bone of a limb, and where it points in the T-pose.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    from: usize,
+    to: usize,
+    direction: Vec3,
+}
+
+/// The joints at the ends of a bone of a limb, and where it points in the T-pose.
+pub(super) type Ends = (NodeId, NodeId, Vec3);
+
+impl Track {
+    pub(super) fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
+        Self {
+            joint: watched.rotation(node),
+            joint_to_frame: from.frame_to_joint(bone, node).inverse(),
+            aim: ends.map(|(start, end, direction)| Aim {
+                from: watched.place(start),
+                to: watched.place(end),
+                direction,
+            }),
+        }
+    }
+
+    /// The rotation at a pose.
+    #[inline(always)]
+    pub(super) fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
+        let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
+        match self.aim {
+            None => rotation,
+            Some(Aim { from, to, direction }) => {
+                let way = seen.places[to] - seen.places[from];
+                Rotations::arc(rotation * Places::all(direction.to_array()), way) * rotation
+            }
+        }
+    }
+}
+
+/// A joint of the target that is moved.
+#[derive(Clone, Debug)]
+pub(super) struct Drive {
+    pub(super) node: NodeId,
+    pub(super) rest: Trs,
+    pub(super) frame_to_joint: Quat,
+    pub(super) above: Above,
+    pub(super) rule: Rule,
+}
+
+/// What the parent of a joint follows.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Above {
+    /// Nothing: the rotation from the axes of the figure to the parent.
+    Still(Quat),
+    /// A joint that is moved, a place in `Plan::drives`; and the rotation from there to the parent, where that is another.
+    Drive { drive: usize, between: Option<Quat> },
+}
+
+/// How a joint follows; numbers are places in `Plan::tracks`.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Rule {
+    /// A rotation between two of the source.
+    Between { from: usize, to: usize, share: f32 },
+    /// The rotation of a bone, twisted about its axis by a share of its [`Twist`], a place in `Plan::twists`.
+    Twisted { twist: usize, share: f32 },
+}
+
+/// The twist of a bone that several joints share.
+#[derive(Clone, Debug)]
+pub(super) struct Twist {
+    pub(super) bone: usize,
+    /// The bone at its beginning or at its end, from which it is twisted.
+    pub(super) other: usize,
+    /// Where the bone points in the T-pose.
+    pub(super) axis: Vec3,
+    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite on
+    /// one line, so the twist of one moves the end.
+    pub(super) joints: Vec<(f32, Vec3)>,
+}
+
+/// The twist of a bone in `N` poses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twisted<const N: usize> {
+    bone: Rotations<N>,
+    twist: Rotations<N>,
+}
+
+impl<const N: usize> Default for Twisted<N> {
+    fn default() -> Self {
+        let (bone, twist) = (Rotations::IDENTITY, Rotations::IDENTITY);
+        Self { bone, twist }
+    }
+}
+
+impl Twist {
+    /// The twist, and the bone after the small rotation that brings the end back to the axis.
+    #[inline(always)]
+    pub(super) fn at<const N: usize>(&self, frames: &[Rotations<N>]) -> Twisted<N> {
+        let bone = frames[self.bone];
+        let twist = (bone.conjugate() * frames[self.other]).twist(self.axis.to_array());
+        let mut end = Places::ZERO;
+        for (part, way) in &self.joints {
+            end = end + share(twist, *part) * Places::all(way.to_array());
+        }
+        // The shortest rotation back is the inverse of that from the axis, which has length 1.
+        let away = Rotations::arc(Places::all(self.axis.to_array()), end);
+        Twisted {
+            bone: bone * away.conjugate(),
+            twist,
+        }
+    }
+}
+
+impl Drive {
+    /// Its rotation in the frames of the T-pose, from those of the source.
+    #[inline(always)]
+    pub(super) fn frame<const N: usize>(&self, frames: &[Rotations<N>], twists: &[Twisted<N>]) -> Rotations<N> {
+        match self.rule {
+            Rule::Between { from, to, share } => between(frames[from], frames[to], share),
+            Rule::Twisted { twist, share: part } => twists[twist].bone * share(twists[twist].twist, part),
+        }
+    }
+}
+
+/// A share of a rotation, on the shorter arc.
+#[inline(always)]
+fn share<const N: usize>(rotation: Rotations<N>, share: f32) -> Rotations<N> {
+    between(Rotations::IDENTITY, rotation, share)
+}
+
+/// A rotation between two, on the shorter arc.
+#[inline(always)]
+fn between<const N: usize>(from: Rotations<N>, to: Rotations<N>, share: f32) -> Rotations<N> {
+    if share == 0.0 {
+        from
+    } else if share == 1.0 {
+        to
+    } else {
+        from.slerp(to, share)
+    }
+}

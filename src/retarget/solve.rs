@@ -1,0 +1,73 @@
+//! The pose of the target from what is seen of the source: for one pose, or for as many at once as a vector has lanes.
+
+use super::plan::Plan;
+use super::root::Root;
+use super::rotations::{Places, Rotations};
+use super::rules::{Above, Twisted};
+use super::watched::Seen;
+use crate::math::soa::single::LANES;
+use crate::math::wide;
+
+/// What is computed of `N` poses.
+#[derive(Clone, Debug)]
+pub(super) struct Solved<const N: usize> {
+    pub(super) seen: Seen<N>,
+    /// The rotations of the source's joints in the frames of the T-pose.
+    frames: Vec<Rotations<N>>,
+    /// The twists that several joints share.
+    twisted: Vec<Twisted<N>>,
+    /// The rotations of the joints that are moved, from their axes to those of the figure.
+    turned: Vec<Rotations<N>>,
+    /// The same to the parents.
+    pub(super) to_parent: Vec<Rotations<N>>,
+    /// The translation of the hips to their parent.
+    pub(super) hips: Places<N>,
+}
+
+impl<const N: usize> Solved<N> {
+    /// Memory for a plan. `joints` of the source are seen.
+    pub(super) fn new(plan: &Plan, joints: usize) -> Self {
+        Self {
+            seen: Seen::new(joints),
+            frames: vec![Rotations::IDENTITY; plan.tracks.len()],
+            twisted: vec![Twisted::default(); plan.twists.len()],
+            turned: vec![Rotations::IDENTITY; plan.drives.len()],
+            to_parent: vec![Rotations::IDENTITY; plan.drives.len()],
+            hips: Places::ZERO,
+        }
+    }
+
+    /// Computes the target from what is seen.
+    #[inline(always)]
+    pub(super) fn solve(&mut self, plan: &Plan, root: &Root) {
+        for (frame, track) in self.frames.iter_mut().zip(&plan.tracks) {
+            *frame = track.frame(&self.seen);
+        }
+        for (twisted, twist) in self.twisted.iter_mut().zip(&plan.twists) {
+            *twisted = twist.at(&self.frames);
+        }
+        for (index, drive) in plan.drives.iter().enumerate() {
+            let turned = drive.frame(&self.frames, &self.twisted) * Rotations::all(drive.frame_to_joint.to_array());
+            self.turned[index] = turned;
+            let world_to_parent = match drive.above {
+                Above::Still(world_to_parent) => Rotations::all(world_to_parent.to_array()),
+                Above::Drive { drive, between: None } => self.turned[drive].conjugate(),
+                Above::Drive {
+                    drive,
+                    between: Some(between),
+                } => Rotations::all(between.to_array()) * self.turned[drive].conjugate(),
+            };
+            self.to_parent[index] = (world_to_parent * turned).normalize();
+        }
+        if let Some(hips) = plan.hips {
+            self.hips = root.hips(&self.seen, self.turned[hips]);
+        }
+    }
+}
+
+wide::dispatch! {
+    /// As [`Solved::solve`].
+    pub(super) fn solve_block(solved: &mut Solved<LANES>, plan: &Plan, root: &Root) {
+        solved.solve(plan, root);
+    }
+}

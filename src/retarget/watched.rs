@@ -1,0 +1,85 @@
+//! The joints of the source on which a pose of the target depends, and what is seen of them.
+
+use glam::{Quat, Vec3};
+
+use super::body::Body;
+use super::rotations::{Places, Rotations, rotation_of};
+use crate::pose::Pose;
+use crate::scene::NodeId;
+
+/// The joints of the source on which a pose of the target depends. Others refer to them by their place in this list.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Watched {
+    pub(super) joints: Vec<Joint>,
+}
+
+/// A joint that is watched.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint {
+    pub(super) node: NodeId,
+    pub(super) has_rotation: bool,
+    pub(super) has_place: bool,
+}
+
+impl Watched {
+    fn joint(&mut self, node: NodeId) -> usize {
+        let known = self.joints.iter().position(|joint| joint.node == node);
+        known.unwrap_or_else(|| {
+            self.joints.push(Joint {
+                node,
+                has_rotation: false,
+                has_place: false,
+            });
+            self.joints.len() - 1
+        })
+    }
+
+    /// Watches the rotation of a joint.
+    pub(super) fn rotation(&mut self, node: NodeId) -> usize {
+        let joint = self.joint(node);
+        self.joints[joint].has_rotation = true;
+        joint
+    }
+
+    /// Watches where a joint is.
+    pub(super) fn place(&mut self, node: NodeId) -> usize {
+        let joint = self.joint(node);
+        self.joints[joint].has_place = true;
+        joint
+    }
+}
+
+/// What is seen in `N` poses: rotations and places of the watched joints, from their axes to the frame of the T-pose.
+#[derive(Clone, Debug)]
+pub(super) struct Seen<const N: usize> {
+    pub(super) rotations: Vec<Rotations<N>>,
+    pub(super) places: Vec<Places<N>>,
+}
+
+impl<const N: usize> Seen<N> {
+    pub(super) fn new(joints: usize) -> Self {
+        Self {
+            rotations: vec![Rotations::IDENTITY; joints],
+            places: vec![Places::ZERO; joints],
+        }
+    }
+
+    /// Takes one of the poses from that of a whole skeleton.
+    pub(super) fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
+        let world_to_frame = body.axes.inverse();
+        let seen = self.rotations.iter_mut().zip(&mut self.places);
+        for (joint, (rotation, place)) in watched.joints.iter().zip(seen) {
+            let Some(matrix) = pose.node_to_world.get(joint.node.index()) else {
+                continue;
+            };
+            if joint.has_rotation {
+                let to_frame: Quat = world_to_frame * rotation_of(matrix);
+                rotation.set_lane(lane, to_frame.to_array());
+            }
+            if joint.has_place {
+                let here: Vec3 = world_to_frame * matrix.w_axis.truncate();
+                place.set_lane(lane, here.to_array());
+            }
+        }
+    }
+}
