@@ -12,10 +12,11 @@ import { Sample } from "../interop/sample.js";
 import { browserChecks } from "./browser_checks.js";
 import { MocapError, load } from "./package/index.js";
 import { MocapLoader } from "./package/three.js";
+import { pageChecks } from "./page_checks.js";
 import { quickest } from "./quickest.js";
 
 const { values, positionals } = parseArgs({
-  options: { all: { type: "boolean", default: false } },
+  options: { all: { type: "boolean", default: false }, only: { type: "string", default: "" } },
   allowPositionals: true,
 });
 const sample = Sample.chosen(values.all);
@@ -368,11 +369,13 @@ check("speed", "measures reading beside BVHLoader in Node", () => {
 });
 
 browserChecks(check, { fixtures, all, sample, filesOf, mocap, made });
+pageChecks(check, { fixtures, folder, program, sample });
 
 let failed = 0;
 let passed = 0;
 for (const { part, name, run } of checks) {
   // What is measured is printed and not judged, so it is done when it is asked for.
+  if (!name.includes(values.only)) continue;
   if (positionals.length > 0 ? !positionals.includes(part) : part === "speed") continue;
   try {
     await run();

@@ -31,7 +31,7 @@ pub(crate) struct ReadOptions {
     format: Option<Format>,
     clip: Option<Clip>,
     pub(crate) skeleton_mesh: Option<MeshKind>,
-    gltf_meshes: bool,
+    pub(crate) gltf_meshes: bool,
 }
 
 #[derive(Deserialize)]

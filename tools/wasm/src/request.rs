@@ -134,7 +134,11 @@ fn keep(scenes: &mut Scenes, entry: Entry, assumptions: &[Assumption]) -> Result
 
 /// As `mocap retarget` reads its character: glTF and VRM files are passed through, others give their skeleton.
 fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>]) -> Result<Entry, Failure> {
-    let importer = options.importer().skeleton_mesh(SkeletonMesh::None);
+    // Where the meshes of the file are wanted, a mesh of the skeleton does no harm.
+    let importer = match options.gltf_meshes {
+        true => options.importer(),
+        false => options.importer().skeleton_mesh(SkeletonMesh::None),
+    };
     match importer.read_character(file, others) {
         Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Rc::new(character)))),
         Err(error) if error.code() == Code::UnknownFormat => {

@@ -1,0 +1,74 @@
+// Writes the drop page: the template and the player of `mocap view`, the reader with its WebAssembly, in one file.
+//
+//   node assemble.js OUT.html
+
+import { readFileSync, writeFileSync } from "node:fs";
+import { dirname, join, resolve } from "node:path";
+import { gzipSync } from "node:zlib";
+
+const here = import.meta.dirname;
+const view = join(here, "../../../src/render/view");
+const read = (path) => readFileSync(path, "utf8");
+
+/** Nothing is loaded and nothing is connected to. A worker comes from bytes in the page, and WebAssembly is compiled. */
+const POLICY = [
+  "default-src 'none'",
+  "connect-src 'none'",
+  "script-src 'unsafe-inline' 'wasm-unsafe-eval'",
+  "worker-src blob:",
+  "style-src 'unsafe-inline'",
+  "img-src data:",
+  "form-action 'none'",
+  "base-uri 'none'",
+].join("; ");
+
+/** Source text without indentation and comments, as src/render/view.rs makes it. */
+function lean(source) {
+  const lines = source.split("\n").map((line) => line.trim());
+  let isComment = false;
+  const kept = lines.filter((line) => {
+    if (line.startsWith("/**")) isComment = true;
+    const isKept = line !== "" && !line.startsWith("//") && !isComment;
+    if (line.endsWith("*/")) isComment = false;
+    return isKept;
+  });
+  return `${kept.join("\n")}\n`;
+}
+
+/** A module and all that it imports, each after those it needs, as one script without imports. */
+function bundled(path, known = new Set()) {
+  if (known.has(path)) return "";
+  known.add(path);
+  const source = read(path);
+  const imports = Array.from(source.matchAll(/^import .* from "(.*)";$/gm), ([, from]) => resolve(dirname(path), from));
+  const before = imports.map((from) => bundled(from, known)).join("");
+  return before + lean(source).replace(/^import .*\n/gm, "").replace(/^export /gm, "");
+}
+
+const element = (id, type, content) => {
+  if (/<\/script/i.test(content)) throw new Error(`${id} would end its element`);
+  return `<script type="${type}" id="${id}">${content}</script>`;
+};
+
+/** A page from a file may start no worker that is a module. This one has its WebAssembly from the page. */
+const worker = bundled(join(here, "worker.js")).replaceAll("import.meta.url", "location.href");
+const wasm = gzipSync(readFileSync(join(here, "../package/mocap.wasm")), { level: 9 });
+const parts = {
+  title: "mocap",
+  policy: POLICY,
+  style: lean(read(join(view, "page.css")) + read(join(here, "desk.css"))),
+  buttons: read(join(here, "buttons.html")),
+  desk: read(join(here, "desk.html")),
+  data: "{}",
+  keys: element("worker", "text/plain", worker),
+  skins: element("wasm", "application/octet-stream", wasm.toString("base64")),
+  textures: "",
+  script: bundled(join(here, "drop.js")),
+  downloads: "",
+};
+const page = read(join(view, "page.html")).replace(/\{\{(\w+)\}\}/g, (_, name) => {
+  if (!(name in parts)) throw new Error(`the page has no place called ${name}`);
+  return parts[name];
+});
+writeFileSync(process.argv[2], page);
+console.error(`${process.argv[2]}: ${page.length} bytes, of which WebAssembly ${Math.ceil(wasm.length / 3) * 4}`);

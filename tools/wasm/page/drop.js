@@ -1,0 +1,25 @@
+// Where the drop page begins: the reader, a player without clips, and the desk that brings both together.
+
+import { byId } from "../../../src/render/view/dom.js";
+import { Player } from "../../../src/render/view/player.js";
+import { takeBytes } from "../../../src/render/view/unpack.js";
+import { Desk } from "./desk.js";
+import { Reader } from "./reader.js";
+
+async function unzipped(bytes) {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+const player = new Player();
+const reader = new Reader({
+  script: byId("worker").textContent,
+  wasm: unzipped(takeBytes("wasm")),
+  progress: (...stage) => desk.showProgress(...stage),
+  restarted: (error) => desk.tellRestart(error),
+});
+const desk = new Desk(player, reader);
+
+// For tests, and for a console.
+Object.defineProperty(window, "mocap", { get: () => player.handle });
+window.desk = desk;

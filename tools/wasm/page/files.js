@@ -1,0 +1,89 @@
+// What was dropped or chosen, as items: the files that belong together.
+
+/** Files that are read for themselves, and those that others refer to. */
+const MOTION = /\.(bvh|amc|c3d|glb|gltf|vrm|vrma|fbx)$/i;
+const BESIDE = /\.(asf|bin|png|jpe?g|webp|ktx2)$/i;
+
+const folderOf = (path) => path.slice(0, path.lastIndexOf("/") + 1);
+
+/** The files of a folder that was dropped, with their paths; hidden ones are left out. */
+async function filesBelow(handle, path, found) {
+  if (handle.name.startsWith(".")) return;
+  if (handle.kind === "file") {
+    found.push({ file: await handle.getFile(), path });
+    return;
+  }
+  for await (const [name, child] of handle.entries()) await filesBelow(child, `${path}/${name}`, found);
+}
+
+async function entriesBelow(entry, path, found) {
+  if (entry.name.startsWith(".")) return;
+  if (entry.isFile) {
+    found.push({ file: await new Promise((done, failed) => entry.file(done, failed)), path });
+    return;
+  }
+  const reader = entry.createReader();
+  // A reader gives a hundred at a time.
+  for (;;) {
+    const entries = await new Promise((done, failed) => reader.readEntries(done, failed));
+    if (!entries.length) return;
+    for (const child of entries) await entriesBelow(child, `${path}/${child.name}`, found);
+  }
+}
+
+/** The files of a drop, each with its path. */
+export async function droppedFiles(transfer) {
+  // All is asked for before the first pause, after which a drop has nothing more to say.
+  const parts = Array.from(transfer.items, (item) => {
+    if (item.kind !== "file") return null;
+    const entry = item.webkitGetAsEntry?.();
+    if (!entry?.isDirectory) return { file: item.getAsFile() };
+    return { entry, handle: item.getAsFileSystemHandle?.().catch(() => null) };
+  });
+  const found = [];
+  for (const part of parts) {
+    if (part?.file) found.push({ file: part.file, path: part.file.name });
+    if (!part?.entry) continue;
+    const handle = await part.handle;
+    if (handle) await filesBelow(handle, handle.name, found);
+    else await entriesBelow(part.entry, part.entry.name, found);
+  }
+  return found;
+}
+
+/** The files of an input element, each with its path. */
+export const chosenFiles = (input) => Array.from(input.files, (file) => ({ file, path: file.webkitRelativePath || file.name }));
+
+/**
+ * Items in the order of their paths. A motion comes with what it may refer to: an .amc with the .asf of its folder, or
+ * with any where its folder has none, a .gltf with the files below its folder. A single file is always an item, for its
+ * contents say what it is; of several, those of no known name are passed over.
+ */
+export function itemsOf(all) {
+  const sorted = [...all].sort((a, b) => a.path.localeCompare(b.path, undefined, { numeric: true }));
+  const motions = sorted.filter(({ path }) => MOTION.test(path));
+  const hasMotion = (folder) => motions.some((motion) => /\.amc$/i.test(motion.path) && folderOf(motion.path).startsWith(folder));
+  const skeletons = sorted.filter(({ path }) => /\.asf$/i.test(path));
+  // A skeleton without a motion is shown for itself.
+  const lone = skeletons.filter(({ path }) => !hasMotion(folderOf(path)) && !motions.some((motion) => /\.amc$/i.test(motion.path)));
+  const single = sorted.length === 1 && !motions.length && !lone.length ? sorted : [];
+  const items = [...motions, ...lone, ...single].map((motion) => {
+    const folder = folderOf(motion.path);
+    const isBelow = ({ path }) => path.startsWith(folder);
+    let beside = [];
+    if (/\.amc$/i.test(motion.path)) {
+      const near = skeletons.filter(({ path }) => folderOf(path) === folder);
+      beside = near.length ? near : skeletons;
+    }
+    if (/\.gltf$/i.test(motion.path)) beside = sorted.filter((file) => file !== motion && BESIDE.test(file.path) && isBelow(file));
+    const together = [motion, ...beside];
+    const nameOf = (file) => (isBelow(file) ? file.path.slice(folder.length) : file.path.split("/").pop());
+    return {
+      path: motion.path,
+      name: motion.path.split("/").pop(),
+      files: together.map(({ file }) => file),
+      names: together.map(nameOf),
+    };
+  });
+  return { items, passedOver: sorted.filter((file) => !BESIDE.test(file.path) && !items.some((item) => item.files.includes(file.file))) };
+}

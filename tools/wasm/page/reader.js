@@ -1,0 +1,92 @@
+// The worker that reads, as the page sees it: requests one after another, the urgent ones first, and a worker in place of
+// one that has ended.
+
+/** After these errors nothing in the worker can be relied on. */
+const ENDED = new Set(["defect", "out-of-memory", "stopped"]);
+
+export class Reader {
+  // `wasm` is a promise of the module's bytes. `progress` is called with the request in work and its stage, or with
+  // nothing; `restarted` with the reason.
+  constructor({ script, wasm, progress, restarted }) {
+    this.address = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
+    Object.assign(this, { wasm, progress, restarted });
+    this.waiting = [];
+    this.last = 0;
+    this.start();
+  }
+
+  start() {
+    const worker = new Worker(this.address);
+    this.worker = worker;
+    this.isReady = false;
+    worker.onmessage = ({ data }) => this.take(data);
+    worker.onerror = (event) => {
+      event.preventDefault();
+      const error = { code: "defect", message: event.message || "the browser starts no worker from this page" };
+      // A worker that never was ready would not be the next time.
+      if (this.isReady) this.end(error);
+      else this.giveUp(error);
+    };
+    this.wasm.then(
+      (wasm) => worker === this.worker && worker.postMessage({ wasm }),
+      (error) => this.giveUp({ code: "defect", message: error.message }),
+    );
+  }
+
+  // A promise of the answer; it is refused with what the worker says of an error.
+  ask(request, { isUrgent = true } = {}) {
+    return new Promise((done, failed) => {
+      if (this.broken) return failed(this.broken);
+      const asked = { request: { ...request, id: ++this.last }, done, failed, isUrgent };
+      const place = isUrgent ? this.waiting.findIndex((other) => !other.isUrgent) : -1;
+      this.waiting.splice(place < 0 ? this.waiting.length : place, 0, asked);
+      this.next();
+    });
+  }
+
+  next() {
+    if (this.working || !this.isReady || !this.waiting.length) return;
+    this.working = this.waiting.shift();
+    this.worker.postMessage(this.working.request);
+    this.progress(this.working.request, "starting");
+  }
+
+  take({ ready, id, stage, share, answer, error }) {
+    if (ready) this.isReady = true;
+    if (stage && this.working?.request.id === id) this.progress(this.working.request, stage, share);
+    if (ready || stage) return this.next();
+    if (ENDED.has(error?.code)) return this.end(error);
+    if (error) this.fail(error);
+    else this.settle((working) => working.done(answer));
+  }
+
+  // Without a reader every request fails.
+  giveUp(error) {
+    this.broken = error;
+    this.restarted(error);
+    for (const { failed } of this.waiting.splice(0)) failed(error);
+    this.fail(error);
+  }
+
+  fail(error) { this.settle((working) => working.failed(error)); }
+
+  settle(tell) {
+    const { working } = this;
+    this.working = null;
+    this.progress(null);
+    if (working) tell(working);
+    this.next();
+  }
+
+  // Ends the worker, with what it is doing, and starts another.
+  end(error) {
+    this.worker.terminate();
+    this.start();
+    this.restarted(error);
+    this.fail(error);
+  }
+
+  stop() {
+    if (this.working) this.end({ code: "stopped", message: "stopped" });
+  }
+}

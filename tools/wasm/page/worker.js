@@ -1,0 +1,134 @@
+// The reader, beside the page so that the page stays alive. It does one request after another; each names its files, so
+// that a reader that was started again knows nothing it should have kept.
+//
+// A request is { id, call, item, ... }. An item has
+//   id          a number, never used again
+//   files       the Files that belong together, the motion first
+//   names       their names, as the motion refers to them
+//   read        options of Mocap.read()
+//   change      options of Scene.convert(), without those that change the unit of the output
+//   onto        null, or { id, files, names }: the character that the motion is put on
+//   retarget    options of Scene.retarget()
+
+import { load } from "../package/index.js";
+
+let mocap;
+
+/** How many scenes stay, so that a change of the last files does not read them again. */
+const KEPT = 6;
+const scenes = new Map();
+
+/** The scene of a key, made where it is not there. */
+async function kept(key, make) {
+  const scene = scenes.get(key) ?? (await make());
+  // The one that was used last is freed last.
+  scenes.delete(key);
+  scenes.set(key, scene);
+  for (const [oldest, old] of scenes) {
+    if (scenes.size <= KEPT) break;
+    scenes.delete(oldest);
+    old.free();
+  }
+  return scene;
+}
+
+/** The files of an item with their bytes, which come piece by piece where they are long. */
+async function inputs({ files, names }, report) {
+  const total = files.reduce((sum, file) => sum + file.size, 0);
+  let done = 0;
+  const read = async (file) => {
+    const bytes = new Uint8Array(file.size);
+    let at = 0;
+    for (const reader = file.stream().getReader(); ; ) {
+      const { done: isOver, value } = await reader.read();
+      if (isOver) return bytes;
+      bytes.set(value, at);
+      at += value.length;
+      done += value.length;
+      report(done / total);
+    }
+  };
+  const all = [];
+  for (const [index, file] of files.entries()) {
+    all.push({ name: names[index], bytes: total < 4 << 20 ? await file.arrayBuffer() : await read(file) });
+  }
+  return all;
+}
+
+async function sceneOf(item, report) {
+  const { id, read, change, onto, retarget } = item;
+  const base = await kept(JSON.stringify([id, read]), async () => {
+    const files = await inputs(item, (share) => report("reading", share));
+    report("parsing");
+    return mocap.read(files, { skeletonMesh: "skinned", gltfMeshes: true, ...read });
+  });
+  const changed = Object.keys(change).length
+    ? await kept(JSON.stringify([id, read, change]), () => base.convert({ ...change, keepUnits: true }))
+    : base;
+  if (!onto) return changed;
+  const character = await kept(JSON.stringify([onto.id, "character"]), async () => {
+    const files = await inputs(onto, (share) => report("reading", share));
+    return mocap.readCharacter(files, { gltfMeshes: true });
+  });
+  report("retargeting");
+  return kept(JSON.stringify([id, read, change, onto.id, retarget]), () => changed.retarget(character, { ...retarget, limbAngles: true }));
+}
+
+/** What a list says of a scene. */
+function facts(scene) {
+  const [animation] = scene.animations;
+  return {
+    warnings: scene.warnings,
+    joints: scene.nodes.filter((node) => node.kind === "joint").length,
+    frames: animation?.frameCount ?? 0,
+    ticksPerSecond: animation?.ticksPerSecond ?? 0,
+    format: scene.metadata.format,
+  };
+}
+
+const calls = {
+  /** Reads a file for the list alone. */
+  async inspect({ item }, report) {
+    const files = await inputs(item, (share) => report("reading", share));
+    report("parsing");
+    const scene = mocap.read(files, { ...item.read, skeletonMesh: "none", hash: false });
+    const found = facts(scene);
+    scene.free();
+    return [found];
+  },
+
+  /** The clip for the player. */
+  async show({ item, name }, report) {
+    const scene = await sceneOf(item, report);
+    report("packing");
+    const shown = scene.toPlayer(name);
+    const [retargeted] = scene.reports ?? [];
+    return [{ ...facts(scene), ...shown, retargeted }, shown.blocks.map(([, bytes]) => bytes.buffer)];
+  },
+
+  /** The bytes of a file to save. */
+  async save({ item, name, format, options }, report) {
+    const scene = await sceneOf(item, report);
+    report("writing");
+    // Only a picture has the clip's name in it.
+    const written = scene.write(format, format === "png" ? { name } : options);
+    return [{ bytes: written.bytes, warnings: written.warnings }, [written.bytes.buffer]];
+  },
+};
+
+onmessage = async ({ data }) => {
+  if (data.wasm) {
+    mocap = await load(data.wasm);
+    postMessage({ ready: true });
+    return;
+  }
+  const { id } = data;
+  const report = (stage, share) => postMessage({ id, stage, share });
+  try {
+    const [answer, transfer] = await calls[data.call](data, report);
+    postMessage({ id, answer }, transfer ?? []);
+  } catch (error) {
+    const { name, code, message, reason, file, line, column, length, text, joint, pointer, expected, found, help, warnings } = error;
+    postMessage({ id, error: { name, code, message, reason, file, line, column, length, text, joint, pointer, expected, found, help, warnings } });
+  }
+};
