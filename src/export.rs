@@ -1,6 +1,7 @@
 //! Output files that are whole or absent, and what they may replace. Only this module of the library writes files.
 
 mod existing;
+mod fbx_header;
 mod unfinished;
 
 use std::fs::{self, File};
@@ -11,6 +12,7 @@ use tempfile::TempPath;
 
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, SOURCE_EXTENSIONS, has_provenance};
+pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 use self::unfinished::{Unfinished, named};
 use crate::error::{Error, Result};
 

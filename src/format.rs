@@ -6,14 +6,12 @@ mod asf_amc;
 mod bip;
 pub mod bvh;
 mod c3d;
-#[cfg(feature = "fbx")]
-mod fbx;
+pub mod fbx;
 pub mod gltf;
+mod provenance;
 pub(crate) mod text;
 mod texture;
 pub(crate) mod warnings;
-#[cfg(not(feature = "fbx"))]
-mod without_fbx;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -85,10 +83,7 @@ pub const FORMATS: &[FormatInfo] = &[
     gltf::FORMAT,
     asf_amc::FORMAT,
     c3d::FORMAT,
-    #[cfg(feature = "fbx")]
     fbx::FORMAT,
-    #[cfg(not(feature = "fbx"))]
-    without_fbx::FORMAT,
     bip::FORMAT,
 ];
 

@@ -226,7 +226,7 @@ impl Importer {
     }
 
     /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
-    /// keeps those instead. With [`SkeletonMesh::None`] the scene has no meshes at all, and importing takes less time.
+    /// keeps those instead; with [`SkeletonMesh::Own`] another has none. With [`SkeletonMesh::None`] the scene has no meshes at all, and importing takes less time.
     ///
     /// ```
     /// use mocap::{Importer, SkeletonMesh};

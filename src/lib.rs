@@ -57,7 +57,7 @@ pub use glam;
 pub use crate::convert::Conversion;
 pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible, visible_lines};
 pub use crate::format::gltf::vrma;
-pub use crate::format::{FORMATS, FormatInfo, bvh, gltf};
+pub use crate::format::{FORMATS, FormatInfo, bvh, fbx, gltf};
 pub use crate::import::{Clips, Importer, MemoryFile, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};

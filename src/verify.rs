@@ -33,6 +33,7 @@ use self::change::{Change, Timeline};
 use self::clip::Errors;
 use self::pairs::Pairs;
 use crate::error::{Code, Diagnostic, Result};
+use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
 use crate::import::{Clips, Importer};
 use crate::limits::Limits;
@@ -486,8 +487,8 @@ fn claims(
 /// A file that was written.
 enum Output<'a> {
     Gltf(Box<File<'a>>),
-    /// Another format, as its reader gives it.
-    Scene(Box<Scene>),
+    /// Another format, as its reader gives it, and what the file says of itself.
+    Scene(Box<Scene>, Option<Box<Provenance>>),
 }
 
 impl<'a> Output<'a> {
@@ -496,13 +497,14 @@ impl<'a> Output<'a> {
             return Ok(Self::Gltf(Box::new(File::read(bytes, open, &Limits::default())?)));
         }
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::None).hash(false);
-        Ok(Self::Scene(Box::new(importer.read(bytes, name)?)))
+        let provenance = fbx::provenance(bytes).map(Box::new);
+        Ok(Self::Scene(Box::new(importer.read(bytes, name)?), provenance))
     }
 
     fn provenance(&self) -> Option<Provenance> {
         match self {
             Self::Gltf(file) => file.provenance(),
-            Self::Scene(_) => None,
+            Self::Scene(_, provenance) => provenance.as_deref().cloned(),
         }
     }
 
@@ -510,7 +512,7 @@ impl<'a> Output<'a> {
     fn skeleton(&self, clip: Option<usize>) -> Result<Skeleton<'_>> {
         match self {
             Self::Gltf(file) => Skeleton::of_file(file, clip),
-            Self::Scene(scene) => Ok(Skeleton::of_scene(scene, clip)),
+            Self::Scene(scene, _) => Ok(Skeleton::of_scene(scene, clip)),
         }
     }
 
@@ -533,13 +535,13 @@ impl<'a> Output<'a> {
                 let clips = file.animations();
                 clips.map(|clip| clip.name.clone().unwrap_or_default()).collect()
             }
-            Self::Scene(scene) => scene.animations.iter().map(|clip| clip.name.clone()).collect(),
+            Self::Scene(scene, _) => scene.animations.iter().map(|clip| clip.name.clone()).collect(),
         }
     }
 
     /// Metres in a unit of the file: what the file says, else the unit of the source.
     fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
-        let Self::Scene(scene) = self else { return 1.0 };
+        let Self::Scene(scene, _) = self else { return 1.0 };
         let of_source = || {
             let stated = source.metadata.metres_per_unit;
             stated.unwrap_or_else(|| skeleton::survey(source).unit.value.metres())
@@ -552,11 +554,13 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether the joints have the axes of the source: in glTF of this crate, and in BVH that was made of BVH.
+    /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are those
+    /// of the scene, and in BVH that was made of BVH.
     fn keeps_axes(&self, source: &Scene) -> bool {
         match self {
             Self::Gltf(file) => file.provenance().is_some(),
-            Self::Scene(scene) => {
+            Self::Scene(_, Some(provenance)) => provenance.up.is_none(),
+            Self::Scene(scene, None) => {
                 scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
             }
         }

@@ -7,21 +7,23 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use super::fbx_header::{FBX_HEAD, HEADER, fbx_provenance};
 use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
 pub const SOURCE_EXTENSIONS: &[&str] = &["bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip"];
 
-const GLTF_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma"];
+/// Of files that say who wrote them: glTF and FBX.
+const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 
 /// Which files an output may replace.
 ///
 /// An input is never replaced, also not through a link. A file with one of the [`SOURCE_EXTENSIONS`] may be somebody's
 /// source, and is replaced only with [`force`](Self::force). There are three exceptions, so that a command can be run
-/// again: an empty file, a file with the same bytes as the output, and a glTF file that this crate wrote, according to
-/// its `asset.extras.mocap`. If an input is glTF too, that must also name an input as the source of the file: if a shell
-/// expands `*.glb` to two files, the second is not an output.
+/// again: an empty file, a file with the same bytes as the output, and a glTF or FBX file that this crate wrote, according
+/// to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an input as the source
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output.
 ///
 /// ```
 /// use mocap::export::ReplacePolicy;
@@ -37,7 +39,7 @@ const GLTF_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma"];
 #[derive(Clone, Debug, Default)]
 pub struct ReplacePolicy {
     inputs: HashSet<FileId>,
-    /// The names of the inputs, if one of them is glTF.
+    /// The names of the inputs, if one of them is glTF or FBX.
     source_names: Option<HashSet<String>>,
     force: bool,
 }
@@ -47,12 +49,12 @@ impl ReplacePolicy {
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let mut policy = Self::default();
         let mut names = HashSet::new();
-        let mut has_gltf = false;
+        let mut may_tell = false;
         for input in inputs {
             let input = input.as_ref();
             policy.inputs.extend(FileId::of(input));
             names.extend(input.file_name().map(|name| name.to_string_lossy().into_owned()));
-            has_gltf |= has_extension(input, GLTF_EXTENSIONS);
+            may_tell |= has_extension(input, TELLING_EXTENSIONS);
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
             {
@@ -61,7 +63,7 @@ impl ReplacePolicy {
                 }
             }
         }
-        policy.source_names = has_gltf.then_some(names);
+        policy.source_names = may_tell.then_some(names);
         policy
     }
 
@@ -137,9 +139,9 @@ impl ReplacePolicy {
     }
 }
 
-/// Whether the file at `path` is a glTF file that this crate wrote, according to the file.
+/// Whether the file at `path` is a glTF or FBX file that this crate wrote, according to the file.
 pub fn has_provenance(path: &Path) -> bool {
-    has_extension(path, GLTF_EXTENSIONS) && Asset::of(path).is_ok_and(|asset| asset.is_ours())
+    has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(|asset| asset.is_ours())
 }
 
 /// Identifies a file: two paths to one file have the same.
@@ -211,16 +213,16 @@ fn has_bytes(path: &Path, bytes: &[u8]) -> bool {
     has_length && has_bytes().unwrap_or(false)
 }
 
-/// The part of a glTF file that says who wrote it. It is not read with the reader for glTF, because errors in the rest of
-/// a file do not matter here.
-#[derive(Deserialize)]
+/// The part of a glTF or FBX file that says who wrote it. It is not read with the reader of its format, because errors in the
+/// rest of a file do not matter here.
+#[derive(Default, Deserialize)]
 struct Asset {
     asset: Extras,
     #[serde(default)]
     buffers: Vec<Buffer>,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 struct Extras {
     extras: Option<serde_json::Map<String, serde_json::Value>>,
 }
@@ -243,6 +245,16 @@ impl Asset {
         let mut file = BufReader::new(File::open(path)?);
         let mut header = [0; 20];
         file.read_exact(&mut header)?;
+        if header.starts_with(FBX_HEAD) {
+            let mut bytes = header.to_vec();
+            file.take(HEADER as u64).read_to_end(&mut bytes)?;
+            let provenance = fbx_provenance(&bytes).and_then(|json| serde_json::from_str(json).ok());
+            let extras = provenance.map(|provenance| serde_json::Map::from_iter([("mocap".to_owned(), provenance)]));
+            return Ok(Self {
+                asset: Extras { extras },
+                ..Self::default()
+            });
+        }
         let asset = if header.starts_with(b"glTF") {
             let length = u32::from_le_bytes([header[12], header[13], header[14], header[15]]);
             serde_json::from_reader(file.take(length.into()))

@@ -12,7 +12,6 @@ mod invalid;
 mod json;
 mod meshes;
 mod meshopt;
-mod provenance;
 mod read;
 mod required;
 mod streams;
@@ -26,9 +25,9 @@ use crate::scene::Format;
 pub use self::character::Character;
 pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 pub(crate) use self::file::File;
-pub use self::provenance::Provenance;
 pub(crate) use self::tracks::{Bend, Values};
 pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, Renamed, export, write_glb};
+pub use crate::format::provenance::Provenance;
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Gltf,

@@ -14,6 +14,8 @@ pub enum SkeletonMesh {
     Segmented,
     /// One mesh on the root, with a bone for every node that has a piece.
     Skinned,
+    /// No mesh of the skeleton: those of the file alone.
+    Own,
     /// No mesh.
     None,
 }
@@ -59,7 +61,7 @@ const LONE_KNOB_RADIUS: f64 = 0.01;
 /// ```
 pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
     let is_skinned = match kind {
-        SkeletonMesh::None => return,
+        SkeletonMesh::Own | SkeletonMesh::None => return,
         SkeletonMesh::Segmented => false,
         SkeletonMesh::Skinned => true,
     };

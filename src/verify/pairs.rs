@@ -124,7 +124,8 @@ impl Pairs {
             // The joint for the way over the ground stands above the first root.
             let mut added = usize::from(has_root_motion);
             let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
-                let is_extra = pair.is_none() && !joint.shows && !is_group(&joint.name);
+                let is_extra =
+                    pair.is_none() && !joint.shows && joint.kind != NodeKind::Group && !is_group(&joint.name);
                 let is_expected = is_extra && added > 0;
                 added -= usize::from(is_expected);
                 is_extra && !is_expected

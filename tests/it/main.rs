@@ -19,6 +19,8 @@ mod edit;
 mod examples;
 #[cfg(feature = "fbx")]
 mod fbx;
+#[cfg(feature = "fbx")]
+mod fbx_out;
 mod fixtures;
 mod generated_skeletons;
 mod gltf;

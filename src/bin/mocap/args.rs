@@ -6,6 +6,7 @@ mod bvh;
 mod change;
 mod compress;
 mod edit;
+mod fbx;
 mod given;
 mod pictures;
 mod read;
@@ -24,6 +25,7 @@ pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::edit::EditArgs;
+pub(crate) use self::fbx::{FBX_OPTIONS, FbxArgs};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
@@ -90,9 +92,9 @@ pub(crate) struct ConvertArgs {
     /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// How to draw the skeleton
-    #[arg(long, value_name = "KIND", default_value = "skinned")]
-    pub(crate) mesh: MeshArg,
+    /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
+    #[arg(long, value_name = "KIND")]
+    pub(crate) mesh: Option<MeshArg>,
     /// Keep constant tracks in the animation; by default they become part of the rest pose
     #[arg(long)]
     pub(crate) keep_constant: bool,
@@ -102,12 +104,14 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) bvh: BvhArgs,
     #[command(flatten)]
+    pub(crate) fbx: FbxArgs,
+    #[command(flatten)]
     pub(crate) change: ChangeArgs,
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
     /// Replace a file that may be a source: a BVH, ASF, AMC, C3D, FBX, glTF, VRM or .bin file that is not known as an
-    /// output of this program. Known are glTF files that say so, unchanged outputs in the manifest of a folder, and files
+    /// output of this program. Known are glTF and FBX files that say so, unchanged outputs in the manifest of a folder, and files
     /// with the same bytes as the output; a BVH file does not say who wrote it. An input is never replaced
     #[arg(long)]
     pub(crate) force: bool,

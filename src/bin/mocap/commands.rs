@@ -27,7 +27,7 @@ use std::path::Path;
 use mocap::export::ReplacePolicy;
 use mocap::scene::{Scene, Topic};
 use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
-use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
+use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, fbx, gltf};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
@@ -58,11 +58,12 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
     Ok(())
 }
 
-/// The bytes of a scene in a format: BVH, glTF with its buffer within, or else GLB.
+/// The bytes of a scene in a format: BVH, FBX, glTF with its buffer within, or else GLB.
 fn scene_bytes(scene: &Scene, format: &str) -> mocap::Result<Vec<u8>> {
     let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
     match format {
         "bvh" => bvh::write(scene, &bvh::BvhOptions::default()),
+        "fbx" => Ok(fbx::write(scene, &fbx::FbxOptions::default())?.0),
         "gltf" => document()?.to_embedded(),
         _ => document()?.to_glb(),
     }

@@ -1,10 +1,10 @@
-//! A motion file to animated glTF or to a VRM animation.
+//! A motion file to animated glTF, to FBX or to a VRM animation.
 
 use std::path::PathBuf;
 
 use mocap::export::ReplacePolicy;
 use mocap::scene::UpAxis;
-use mocap::{Conversion, SkeletonMesh, gltf, vrma};
+use mocap::{Conversion, SkeletonMesh, fbx, gltf, vrma};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -33,22 +33,27 @@ pub(crate) fn convert(
     if let Some(fps) = fps {
         conversion = conversion.frame_rate(fps);
     }
-    let importer = read.importer()?.skeleton_mesh(SkeletonMesh::Skinned);
+    let extension = target.extension().and_then(|extension| extension.to_str());
+    let extension = extension.unwrap_or_default().to_ascii_lowercase();
+    let is_fbx = extension == "fbx";
+    // A skeleton needs no mesh in FBX.
+    let mesh = if is_fbx {
+        SkeletonMesh::Own
+    } else {
+        SkeletonMesh::Skinned
+    };
+    let importer = read.importer()?.skeleton_mesh(mesh).gltf_meshes(is_fbx);
     let written = py.detach(|| {
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
-        match target
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("vrma"))
-        {
-            true => vrma::export(&scene, &target, &vrma::VrmaOptions::default()),
-            false => gltf::export(&scene, &target, &gltf::GltfOptions::default()),
-        }
+        Ok(match extension.as_str() {
+            "vrma" => vrma::export(&scene, &target, &vrma::VrmaOptions::default())?.bytes,
+            "fbx" => fbx::export(&scene, &target, &fbx::FbxOptions::default())?.bytes,
+            _ => gltf::export(&scene, &target, &gltf::GltfOptions::default())?.bytes,
+        })
     });
-    written
-        .map(|written| written.bytes as u64)
-        .map_err(|error| to_python(py, &error))
+    written.map(|bytes| bytes as u64).map_err(|error| to_python(py, &error))
 }
 
 /// The axis of this name.

@@ -118,7 +118,9 @@ def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:
         assert caught.value.code == code
     with pytest.raises(TypeError, match="either moments or a speed"):
         edit.warp_time(clip)
-    with pytest.raises(ValueError, match="must end in .glb, .gltf, .bvh or .vrma"):
-        edit.write(clip, tmp_path / "walk.fbx")
+    with pytest.raises(ValueError, match="must end in .glb, .gltf, .bvh, .fbx or .vrma"):
+        edit.write(clip, tmp_path / "walk.obj")
     edit.write(clip, tmp_path / "walk.bvh")
     assert mocap.read(tmp_path / "walk.bvh").frames == clip.frames
+    edit.write(clip, tmp_path / "walk.fbx")
+    assert mocap.read(tmp_path / "walk.fbx").frames == clip.frames

@@ -65,6 +65,7 @@ pub(crate) enum FormatArg {
     Glb,
     Gltf,
     Bvh,
+    Fbx,
     Vrma,
 }
 
@@ -74,6 +75,7 @@ impl FormatArg {
             Self::Glb => "glb",
             Self::Gltf => "gltf",
             Self::Bvh => "bvh",
+            Self::Fbx => "fbx",
             Self::Vrma => "vrma",
         }
     }

@@ -17,7 +17,7 @@ pub(crate) struct EditArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
-    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh"])]
+    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh", "fbx"])]
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) steps: Steps,

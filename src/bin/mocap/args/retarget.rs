@@ -15,13 +15,13 @@ pub(crate) struct RetargetArgs {
     /// .vrm file, or any file with the skeleton of a humanoid
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. Another
-    /// skeleton is written as .glb, .gltf or .bvh. A .vrma has the motions alone, as the character makes them. - is
-    /// standard output
+    /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An .fbx has
+    /// any character with its skin, colours and textures, and the motions. Another skeleton is written as .glb, .gltf or
+    /// .bvh. A .vrma has the motions alone, as the character makes them. - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: that of a glTF or VRM character, or else glb]
-    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh", "vrma"])]
+    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh", "fbx", "vrma"])]
     pub(crate) to: Option<String>,
     /// The character; every PATH is a motion then
     #[arg(long, value_name = "FILE", conflicts_with = "to_skeleton")]

@@ -1,4 +1,4 @@
-//! `mocap convert`: a motion file to animated glTF, to BVH or to a VRM animation.
+//! `mocap convert`: a motion file to animated glTF, to BVH, to FBX or to a VRM animation.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,10 +8,10 @@ use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
 use mocap::skeleton::humanoid;
 use mocap::verify::{Verification, Verifier};
-use mocap::{Diagnostic, bvh, vrma};
+use mocap::{Diagnostic, SkeletonMesh, bvh, fbx, vrma};
 
 use super::{change, import_to_resample, verify};
-use crate::args::{CompressArg, ConvertArgs, FormatArg, Given};
+use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FormatArg, Given};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report, streams};
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         Some(format) => format,
         None if streams::is_standard(&output) => args.batch.to,
         None => {
-            let message = format!("{} should end in .glb, .gltf, .bvh or .vrma", output.display());
+            let message = format!("{} should end in .glb, .gltf, .bvh, .fbx or .vrma", output.display());
             return Err(Failure::Usage(message));
         }
     };
@@ -78,7 +78,7 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
         ));
     }
     let is_bvh = matches!(format, FormatArg::Bvh);
-    let mut scene = import(args, input)?;
+    let mut scene = import(args, input, Some(format))?;
     let mut decisions = change::apply(&mut scene, args, is_bvh, None).map_err(|error| error.with_path(input))?;
     let (bytes, mut warnings) = match format {
         FormatArg::Bvh => {
@@ -92,6 +92,10 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
                 _ => document.to_glb()?,
             };
             (bytes, document.report().warnings.clone())
+        }
+        FormatArg::Fbx => {
+            let (bytes, written) = fbx::write(&scene, &args.fbx.options())?;
+            (bytes, written.warnings)
         }
         FormatArg::Vrma => {
             let (bytes, written) = vrma::write(&scene, &vrma_options(args, &scene))?;
@@ -169,6 +173,8 @@ fn choice(args: &ConvertArgs) -> Option<String> {
     }
 }
 
+const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
+
 /// Refuses options that change nothing in an output of this format.
 pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg) -> Result<(), Failure> {
     let out = &args.change.out;
@@ -180,9 +186,22 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&["embed"], "only .gltf has a buffer of its own; leave it out")?;
             let why = "it applies to glTF; for fewer digits in BVH use --digits";
             given.refuse(&["compress", "max-error"], why)?;
+            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             (out.metres_per_unit().is_some(), out.up().is_some() || moves_over_ground)
         }
+        FormatArg::Fbx => {
+            let why = "it applies to BVH; write .bvh, or leave it out";
+            given.refuse(&["order", "digits", "channels"], why)?;
+            let why = "FBX is written in centimetres with +Y up, and states both; leave it out";
+            given.refuse(&["out-unit", "out-up"], why)?;
+            given.refuse(
+                &["keep-constant", "embed", "compress", "max-error"],
+                "it applies to glTF; write .glb, or leave it out",
+            )?;
+            (true, true)
+        }
         FormatArg::Glb | FormatArg::Gltf | FormatArg::Vrma => {
+            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             let why = "it applies to BVH; write .bvh, or leave it out";
             given.refuse(&["order", "digits", "channels"], why)?;
             let why = "glTF is in metres with +Y up; for another unit or axis write .bvh";
@@ -285,7 +304,7 @@ pub(crate) fn convert(
     if args.batch.out_dir.is_none() {
         remove_unfinished(output);
     }
-    let mut scene = import(args, input)?;
+    let mut scene = import(args, input, format)?;
     let skeleton = match round {
         Round::Alone => String::new(),
         Round::First | Round::Last(_) => skeleton_hash(&scene),
@@ -324,6 +343,11 @@ pub(crate) fn convert(
     } else if matches!(format, Some(FormatArg::Vrma)) {
         written = vrma::export(&scene, output, &vrma_options(args, &scene)).map_err(|error| error.with_path(input))?;
         decisions.extend(left_out(&written.left_out));
+    } else if matches!(format, Some(FormatArg::Fbx)) {
+        let report = fbx::export(&scene, output, &args.fbx.options()).map_err(|error| error.with_path(input))?;
+        (written.bytes, written.warnings) = (report.bytes, report.warnings);
+        let renamed = report.renamed.into_iter();
+        written.renamed = renamed.map(|(node, from, to)| Renamed { node, from, to }).collect();
     } else {
         written = gltf::export(&scene, output, &gltf_options(args))?;
         // For `tell` alone, which says nothing where `--quiet` is.
@@ -445,12 +469,22 @@ fn smaller(achieved: &Achieved, bytes: usize, plain_bytes: Option<usize>) -> Str
     text
 }
 
-fn import(args: &ConvertArgs, input: &Path) -> mocap::Result<Scene> {
+/// Imports a file for an output in a format. FBX has the meshes of the file; a skeleton needs none there.
+fn import(args: &ConvertArgs, input: &Path, format: Option<FormatArg>) -> mocap::Result<Scene> {
+    let is_fbx = matches!(format, Some(FormatArg::Fbx));
+    let mesh = match args.mesh {
+        Some(mesh) => mesh.into(),
+        None if is_fbx => SkeletonMesh::Own,
+        None => SkeletonMesh::Skinned,
+    };
     // Many files keep all threads busy, a thread a file.
     let threads = match args.batch.out_dir {
         Some(_) => 1,
         None => thread_count(args.batch.spread.threads),
     };
-    let importer = || args.read.importer().skeleton_mesh(args.mesh.into()).threads(threads);
+    let importer = || {
+        let importer = args.read.importer().skeleton_mesh(mesh).threads(threads);
+        importer.gltf_meshes(is_fbx)
+    };
     import_to_resample(importer, input, args.change.fps)
 }

@@ -23,11 +23,9 @@ use crate::{Failure, report, streams};
 pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
     let format = output_format(&args.output, args.to.as_deref(), "glb")?;
     check_json(args.json, &args.output)?;
-    let is_bvh = match format.as_str() {
-        "bvh" => true,
-        "glb" | "gltf" => false,
-        _ => return Err(unknown_extension(&args.output, ".glb, .gltf or .bvh")),
-    };
+    if !["glb", "gltf", "bvh", "fbx"].contains(&format.as_str()) {
+        return Err(unknown_extension(&args.output, ".glb, .gltf, .bvh or .fbx"));
+    }
     if let Some(file) = &args.contacts
         && !["json", "npz"].contains(&extension(file).as_str())
     {
@@ -49,7 +47,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
     let mut scenes = args
         .inputs
         .iter()
-        .map(|file| import(args, file, is_bvh))
+        .map(|file| import(args, file, &format))
         .collect::<Result<Vec<Scene>, _>>()?;
     let mut scene = scenes.remove(0);
     let mut reports: Vec<EditReport> = Vec::new();
@@ -144,9 +142,13 @@ fn others(args: &EditArgs) -> Result<Vec<Option<usize>>, Failure> {
     }
 }
 
-/// A motion with one animation, without a rest pose in the first frame; for glTF in metres with +Y up.
-fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> {
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
+/// A motion with one animation, without a rest pose in the first frame; for glTF and FBX in metres with +Y up.
+fn import(args: &EditArgs, file: &Path, format: &str) -> Result<Scene, Failure> {
+    let importer = match format {
+        // A skeleton needs no mesh in FBX.
+        "fbx" => args.read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
+        _ => args.read.importer().skeleton_mesh(SkeletonMesh::Skinned),
+    };
     let mut scene = import_moving(&importer, file)?;
     report::clip_taken(&scene);
     if scene.animations.len() > 1 {
@@ -157,7 +159,7 @@ fn import(args: &EditArgs, file: &Path, is_bvh: bool) -> Result<Scene, Failure> 
     // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
     let conversion = Conversion::new()
         .first_frame(FirstFrame::DropRestPose)
-        .keep_units(is_bvh);
+        .keep_units(format == "bvh");
     convert_aloud(&conversion, &mut scene, file)?;
     Ok(scene)
 }

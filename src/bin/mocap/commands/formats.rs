@@ -7,16 +7,16 @@ use mocap::{FORMATS, Format};
 use crate::Failure;
 
 /// The formats that are written.
-const WRITTEN: [Format; 3] = [Format::Bvh, Format::Gltf, Format::Vrma];
+const WRITTEN: [Format; 4] = [Format::Bvh, Format::Gltf, Format::Vrma, Format::Fbx];
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     for row in FORMATS {
         let extensions: Vec<String> = row.extensions.iter().map(|extension| format!(".{extension}")).collect();
         let does = match (WRITTEN.contains(&row.format), row.format) {
+            (true, Format::Fbx) if cfg!(not(feature = "fbx")) => "write",
             (true, _) => "read, write",
             (false, Format::Bip) => "-",
-            (false, Format::Fbx) if cfg!(not(feature = "fbx")) => "-",
             (false, _) => "read",
         };
         writeln!(

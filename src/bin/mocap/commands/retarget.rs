@@ -146,6 +146,8 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
     // Meshes of the file come along; without any, the skeleton is drawn.
     let importer = match args.to_skeleton {
         Some(_) => importer,
+        // A skeleton needs no mesh in FBX.
+        None if writes_fbx(args) => Importer::new().skeleton_mesh(SkeletonMesh::Own),
         None => Importer::new().skeleton_mesh(SkeletonMesh::Skinned),
     };
     let scene = importer.import(file)?;
@@ -166,6 +168,10 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
         report::say(&left_out.to_string());
     }
     Ok(Target::Scene(Box::new(scene)))
+}
+
+fn writes_fbx(args: &RetargetArgs) -> bool {
+    extension(&args.output) == "fbx" || args.to.as_deref() == Some("fbx")
 }
 
 fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
@@ -208,18 +214,21 @@ impl Names {
 /// Refuses an output of another format than the target can be written in.
 fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str) -> Result<(), Failure> {
     let output = &args.output;
-    let adds = wanted != "vrma" && matches!(target, Target::Character(_));
+    // These are written from the scene, and hold the new motions alone.
+    let is_whole = ["vrma", "fbx"].contains(&wanted);
+    let adds = !is_whole && matches!(target, Target::Character(_));
     if args.replace_animations && !adds {
-        let message = "--replace-animations would do nothing: only a glTF or VRM file keeps its animations";
+        let message =
+            "--replace-animations would do nothing: only a glTF or VRM output keeps the animations of its character";
         return Err(Failure::Usage(message.to_owned()));
     }
-    if wanted == "vrma" {
+    if is_whole {
         return Ok(());
     }
     let Target::Character(character) = target else {
         return match wanted {
             "glb" | "gltf" | "bvh" => Ok(()),
-            _ => Err(unknown_extension(output, ".glb, .gltf, .bvh or .vrma")),
+            _ => Err(unknown_extension(output, ".glb, .gltf, .bvh, .fbx or .vrma")),
         };
     };
     let is_text = extension(file) == "gltf";
@@ -230,9 +239,9 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str)
     };
     if !fits {
         let known = if is_text {
-            ".gltf, as that of the character, or .vrma"
+            ".gltf, as that of the character, .fbx or .vrma"
         } else {
-            ".glb or .vrm, as that of the character, or .vrma"
+            ".glb or .vrm, as that of the character, .fbx or .vrma"
         };
         return Err(unknown_extension(
             output,
@@ -258,12 +267,15 @@ fn write(
     format: &str,
 ) -> Result<Vec<u8>, Failure> {
     match target {
-        target if format == "vrma" => {
+        target if ["vrma", "fbx"].contains(&format) => {
             let mut scene = target.into_scene();
             scene.animations = animations;
             // The origin and the steps are those of the character, which is not the source of the motion.
             scene.metadata.origin = None;
             Conversion::new().apply(&mut scene)?;
+            if format == "fbx" {
+                return Ok(scene_bytes(&scene, format)?);
+            }
             let options = vrma::VrmaOptions {
                 humanoid: Some(bones),
                 ..vrma::VrmaOptions::default()

@@ -81,8 +81,8 @@ def convert(
     fps: float | None = None,
     **options: Any,
 ) -> int:
-    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, or as a VRM animation, ``.vrma``, in metres with +Y up;
-    returns the bytes written.
+    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, as FBX, ``.fbx``, or as a VRM animation, ``.vrma``,
+    with +Y up; returns the bytes written.
 
     Args:
         source: The motion file.

@@ -210,8 +210,9 @@ def contacts(
 
 
 def write(scene: Scene, target: str | os.PathLike[str]) -> None:
-    """Writes the scene as ``.glb``, ``.gltf`` or ``.bvh``; the file is whole or absent, and an existing one is replaced.
+    """Writes the scene as ``.glb``, ``.gltf``, ``.bvh``, ``.fbx`` or ``.vrma``; the file is whole or absent, and an existing one is
+    replaced.
 
-    glTF records the steps; BVH has no place for them.
+    glTF and FBX record the steps; BVH has no place for them.
     """
     _mocap.write(scene._native, target)

@@ -2,8 +2,9 @@
 
 use ufbx::ErrorType;
 
-use super::{BINARY_HEAD, sniff};
 use crate::error::{Code, Diagnostic};
+use crate::export::FBX_HEAD;
+use crate::format::fbx::sniff;
 use crate::format::text::{Cursor, Word, is_line_end, quote};
 
 /// The diagnostic for `bytes`, which ufbx refused with `error`.
@@ -20,12 +21,12 @@ pub(super) fn refusal(error: &ufbx::Error, bytes: &[u8]) -> Diagnostic {
         return Diagnostic::new(Code::LimitExceeded, message);
     }
     if !sniff(bytes) {
-        let head = &bytes[..bytes.len().min(BINARY_HEAD.len())];
+        let head = &bytes[..bytes.len().min(FBX_HEAD.len())];
         return Diagnostic::new(Code::InvalidFbx, "the file is not FBX")
             .expected_found("\"Kaydara FBX Binary\" or \"; FBX\" at its beginning", quote(head))
             .help("check that the file is what its name says, and that it is not compressed");
     }
-    let cut_off = match bytes.starts_with(BINARY_HEAD) {
+    let cut_off = match bytes.starts_with(FBX_HEAD) {
         true => cut_off_binary(bytes),
         false => cut_off_text(bytes),
     };

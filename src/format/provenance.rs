@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, format_name};
+use crate::scene::{AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, UpAxis, format_name};
 
-/// The contents of `asset.extras.mocap`.
+/// What a written file says of itself: `asset.extras.mocap` in glTF, a property of the scene in FBX.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -27,6 +27,9 @@ pub struct Provenance {
     /// All other decisions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
+    /// The axis that points up in the file, where it is not +Y: all joints are turned with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<UpAxis>,
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<AppliedStep>,
@@ -45,6 +48,7 @@ impl Provenance {
             frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
             root_offset: metadata.root_offset.clone(),
             assumptions: metadata.assumptions.clone(),
+            up: None,
             steps: metadata.steps.clone(),
         }
     }

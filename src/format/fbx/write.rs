@@ -1,0 +1,214 @@
+//! Writes a scene as binary FBX.
+//!
+//! | scene | FBX |
+//! |---|---|
+//! | a joint, an end site | a model `LimbNode` with its attribute |
+//! | a group | a model `Null`; that of an FBX file's root is the root that every file has |
+//! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
+//! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
+//! | the rotation of the rest pose | `PreRotation`, or `Lcl Rotation`, as [`FbxRest`] says |
+//! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
+//! | the rest pose, or the bind pose of bones | a `BindPose` |
+//! | an animation | an `AnimationStack` with one `AnimationLayer` |
+//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys |
+//! | rotations | angles in degrees that continue past 180, so that no curve jumps |
+//! | ticks per second | `TimeMode`, or `CustomFrameRate` |
+//! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
+//! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
+//!
+//! The same scene gives the same bytes, so no file has a time of creation.
+
+mod animation;
+mod document;
+mod encode;
+mod names;
+mod properties;
+mod skeleton;
+mod space;
+mod time;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use self::document::{Document, Settings};
+use self::names::Names;
+use self::space::Space;
+use self::time::Rate;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::export::write_file;
+use crate::format::provenance::Provenance;
+use crate::limits;
+use crate::scene::{Scene, UpAxis};
+
+/// What a file says of the program that wrote it.
+const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
+
+/// The version of a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FbxVersion {
+    /// 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+    V7400,
+    /// 7.5, of FBX 2016 and newer.
+    #[default]
+    V7500,
+}
+
+impl FbxVersion {
+    fn number(self) -> u32 {
+        match self {
+            Self::V7400 => 7400,
+            Self::V7500 => 7500,
+        }
+    }
+}
+
+/// Where the rotations of the rest pose are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FbxRest {
+    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero.
+    #[default]
+    PreRotation,
+    /// In `Lcl Rotation`: the curves have all of a rotation.
+    Rotation,
+}
+
+/// What stands above a root joint.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FbxRoot {
+    /// A `Null` of this name, unless the scene has a group there.
+    Null(String),
+    /// Nothing; groups above it that do nothing are left out.
+    None,
+}
+
+impl Default for FbxRoot {
+    /// `Armature`, as Blender calls it.
+    fn default() -> Self {
+        Self::Null("Armature".to_owned())
+    }
+}
+
+/// Options of the writer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FbxOptions {
+    /// The version of the file.
+    pub version: FbxVersion,
+    /// Where the rotations of the rest pose are.
+    pub rest: FbxRest,
+    /// What stands above a root joint.
+    pub root: FbxRoot,
+    /// Metres in a unit of length of the file. Default: 0.01, centimetres.
+    pub metres_per_unit: f64,
+    /// The axis that points up in the file. Default: +Y.
+    pub up: UpAxis,
+}
+
+impl Default for FbxOptions {
+    fn default() -> Self {
+        Self {
+            version: FbxVersion::default(),
+            rest: FbxRest::default(),
+            root: FbxRoot::default(),
+            metres_per_unit: 0.01,
+            up: UpAxis::Y,
+        }
+    }
+}
+
+/// What was written.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct FbxReport {
+    /// The nodes whose name had to change: the index in the scene, the name there and the name in the file.
+    pub renamed: Vec<(usize, String, String)>,
+    /// Bones, end sites included.
+    pub bones: usize,
+    /// Curves of all clips.
+    pub curves: usize,
+    /// Keys of all curves.
+    pub keys: usize,
+    /// Bytes of the file.
+    pub bytes: usize,
+    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// The bytes of an FBX file, and what is in them.
+///
+/// ```
+/// use mocap::Conversion;
+/// use mocap::fbx::{FbxOptions, write};
+///
+/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let (bytes, report) = write(&scene, &FbxOptions::default())?;
+/// assert!(bytes.starts_with(b"Kaydara FBX Binary"));
+/// assert_eq!(report.bones, scene.nodes.len());
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and where the
+/// scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::UnknownOption`] where a unit
+/// is not above 0; [`Code::LimitExceeded`] where the file is too large for its version.
+pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)> {
+    if scene.nodes.is_empty() {
+        return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
+    }
+    let unit = limits::positive(Code::UnknownOption, "metres per unit", options.metres_per_unit)?;
+    let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
+    let own_unit = limits::positive(Code::UnknownOption, "metres per unit of the scene", own_unit)?;
+    let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), options.up);
+    let mut document = Document::new();
+    let mut report = FbxReport::default();
+    let mut names = Names::default();
+    let binds = HashMap::new();
+    let placed = skeleton::write(scene, &space, options, &binds, &mut names, &mut document, &mut report)?;
+    let pose: Vec<_> = placed
+        .iter()
+        .filter(|place| place.id != document::SCENE_ROOT)
+        .map(|place| (place.id, place.world))
+        .collect();
+    skeleton::bind_pose(&mut document, &pose);
+    let clips = animation::write(scene, &space, &placed, &mut document, &mut report)?;
+    let provenance = Provenance {
+        up: Some(options.up).filter(|up| *up != UpAxis::Y),
+        ..Provenance::of(scene)
+    };
+    let settings = Settings {
+        version: options.version,
+        up: options.up,
+        metres_per_unit: unit,
+        rate: Rate::of(scene)?,
+        end: clips.iter().map(|clip| clip.1).max().unwrap_or(0),
+        clips,
+        provenance: serde_json::to_string(&provenance).unwrap_or_default(),
+    };
+    let bytes = encode::file(document.sections(&settings), options.version, CREATOR)?;
+    report.bytes = bytes.len();
+    report.warnings.extend(unit_warning(scene));
+    Ok((bytes, report))
+}
+
+/// Writes `scene` to `path`. After an error the file is unchanged, or absent.
+///
+/// # Errors
+/// As [`write()`], and [`Code::Io`].
+pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &FbxOptions) -> Result<FbxReport> {
+    let (bytes, report) = write(scene, options)?;
+    write_file(path.as_ref(), &bytes)?;
+    Ok(report)
+}
+
+/// Says so where the unit of `scene` is not known.
+fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
+    scene.metadata.metres_per_unit.is_none().then(|| {
+        let message = "FBX states its unit, and that of the scene is not known: its lengths were taken as metres";
+        let help = "convert the scene before: Conversion::new().apply(&mut scene)";
+        Diagnostic::new(Code::UnknownUnit, message).help(help)
+    })
+}
+
+fn unrepresentable(node: &str, message: String) -> Error {
+    Diagnostic::new(Code::Unrepresentable, message).in_joint(node).into()
+}

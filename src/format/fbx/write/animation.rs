@@ -1,0 +1,286 @@
+//! The clips: a stack with one layer each, and curves of angles, places and scales.
+//!
+//! A curve has a key at every tick of its track. Between two keys it goes straight, as positions of a scene do; rotations
+//! of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame.
+
+use glam::{DQuat, DVec3, Quat, Vec3};
+
+use super::document::{Document, Id};
+use super::encode::{Array, Element};
+use super::names::Names;
+use super::properties::Properties;
+use super::skeleton::Placed;
+use super::space::Space;
+use super::time::time;
+use super::{FbxReport, unrepresentable};
+use crate::error::{Code, Result};
+use crate::limits::{self, FARTHEST, is_plausible};
+use crate::pose::Binding;
+use crate::scene::{Animation, Channel, Keys, Origin, Scene};
+
+/// Interpolation along a line.
+const LINEAR: i32 = 4;
+
+/// The weights of tangents, two numbers of 16 bits of which 9,999 is 1, as other programs write them of lines.
+const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
+
+/// Adds the clips of `scene`. Returns their names and ends.
+pub(super) fn write(
+    scene: &Scene,
+    space: &Space,
+    placed: &[Placed],
+    document: &mut Document<'_>,
+    report: &mut FbxReport,
+) -> Result<Vec<(String, i64)>> {
+    let mut names = Names::default();
+    let mut clips = Vec::new();
+    for animation in &scene.animations {
+        let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
+        let source = scene.metadata.origin.as_ref().map(Origin::stem);
+        let name = [animation.name.as_str(), source.unwrap_or_default()];
+        let name = name.into_iter().find(|name| !name.trim().is_empty());
+        let name = names.unique(name.unwrap_or_default(), "Motion");
+        let duration = limits::not_negative(Code::Unrepresentable, "the duration in ticks", animation.duration)?;
+        let end = time(duration, rate);
+        let span = Properties::new()
+            .time("LocalStart", 0)
+            .time("LocalStop", end)
+            .time("ReferenceStart", 0)
+            .time("ReferenceStop", end);
+        let (stack, element) = document.object("AnimationStack", [&name, "AnimStack", ""]);
+        document.add("AnimationStack", element.child(span.element()));
+        // Blender names an action after both where they differ.
+        let (layer, element) = document.object("AnimationLayer", [&name, "AnimLayer", ""]);
+        document.add("AnimationLayer", element.block());
+        document.connect(layer, stack);
+        let mut clip = Clip {
+            scene,
+            space,
+            document,
+            report,
+            layer,
+            rate,
+            last: duration,
+            whole: None,
+        };
+        clip.curves(animation, placed)?;
+        clips.push((name, end));
+    }
+    Ok(clips)
+}
+
+/// A clip under construction.
+struct Clip<'a, 'd, 'e> {
+    scene: &'a Scene,
+    space: &'a Space,
+    document: &'d mut Document<'e>,
+    report: &'d mut FbxReport,
+    layer: Id,
+    rate: f64,
+    /// The last tick.
+    last: f64,
+    /// The times of the ticks 0, 1, 2, ... and their number.
+    whole: Option<(usize, Array)>,
+}
+
+/// What a track moves.
+#[derive(Clone, Copy)]
+enum Part {
+    Translation,
+    Rotation,
+    Scaling,
+}
+
+impl Part {
+    fn curve_node(self) -> &'static str {
+        match self {
+            Self::Translation => "T",
+            Self::Rotation => "R",
+            Self::Scaling => "S",
+        }
+    }
+
+    fn property(self) -> &'static str {
+        match self {
+            Self::Translation => "Lcl Translation",
+            Self::Rotation => "Lcl Rotation",
+            Self::Scaling => "Lcl Scaling",
+        }
+    }
+}
+
+/// A track as three curves with the same keys.
+struct Track {
+    part: Part,
+    /// The value of the model.
+    rest: DVec3,
+    /// The tick of each key; `None` for 0, 1, 2, ...
+    ticks: Option<Vec<f64>>,
+    values: Vec<DVec3>,
+}
+
+impl Clip<'_, '_, '_> {
+    fn curves(&mut self, animation: &Animation, placed: &[Placed]) -> Result<()> {
+        let binding = Binding::new(self.scene, animation);
+        let mut is_empty = true;
+        let mut first = None;
+        for (node, channel) in binding.driven() {
+            let place = &placed[node.index()];
+            if place.id == super::document::SCENE_ROOT {
+                continue;
+            }
+            let channel = &animation.channels[channel];
+            for track in self.tracks(place, channel)? {
+                first.get_or_insert((place.id, track.rest));
+                is_empty &= !self.write(place.id, &track, false)?;
+            }
+        }
+        // A clip in which everything is as at rest has a curve that says so.
+        if let (true, Some((id, rest))) = (is_empty, first) {
+            let track = Track {
+                part: Part::Translation,
+                rest,
+                ticks: None,
+                values: vec![rest],
+            };
+            self.write(id, &track, true)?;
+        }
+        Ok(())
+    }
+
+    /// The tracks of a channel, as the values that the properties of its model take.
+    fn tracks(&self, place: &Placed, channel: &Channel) -> Result<Vec<Track>> {
+        let mut tracks = Vec::new();
+        let refuse = |tick: f64, what: &str| {
+            unrepresentable(
+                &channel.node_name,
+                format!("the {what} at tick {tick} is not finite, or beyond {FARTHEST:e}"),
+            )
+        };
+        let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
+        if !channel.position_keys.is_empty() {
+            let keys = &channel.position_keys;
+            tracks.push(Track {
+                part: Part::Translation,
+                rest: place.translation,
+                ticks: self.ticks(keys),
+                values: values(keys, |value| is_sound(value).then(|| self.space.point(value)))
+                    .map_err(|tick| refuse(tick, "position"))?,
+            });
+        }
+        if !channel.rotation_keys.is_empty() {
+            let dense = self.dense(&channel.rotation_keys);
+            let keys = dense.as_ref().unwrap_or(&channel.rotation_keys);
+            let rest = place.angles(place.rotation, DVec3::ZERO);
+            let mut before = rest;
+            let next = |value: Quat| {
+                let rotation: DQuat = self.space.rotation(value)?;
+                before = place.angles(rotation, before);
+                Some(before)
+            };
+            tracks.push(Track {
+                part: Part::Rotation,
+                rest,
+                ticks: self.ticks(keys),
+                values: values(keys, next).map_err(|tick| {
+                    unrepresentable(
+                        &channel.node_name,
+                        format!("the rotation at tick {tick} is not a rotation"),
+                    )
+                })?,
+            });
+        }
+        if !channel.scaling_keys.is_empty() {
+            let keys = &channel.scaling_keys;
+            tracks.push(Track {
+                part: Part::Scaling,
+                rest: place.scale,
+                ticks: self.ticks(keys),
+                values: values(keys, |value| is_sound(value).then(|| self.space.scale(value)))
+                    .map_err(|tick| refuse(tick, "scale"))?,
+            });
+        }
+        Ok(tracks)
+    }
+
+    fn ticks<T>(&self, keys: &Keys<T>) -> Option<Vec<f64>> {
+        keys.ticks.clone()
+    }
+
+    /// A track of rotations with a key at every whole tick between its own, where it has fewer.
+    fn dense(&self, keys: &Keys<Quat>) -> Option<Keys<Quat>> {
+        let own = keys.ticks.as_ref().filter(|own| own.len() > 1)?;
+        let whole = own[0].ceil() as u64..=own[own.len() - 1].min(self.last).floor() as u64;
+        let mut ticks: Vec<f64> = whole.map(|tick| tick as f64).chain(own.iter().copied()).collect();
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+        let values = ticks.iter().filter_map(|tick| keys.sample(*tick)).collect();
+        Some(Keys::at_ticks(values, ticks))
+    }
+
+    /// Adds the curves of a track that say more than the model, or all. Returns whether there is one.
+    fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
+        let is_constant = |axis: usize| track.values.iter().all(|value| value[axis] == track.values[0][axis]);
+        // As single precision has them.
+        let is_rest = |axis: usize| is_constant(axis) && track.values[0][axis] as f32 == track.rest[axis] as f32;
+        let written: Vec<usize> = (0..3).filter(|axis| all || !is_rest(*axis)).collect();
+        if written.is_empty() {
+            return Ok(false);
+        }
+        let [x, y, z] = track.rest.to_array();
+        let defaults = Properties::new().number("d|X", x).number("d|Y", y).number("d|Z", z);
+        let name = track.part.curve_node();
+        let (node, element) = self.document.object("AnimationCurveNode", [name, "AnimCurveNode", ""]);
+        self.document
+            .add("AnimationCurveNode", element.child(defaults.element()));
+        self.document.connect(node, self.layer);
+        self.document.connect_property(node, model, track.part.property());
+        for axis in written {
+            let count = if is_constant(axis) { 1 } else { track.values.len() };
+            let times = match &track.ticks {
+                None => self.whole_times(count),
+                Some(ticks) => Array::longs(ticks[..count].iter().map(|tick| time(*tick, self.rate))),
+            };
+            let values = track.values[..count].iter().map(|value| value[axis] as f32);
+            let (curve, element) = self.document.object("AnimationCurve", ["", "AnimCurve", ""]);
+            let element = element
+                .child(Element::of("Default", track.rest[axis]))
+                .child(Element::of("KeyVer", 4008))
+                .child(Element::of("KeyTime", times))
+                .child(Element::of("KeyValueFloat", Array::floats(values)))
+                .child(Element::of("KeyAttrFlags", Array::ints([LINEAR])))
+                .child(Element::of(
+                    "KeyAttrDataFloat",
+                    Array::floats([0.0, 0.0, f32::from_bits(TANGENT_WEIGHTS), 0.0]),
+                ))
+                .child(Element::of("KeyAttrRefCount", Array::ints([count as i32])));
+            self.document.add("AnimationCurve", element);
+            self.document.connect_property(curve, node, ["d|X", "d|Y", "d|Z"][axis]);
+            self.report.curves += 1;
+            self.report.keys += count;
+        }
+        Ok(true)
+    }
+
+    /// The times of the ticks 0, 1, 2, ..., made once for all curves.
+    fn whole_times(&mut self, count: usize) -> Array {
+        match &self.whole {
+            Some((known, times)) if *known == count => times.clone(),
+            _ => {
+                let times = Array::longs((0..count).map(|tick| time(tick as f64, self.rate)));
+                if count > 1 {
+                    self.whole = Some((count, times.clone()));
+                }
+                times
+            }
+        }
+    }
+}
+
+/// The value of each key; the tick of the first that has none.
+fn values<T: Copy>(keys: &Keys<T>, mut value: impl FnMut(T) -> Option<DVec3>) -> Result<Vec<DVec3>, f64> {
+    let values = keys.values.iter().enumerate();
+    values
+        .map(|(index, key)| value(*key).ok_or_else(|| keys.tick(index)))
+        .collect()
+}

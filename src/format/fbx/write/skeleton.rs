@@ -1,0 +1,264 @@
+//! The nodes as models, and their bind pose.
+//!
+//! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order, its
+//! scale. Offsets, pivots and the post-rotation are left at zero.
+
+use std::collections::HashMap;
+
+use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+
+use super::document::{Document, Id, SCENE_ROOT};
+use super::encode::{Array, Element};
+use super::names::Names;
+use super::properties::Properties;
+use super::space::Space;
+use super::{FbxOptions, FbxReport, FbxRest, FbxRoot, unrepresentable};
+use crate::error::Result;
+use crate::limits::{FARTHEST, is_plausible};
+use crate::math::rotation::to_euler;
+use crate::scene::{GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
+
+/// The order of nodes that have none: FBX's XYZ, the only one that every program reads right.
+const USUAL_ORDER: RotationOrder = RotationOrder::Zyx;
+
+/// FBX's name of the root of the scene, as readers have it.
+const NAME_OF_ROOT: &str = "RootNode";
+
+/// A node of the scene in the file.
+pub(super) struct Placed {
+    pub(super) id: Id,
+    pub(super) translation: DVec3,
+    pub(super) rotation: DQuat,
+    pub(super) scale: DVec3,
+    /// The part of the rotation that stands before the curves.
+    pub(super) pre_rotation: DQuat,
+    pub(super) order: RotationOrder,
+    /// To the world, in the rest pose.
+    pub(super) world: DMat4,
+}
+
+impl Placed {
+    fn local(&self) -> DMat4 {
+        DMat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
+
+    /// The angles of a rotation to the parent, in degrees about x, y and z; of all such, those nearest to `before`.
+    pub(super) fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
+        euler(self.pre_rotation.conjugate() * rotation, self.order, before)
+    }
+}
+
+/// Angles about x, y and z.
+fn euler(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
+    let axes = order.axes();
+    let mut angles = DVec3::ZERO;
+    let found = to_euler(rotation, order, axes.map(|axis| before[axis]));
+    for (axis, angle) in std::iter::zip(axes, found) {
+        angles[axis] = angle;
+    }
+    angles
+}
+
+/// FBX names the axis that is applied first first, which is the last factor of the product.
+fn rotation_order(order: RotationOrder) -> i32 {
+    match order {
+        RotationOrder::Zyx => 0,
+        RotationOrder::Yzx => 1,
+        RotationOrder::Xzy => 2,
+        RotationOrder::Zxy => 3,
+        RotationOrder::Yxz => 4,
+        RotationOrder::Xyz => 5,
+    }
+}
+
+/// Adds the nodes of `scene`. `binds` has those that a mesh is bound to, each with its matrix to the world.
+pub(super) fn write<'a>(
+    scene: &Scene,
+    space: &Space,
+    options: &FbxOptions,
+    binds: &HashMap<usize, DMat4>,
+    names: &mut Names,
+    document: &mut Document<'a>,
+    report: &mut FbxReport,
+) -> Result<Vec<Placed>> {
+    let is_root = |index: usize, node: &Node| scene.nodes[index].parent.is_none() && node.kind != NodeKind::Group;
+    let has_bare_root = scene.nodes.iter().enumerate().any(|(index, node)| is_root(index, node));
+    let root = match &options.root {
+        FbxRoot::Null(name) if has_bare_root => {
+            let name = names.unique(name, "Armature");
+            add_model(document, &name, SCENE_ROOT, false, Properties::new())
+        }
+        _ => SCENE_ROOT,
+    };
+    let left_out = groups_left_out(scene, options);
+    let mut placed: Vec<Placed> = Vec::with_capacity(scene.nodes.len());
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let parent = node.parent.and_then(|parent| placed.get(parent.index()));
+        let (above, parent_id) = parent.map_or((DMat4::IDENTITY, root), |parent| (parent.world, parent.id));
+        let mut place = at_rest(node, space, options)?;
+        place.world = above * place.local();
+        if index < left_out {
+            place.id = SCENE_ROOT;
+            placed.push(place);
+            continue;
+        }
+        let instead = match node.kind {
+            NodeKind::Joint => "Joint",
+            NodeKind::EndSite => "EndSite",
+            NodeKind::Group => "Group",
+        };
+        let name = names.unique(&node.name, instead);
+        let mut properties = Properties::new();
+        let order = rotation_order(place.order);
+        if order != 0 {
+            properties = properties.choice("RotationOrder", order);
+        }
+        if place.pre_rotation != DQuat::IDENTITY {
+            let angles = euler(place.pre_rotation, USUAL_ORDER, DVec3::ZERO);
+            properties = properties.vector("PreRotation", angles);
+        }
+        properties = properties
+            // Without it some programs take neither the order nor the pre-rotation.
+            .flag("RotationActive", true)
+            // The scales of the parent are part of its matrix, as everywhere else.
+            .choice("InheritType", 1)
+            .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
+            .own("Lcl Translation", place.translation)
+            .own("Lcl Rotation", place.angles(place.rotation, DVec3::ZERO))
+            .own("Lcl Scaling", place.scale);
+        if name != node.name {
+            properties = properties.user_text(super::super::SOURCE_NAME, node.name.clone());
+            report.renamed.push((index, node.name.clone(), name.clone()));
+        }
+        if node.kind == NodeKind::EndSite {
+            properties = properties.user_flag(super::super::END_SITE);
+        }
+        let is_bone = node.kind != NodeKind::Group || binds.contains_key(&index);
+        report.bones += usize::from(is_bone);
+        place.id = add_model(document, &name, parent_id, is_bone, properties);
+        placed.push(place);
+    }
+    Ok(placed)
+}
+
+/// A node in its rest pose, without an id and its place in the world.
+fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
+    let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
+    let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
+    let rotation = space
+        .rotation(rotation)
+        .filter(|_| is_sound(scale) && is_sound(translation));
+    let Some(rotation) = rotation else {
+        let message = format!(
+            "its rest transform is not a product of translation, rotation and scale, or a number is beyond {FARTHEST:e}"
+        );
+        return Err(unrepresentable(&node.name, message));
+    };
+    Ok(Placed {
+        id: SCENE_ROOT,
+        translation: space.point(translation),
+        rotation,
+        scale: space.scale(scale),
+        pre_rotation: match options.rest {
+            FbxRest::PreRotation => rotation,
+            FbxRest::Rotation => DQuat::IDENTITY,
+        },
+        order: node.rotation_order.map_or(USUAL_ORDER, |order| space.order(order)),
+        world: DMat4::IDENTITY,
+    })
+}
+
+/// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or, where
+/// no root is wanted above the skeleton, all that do nothing but group.
+fn groups_left_out(scene: &Scene, options: &FbxOptions) -> usize {
+    let nodes = &scene.nodes;
+    let is_still = |index: usize| {
+        let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+        let mut own = channels.filter(|channel| match channel.node {
+            Some(node) => node.index() == index,
+            None => channel.node_name == nodes[index].name,
+        });
+        own.all(|channel| {
+            is_all(&channel.position_keys, |value| value == Vec3::ZERO)
+                && is_all(&channel.rotation_keys, |value| {
+                    value == Quat::IDENTITY || value == -Quat::IDENTITY
+                })
+                && is_all(&channel.scaling_keys, |value| value == Vec3::ONE)
+        })
+    };
+    let is_plain = |index: usize| {
+        let node = &nodes[index];
+        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && is_still(index)
+    };
+    let children = |index: usize| {
+        let parent = Some(NodeId::new(index));
+        nodes.iter().filter(move |node| node.parent == parent).count()
+    };
+    let is_one = nodes.iter().filter(|node| node.parent.is_none()).count() == 1;
+    if nodes.is_empty() || !is_one || !is_plain(0) {
+        return 0;
+    }
+    match options.root {
+        FbxRoot::Null(_) => usize::from(nodes[0].name == NAME_OF_ROOT),
+        FbxRoot::None => {
+            // Depth first, so that an only child comes right behind its parent.
+            let only = (0..nodes.len())
+                .take_while(|&index| is_plain(index) && children(index) == 1)
+                .count();
+            let holds_roots = |index: usize| {
+                let name = &nodes[index].name;
+                is_plain(index) && (name == GROUP_OF_ROOTS || name == NAME_OF_ROOT)
+            };
+            only + usize::from(only < nodes.len() && holds_roots(only))
+        }
+    }
+}
+
+fn is_all<T: Copy>(keys: &Keys<T>, test: impl Fn(T) -> bool) -> bool {
+    keys.values.iter().all(|value| test(*value))
+}
+
+/// Adds a bone or a null as a model with its attribute.
+fn add_model<'a>(document: &mut Document<'a>, name: &str, parent: Id, is_bone: bool, properties: Properties<'a>) -> Id {
+    let (class, flags) = if is_bone {
+        ("LimbNode", "Skeleton")
+    } else {
+        ("Null", "Null")
+    };
+    let (attribute, element) = document.object("NodeAttribute", [name, "NodeAttribute", class]);
+    let size = Properties::new().double("Size", 1.0).element();
+    document.add(
+        "NodeAttribute",
+        element.child(size).child(Element::of("TypeFlags", flags)),
+    );
+    let (id, element) = document.object("Model", [name, "Model", class]);
+    document.add("Model", model(element, properties));
+    document.connect(attribute, id);
+    document.connect(id, parent);
+    id
+}
+
+/// A model of any class.
+pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Element<'a> {
+    element
+        .child(Element::of("Version", 232))
+        .child(properties.element())
+        .child(Element::of("Shading", true))
+        .child(Element::of("Culling", "CullingOff"))
+}
+
+/// Adds the bind pose: the matrices to the world of these objects.
+pub(super) fn bind_pose(document: &mut Document<'_>, matrices: &[(Id, DMat4)]) {
+    let (_, element) = document.object("Pose", ["BindPose", "Pose", "BindPose"]);
+    let nodes = matrices.iter().map(|(id, matrix)| {
+        Element::new("PoseNode")
+            .child(Element::of("Node", *id))
+            .child(Element::of("Matrix", Array::doubles(matrix.to_cols_array())))
+    });
+    let element = element
+        .child(Element::of("Type", "BindPose"))
+        .child(Element::of("Version", 100))
+        .child(Element::of("NbPoseNodes", matrices.len() as i32))
+        .children(nodes);
+    document.add("Pose", element);
+}

@@ -1,0 +1,50 @@
+//! From the unit and the axes of a scene to those of the file.
+
+use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
+
+use crate::math::up_axis;
+use crate::scene::{RotationOrder, UpAxis};
+
+/// A turn of the axes, and a factor of lengths.
+pub(super) struct Space {
+    factor: f64,
+    turn: DMat3,
+}
+
+impl Space {
+    pub(super) fn new(factor: f64, from: UpAxis, to: UpAxis) -> Self {
+        Self {
+            factor,
+            turn: Mat3::from_mat4(up_axis::from_to(from, to)).as_dmat3(),
+        }
+    }
+
+    pub(super) fn point(&self, point: Vec3) -> DVec3 {
+        self.turn * (point.as_dvec3() * self.factor)
+    }
+
+    /// The rotation of length 1; `None` if it is none.
+    pub(super) fn rotation(&self, rotation: Quat) -> Option<DQuat> {
+        if !(rotation.is_finite() && rotation.length_squared() > f32::EPSILON) {
+            return None;
+        }
+        let rotation = rotation.as_dquat().normalize();
+        let axis = self.turn * rotation.xyz();
+        Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
+    }
+
+    /// Scales along axes, which a turn only changes places of.
+    pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
+        let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
+        places * scale.as_dvec3()
+    }
+
+    /// The order of the same turns about the axes of the file.
+    pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
+        let place = |axis: usize| {
+            let turned = (self.turn * DVec3::AXES[axis]).abs();
+            (0..3).find(|&place| turned[place] > 0.5).unwrap_or(axis)
+        };
+        RotationOrder::from_axes(order.axes().map(place)).unwrap_or(order)
+    }
+}

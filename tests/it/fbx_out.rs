@@ -1,0 +1,299 @@
+//! Scenes as FBX: the same motion, read back with ufbx.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxVersion, write};
+use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+use mocap::verify::Verifier;
+use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
+
+fn read(bytes: &[u8]) -> Scene {
+    Importer::new()
+        .skeleton_mesh(SkeletonMesh::Own)
+        .read(bytes, "written.fbx")
+        .unwrap()
+}
+
+fn import(path: impl AsRef<Path>) -> mocap::Result<Scene> {
+    let mut scene = Importer::new()
+        .skeleton_mesh(SkeletonMesh::Own)
+        .gltf_meshes(true)
+        .import(path)?;
+    Conversion::new().apply(&mut scene)?;
+    Ok(scene)
+}
+
+/// The motions of the fixtures that can be read.
+fn fixtures() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for folder in ["real", "dialects", "skeletons", "characters", "made"] {
+        for entry in fs::read_dir(format!("fixtures/{folder}")).unwrap() {
+            let path = entry.unwrap().path();
+            let extension = path.extension().unwrap_or_default().to_str().unwrap();
+            if ["bvh", "amc", "c3d", "fbx", "gltf", "glb", "vrm"].contains(&extension)
+                && Importer::new().import(&path).is_ok()
+            {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    assert!(found.len() > 120, "{}", found.len());
+    found
+}
+
+/// The largest distance of a node that both have from its place, at every frame, in metres.
+fn distance(scene: &Scene, again: &Scene, name: &str) -> f32 {
+    let bones = |scene: &Scene| -> Vec<usize> {
+        let is_bone = |index: &usize| scene.nodes[*index].kind != NodeKind::Group;
+        (0..scene.nodes.len()).filter(is_bone).collect()
+    };
+    let (ours, theirs) = (bones(scene), bones(again));
+    assert_eq!(ours.len(), theirs.len(), "{name}: bones");
+    for (&a, &b) in std::iter::zip(&ours, &theirs) {
+        assert_eq!(scene.nodes[a].name, again.nodes[b].name, "{name}");
+        assert_eq!(scene.nodes[a].kind, again.nodes[b].kind, "{name}");
+    }
+    assert_eq!(scene.animations.len(), again.animations.len(), "{name}: clips");
+    let mut largest = 0.0_f32;
+    let mut compare = |here: &Pose, there: &Pose| {
+        for (&a, &b) in std::iter::zip(&ours, &theirs) {
+            let places = [here.position(NodeId::new(a)), there.position(NodeId::new(b))];
+            // Single precision has no more of places that are far away.
+            let far = places[0].abs().max_element().max(10.0) / 10.0;
+            largest = largest.max(places[0].distance(places[1]) / far);
+        }
+    };
+    compare(&Pose::rest(scene), &Pose::rest(again));
+    for (clip, (ours, theirs)) in std::iter::zip(&scene.animations, &again.animations).enumerate() {
+        assert_eq!(ours.frame_count(), theirs.frame_count(), "{name}");
+        assert_eq!(ours.ticks_per_second, theirs.ticks_per_second, "{name}");
+        let step = (ours.frame_count() / 100).max(1);
+        for frame in (0..ours.frame_count()).step_by(step) {
+            let pose = |scene: &Scene| Pose::at_tick(scene, clip, frame as f64).unwrap();
+            compare(&pose(scene), &pose(again));
+        }
+    }
+    largest
+}
+
+#[test]
+fn every_fixture_comes_back() {
+    for path in fixtures() {
+        let scene = import(&path).unwrap();
+        let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+        assert_eq!(report.bytes, bytes.len());
+        let again = read(&bytes);
+        let name = path.display().to_string();
+        let off = distance(&scene, &again, &name);
+        assert!(off < 5e-5, "{name}: {off}");
+    }
+}
+
+/// A joint that turns about all axes beyond a full turn, in each order, at a rate that is no whole number.
+fn spinning() -> Scene {
+    let turn = |frame: usize, order: RotationOrder| {
+        let order = match order {
+            RotationOrder::Xyz => EulerRot::XYZ,
+            RotationOrder::Xzy => EulerRot::XZY,
+            RotationOrder::Yxz => EulerRot::YXZ,
+            RotationOrder::Yzx => EulerRot::YZX,
+            RotationOrder::Zxy => EulerRot::ZXY,
+            RotationOrder::Zyx => EulerRot::ZYX,
+        };
+        let angle = |degrees: f32| (frame as f32 * degrees).to_radians();
+        Quat::from_euler(order, angle(9.0), 0.5 * angle(7.0).sin(), angle(-5.0))
+    };
+    let mut scene = Scene::default();
+    let mut channels = Vec::new();
+    for (index, order) in RotationOrder::ALL.into_iter().enumerate() {
+        let rest = Mat4::from_rotation_translation(Quat::from_rotation_z(0.3), Vec3::new(0.1, 0.2, 0.0));
+        scene.nodes.push(Node {
+            name: format!("{order:?}"),
+            parent: index.checked_sub(1).map(NodeId::new),
+            transform: rest,
+            rotation_order: Some(order),
+            ..Node::default()
+        });
+        channels.push(Channel {
+            node_name: format!("{order:?}"),
+            rotation_keys: Keys::every_tick((0..200).map(|frame| turn(frame, order)).collect()),
+            ..Channel::default()
+        });
+    }
+    scene.animations.push(Animation {
+        name: "spin".to_owned(),
+        ticks_per_second: 29.97,
+        duration: 199.0,
+        channels,
+    });
+    scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
+    scene
+}
+
+#[test]
+fn curves_have_exact_times_the_order_of_their_joint_and_no_jumps() {
+    let scene = spinning();
+    for (rest, up) in [
+        (FbxRest::Rotation, UpAxis::Y),
+        (FbxRest::PreRotation, UpAxis::Y),
+        (FbxRest::Rotation, UpAxis::Z),
+    ] {
+        let options = FbxOptions {
+            rest,
+            up,
+            ..FbxOptions::default()
+        };
+        let (bytes, report) = write(&scene, &options).unwrap();
+        assert_eq!((report.curves, report.keys), (18, 18 * 200));
+        let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+        assert_eq!(file.settings.frames_per_second, 29.97);
+        assert_eq!(file.anim_curves.len(), 18);
+        for curve in &file.anim_curves {
+            for (frame, key) in curve.keyframes.iter().enumerate() {
+                let time = (key.time * 46_186_158_000.0).round();
+                assert_eq!(time, (frame as f64 * 46_186_158_000.0 / 29.97).round());
+            }
+            let jump = |pair: &[ufbx::Keyframe]| (pair[1].value - pair[0].value).abs();
+            let largest = curve.keyframes.windows(2).map(jump).fold(0.0, f64::max);
+            // With a pre-rotation the angles are others than those that were made.
+            let allowed = if rest == FbxRest::Rotation { 9.001 } else { 100.0 };
+            assert!(largest < allowed, "{rest:?} {up:?}: {largest}");
+        }
+        // Single precision of angles beyond a thousand degrees, over six links.
+        let off = distance(&scene, &read(&bytes), "spin");
+        assert!(off < 1e-5, "{rest:?} {up:?}: {off}");
+        if up == UpAxis::Y {
+            for (node, again) in std::iter::zip(&scene.nodes, read(&bytes).nodes.iter().skip(2)) {
+                assert_eq!(node.rotation_order, again.rotation_order);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_choice_gives_the_same_motion() {
+    let scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    let usual = FbxOptions::default();
+    let choices = [
+        FbxOptions {
+            version: FbxVersion::V7400,
+            ..usual.clone()
+        },
+        FbxOptions {
+            rest: FbxRest::Rotation,
+            ..usual.clone()
+        },
+        FbxOptions {
+            root: FbxRoot::None,
+            ..usual.clone()
+        },
+        FbxOptions {
+            root: FbxRoot::Null("Reference".to_owned()),
+            up: UpAxis::Z,
+            ..usual.clone()
+        },
+        FbxOptions {
+            metres_per_unit: 1.0,
+            up: UpAxis::NegY,
+            ..usual.clone()
+        },
+    ];
+    for options in choices {
+        let (bytes, _) = write(&scene, &options).unwrap();
+        assert_eq!(write(&scene, &options).unwrap().0, bytes);
+        let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+        assert_eq!(file.metadata.version == 7400, options.version == FbxVersion::V7400);
+        assert_eq!(file.settings.unit_meters, options.metres_per_unit);
+        let up = match options.up {
+            UpAxis::Y => ufbx::CoordinateAxis::PositiveY,
+            UpAxis::Z => ufbx::CoordinateAxis::PositiveZ,
+            UpAxis::NegY => ufbx::CoordinateAxis::NegativeY,
+            UpAxis::NegZ => ufbx::CoordinateAxis::NegativeZ,
+        };
+        assert_eq!(file.settings.axes.up, up);
+        let above = &file
+            .nodes
+            .iter()
+            .find(|node| &*node.element.name == "Hips")
+            .unwrap()
+            .parent;
+        let above = above.as_ref().unwrap();
+        match &options.root {
+            FbxRoot::None => assert!(above.is_root),
+            FbxRoot::Null(name) => assert_eq!(&*above.element.name, name),
+        }
+        assert!(distance(&scene, &read(&bytes), "cmu_short") < 1e-5, "{options:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("a.fbx");
+        fs::write(&output, &bytes).unwrap();
+        let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output).unwrap();
+        assert!(verified.is_within(5e-5), "{verified:?}");
+        assert_eq!((verified.frames, verified.has_provenance), (75, true));
+        assert_eq!(verified.turn_error.is_some(), options.up == UpAxis::Y);
+    }
+}
+
+#[test]
+fn verify_finds_a_joint_that_is_elsewhere() {
+    let mut scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    let channel = &mut scene.animations[0].channels[0];
+    channel.position_keys.values[40].y += 0.002;
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.fbx");
+    mocap::fbx::export(&scene, &output, &FbxOptions::default()).unwrap();
+    let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output).unwrap();
+    assert!((verified.max_error - 0.002).abs() < 1e-5, "{verified:?}");
+    assert_eq!(verified.worst.unwrap().frame, 40);
+}
+
+#[test]
+fn names_are_unique_in_the_file_and_come_back() {
+    let mut scene = import("fixtures/dialects/names_equal.bvh").unwrap();
+    let names: Vec<_> = scene.nodes.iter().map(|node| node.name.clone()).collect();
+    let last = scene.nodes.len() - 1;
+    scene.nodes[last].name = "a\0\u{1}b".to_owned();
+    let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+    let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+    let mut found: Vec<_> = file.nodes.iter().map(|node| node.element.name.to_string()).collect();
+    let count = found.len();
+    found.sort();
+    found.dedup();
+    assert_eq!(found.len(), count);
+    assert!(found.contains(&"a__b".to_owned()), "{found:?}");
+    assert!(report.renamed.len() >= 2);
+    let again = read(&bytes);
+    for (index, name) in names[..last].iter().enumerate() {
+        assert_eq!(again.nodes[index + 2].name, *name);
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_refused() {
+    let refusal = |scene: &Scene| write(scene, &FbxOptions::default()).unwrap_err();
+    assert_eq!(refusal(&Scene::default()).code(), Code::Unrepresentable);
+    let mut scene = spinning();
+    scene.animations[0].channels[2].rotation_keys.values[7] = Quat::from_xyzw(f32::NAN, 0.0, 0.0, 1.0);
+    assert_eq!(
+        refusal(&scene).diagnostic().message,
+        "the rotation at tick 7 is not a rotation"
+    );
+    let mut scene = spinning();
+    scene.animations[0].ticks_per_second = 0.0;
+    assert_eq!(refusal(&scene).code(), Code::FrameTime);
+    let mut scene = spinning();
+    scene.nodes[3].transform.w_axis.y = f32::INFINITY;
+    assert_eq!(refusal(&scene).code(), Code::Unrepresentable);
+    let options = FbxOptions {
+        metres_per_unit: 0.0,
+        ..FbxOptions::default()
+    };
+    let error = write(&spinning(), &options).unwrap_err();
+    assert_eq!(
+        error.diagnostic().message,
+        "metres per unit must be finite and above 0, got 0"
+    );
+}
