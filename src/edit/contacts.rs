@@ -25,7 +25,7 @@ pub struct ContactOptions {
     pub height: f64,
     /// The largest speed in any direction, in metres per second. Default: 0.25.
     pub speed: f64,
-    /// How many times as high or as fast a point at rest must be to leave. Default: 1.25.
+    /// How many times as high or as fast a point at rest must be to leave. Default: 1.6.
     pub release: f64,
     /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
     pub shortest: f64,
@@ -40,7 +40,7 @@ impl Default for ContactOptions {
         Self {
             height: 0.05,
             speed: 0.25,
-            release: 1.25,
+            release: 1.6,
             shortest: 0.08,
             gap: 0.05,
             hands: false,
@@ -148,11 +148,16 @@ pub fn contacts(
     Ok(detect(scene, &frames, &body, options))
 }
 
-/// The contacts of an animation of `scene`; as [`contacts`].
+/// The contacts of an animation of `scene` that a retargeted one has to keep; as [`contacts`], but a foot is let go earlier,
+/// since one that is held too long lags behind.
 pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, humanoid: &Humanoid) -> Result<DetectedContacts> {
     let body = Body::new(scene, Some(humanoid))?;
     let frames = Frames::of(scene, animation, &[])?;
-    Ok(detect(scene, &frames, &body, &ContactOptions::default()))
+    let options = ContactOptions {
+        release: 1.25,
+        ..ContactOptions::default()
+    };
+    Ok(detect(scene, &frames, &body, &options))
 }
 
 /// The contacts of frames that are at hand.

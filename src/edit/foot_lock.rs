@@ -4,8 +4,11 @@
 //! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the world;
 //! [two-bone inverse kinematics](crate::ik::two_bone()) lets the leg follow. Between contacts the shift eases out and in
 //! without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing"
-//! (2002), which lengthens bones where a leg is too short; here the hips come down instead.
+//! (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length that they
+//! have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
 
+mod hips;
+mod knee;
 mod leg;
 mod shift;
 mod sole;
@@ -20,7 +23,7 @@ use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
 use crate::ik::{Goal, two_bone};
-use crate::limits::not_negative;
+use crate::limits::{not_negative, positive};
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 use crate::skeleton::{Humanoid, HumanoidBone, Side};
@@ -35,6 +38,9 @@ pub struct FootLockOptions {
     pub known: Option<DetectedContacts>,
     /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
     pub blend: f64,
+    /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way, and
+    /// keeps a part of its slide. Default: `None`, no foot slides.
+    pub largest_change: Option<f64>,
     /// The height of the floor along the up axis, in metres. Default: where the feet rest.
     pub floor: Option<f32>,
     /// The bones where the caller knows them.
@@ -47,6 +53,7 @@ impl Default for FootLockOptions {
             contacts: ContactOptions::default(),
             known: None,
             blend: 0.2,
+            largest_change: None,
             floor: None,
             humanoid: None,
         }
@@ -97,6 +104,16 @@ pub(crate) struct Followed<'a> {
     pub(crate) soles: [Vec<SolePoint>; 2],
 }
 
+/// What feet in contact do.
+#[derive(Clone, Copy)]
+enum Feet<'a> {
+    /// They are held where they are. Other joints move by `limit` at most, in units of the scene.
+    Held {
+        limit: f32,
+    },
+    Following(&'a Followed<'a>),
+}
+
 /// The distance from a goal that counts as out of reach, in metres.
 const OUT_OF_REACH: f32 = 0.001;
 
@@ -118,6 +135,9 @@ const OUT_OF_REACH: f32 = 0.001;
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
     not_negative(Code::UnknownOption, "blend", options.blend)?;
+    if let Some(change) = options.largest_change {
+        positive(Code::UnknownOption, "largest-change", change)?;
+    }
     let body = Body::new(scene, options.humanoid.as_ref())?;
     let mut held = Held::new(scene, animation, &body, &[])?;
     let detected = |held: &Held| detect(scene, &held.frames, &body, &options.contacts);
@@ -133,7 +153,17 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         Some(_) => detected(&held).floor,
         None => contacts.floor,
     });
-    let report = held.lock(scene, &body, &contacts, floor / body.metres, options.blend, None);
+    let limit = options
+        .largest_change
+        .map_or(f32::INFINITY, |metres| metres as f32 / body.metres);
+    let report = held.lock(
+        scene,
+        &body,
+        &contacts,
+        floor / body.metres,
+        options.blend,
+        Feet::Held { limit },
+    );
     held.write(scene, animation);
     Ok(report)
 }
@@ -156,7 +186,14 @@ pub(crate) fn follow_feet(
     let mut held = Held::new(scene, animation, &body, &pivots)?;
     held.check(followed.contacts)?;
     let blend = FootLockOptions::default().blend;
-    let report = held.lock(scene, &body, followed.contacts, followed.floor, blend, Some(followed));
+    let report = held.lock(
+        scene,
+        &body,
+        followed.contacts,
+        followed.floor,
+        blend,
+        Feet::Following(followed),
+    );
     held.write(scene, animation);
     Ok(report)
 }
@@ -229,9 +266,13 @@ impl Held {
         contacts: &DetectedContacts,
         floor: f32,
         blend: f64,
-        followed: Option<&Followed<'_>>,
+        feet: Feet<'_>,
     ) -> FootLockReport {
         let up = body.up;
+        let followed = match feet {
+            Feet::Following(followed) => Some(followed),
+            Feet::Held { .. } => None,
+        };
         let blend = self.frames.frames_in(blend);
         let legs = std::mem::take(&mut self.legs).into_iter();
         let mut tracks: Vec<LegTrack> = legs
@@ -248,14 +289,10 @@ impl Held {
             .iter()
             .map(|track| track.held(up, self.frames.rate as f32))
             .collect();
-        let mut carried = carried(&tracks, &held, up, blend);
-        for (track, held) in tracks.iter_mut().zip(&held) {
-            track.shift(held, up, floor, blend, &carried);
-        }
-        let lowered = shift::envelope(&needed_lowering(&tracks, &carried, up), blend);
-        for (carried, lowered) in carried.iter_mut().zip(lowered) {
-            *carried -= up * lowered;
-        }
+        let carried = match feet {
+            Feet::Following(_) => hips::follow(&mut tracks, &held, up, blend),
+            Feet::Held { limit } => hips::spare_knees(&mut tracks, held, up, floor, blend, limit),
+        };
         let heights = || carried.iter().map(|carried| carried.dot(up));
         let mut report = FootLockReport {
             slide_before: tracks.iter().map(|track| track.slide(up)).sum::<f64>() * f64::from(body.metres),
@@ -300,7 +337,7 @@ impl Held {
                 let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
                 let mut place = track.ankle[frame] + track.shifts[frame];
                 let way = place - pose.position(track.leg.thigh);
-                let rise = rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0);
+                let rise = hips::rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0);
                 place += up * rise.min(track.slack());
                 let goal = Goal::at(place).with_rotation(rotation);
                 let missed = two_bone(&mut pose, [track.leg.thigh, track.leg.knee, ankle], &goal, None) * metres;
@@ -351,56 +388,4 @@ impl Held {
         };
         self.frames.write(scene, animation, &self.turned, moved);
     }
-}
-
-/// How the hips are shifted so that legs which follow others need not bend: as the feet on the ground are, made smooth.
-fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
-    let frames = held.first().map_or(0, Vec::len);
-    if tracks.iter().any(|track| track.lifts().is_empty()) {
-        return vec![Vec3::ZERO; frames];
-    }
-    let mean = |values: &mut dyn Iterator<Item = (f32, Vec3)>| {
-        let (weights, sum) = values.fold((0.0, Vec3::ZERO), |(weights, sum), (weight, value)| {
-            (weights + weight, sum + value * weight)
-        });
-        (weights > 0.2).then(|| sum / weights)
-    };
-    let over_ground = |frame: usize| mean(&mut held.iter().filter_map(|held| Some((1.0, held[frame]?))));
-    let height = |frame: usize| {
-        let lifts = tracks.iter().filter_map(|track| track.lifts().get(frame));
-        mean(&mut lifts.map(|lift| (lift.weight, up * lift.asked())))
-    };
-    let over_ground = shift::filled((0..frames).map(over_ground));
-    let height = shift::filled((0..frames).map(height));
-    let both: Vec<Vec3> = over_ground.into_iter().zip(height).map(|(a, b)| a + b).collect();
-    shift::smooth(&both, blend)
-}
-
-/// For each frame how far the hips must come down for both legs to reach.
-fn needed_lowering(tracks: &[LegTrack], carried: &[Vec3], up: Vec3) -> Vec<f32> {
-    let of_leg = |track: &LegTrack, frame: usize, carried: Vec3| {
-        if carried == Vec3::ZERO && track.shifts[frame] == Vec3::ZERO {
-            return 0.0;
-        }
-        let goal = track.ankle[frame] + track.shifts[frame];
-        let way = goal - track.thigh[frame] - carried + up * track.slack();
-        rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0)
-    };
-    let of_frame = |(frame, carried): (usize, &Vec3)| {
-        let legs = tracks.iter().map(|track| of_leg(track, frame, *carried));
-        legs.fold(0.0, f32::max)
-    };
-    carried.iter().enumerate().map(of_frame).collect()
-}
-
-/// The least height by which the end of `way` must rise to be within `reach`; `None` where no height is enough.
-fn rise_to_reach(way: Vec3, reach: f32, up: Vec3) -> Option<f32> {
-    let beyond = way.length_squared() - reach * reach;
-    if beyond <= 0.0 {
-        return Some(0.0);
-    }
-    // |way + h up| = reach, for the smaller h.
-    let along = way.dot(up);
-    let square = along * along - beyond;
-    (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
 }

@@ -102,6 +102,7 @@ struct FootLockKeys {
     shortest: f64,
     gap: f64,
     floor: Option<f32>,
+    largest_change: Option<f64>,
 }
 
 impl Default for FootLockKeys {
@@ -115,6 +116,7 @@ impl Default for FootLockKeys {
             shortest: contacts.shortest,
             gap: contacts.gap,
             floor: None,
+            largest_change: None,
         }
     }
 }
@@ -250,6 +252,7 @@ impl FootLockKeys {
             },
             blend: self.blend,
             floor: self.floor,
+            largest_change: self.largest_change,
             ..FootLockOptions::default()
         }
     }
@@ -438,7 +441,7 @@ mod tests {
     fn a_step_that_is_printed_is_read_as_the_same() {
         for text in [
             "foot-lock",
-            "foot-lock:speed=0.3,floor=0.1",
+            "foot-lock:speed=0.3,floor=0.1,largest-change=0.02",
             "mirror",
             "smooth:filter=gaussian",
             "despike:longest=2",

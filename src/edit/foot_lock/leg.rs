@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Followed;
 use super::shift;
-use super::sole::{SolePoint, turn_to_height, turn_up};
+use super::sole::{Hinge, SolePoint, turn_to_height, turn_up};
 use crate::edit::body::{Body, Leg, and_below};
 use crate::edit::contacts::DetectedContacts;
 use crate::pose::Pose;
@@ -38,7 +38,10 @@ pub(super) struct LegTrack {
     /// The lengths of thigh and shin together.
     pub(super) length: f32,
     pub(super) thigh: Vec<Vec3>,
+    pub(super) knee: Vec<Vec3>,
     pub(super) ankle: Vec<Vec3>,
+    /// How the points of the sole of a foot that follows none are turned up.
+    hinges: Vec<Hinge>,
     /// How the foot is to be shifted.
     pub(super) shifts: Vec<Vec3>,
     /// The heights of the lowest point of the foot.
@@ -165,14 +168,21 @@ impl LegTrack {
                 })
                 .collect()
         });
+        let hinge = |point: &SolePoint| Hinge::new(leg.ankle, point);
+        let hinges = match followed {
+            Some(_) => Vec::new(),
+            None => sole.iter().filter_map(hinge).collect(),
+        };
         Self {
             foot: and_below(scene, leg.ankle).collect(),
             leg,
             low: followed.map_or(0.0, |followed| ON_THE_GROUND * followed.leg / followed.units_per_metre),
+            hinges,
             sole,
             length: 0.0,
             shifts: vec![Vec3::ZERO; contacts.frames],
             thigh: Vec::with_capacity(contacts.frames),
+            knee: Vec::with_capacity(contacts.frames),
             ankle: Vec::with_capacity(contacts.frames),
             lowest: Vec::with_capacity(contacts.frames),
             points,
@@ -186,9 +196,11 @@ impl LegTrack {
         let [thigh, knee, ankle] = [self.leg.thigh, self.leg.knee, self.leg.ankle].map(|node| pose.position(node));
         self.length = thigh.distance(knee) + knee.distance(ankle);
         self.thigh.push(thigh);
+        self.knee.push(knee);
         self.ankle.push(ankle);
         let heights = self.foot.iter().map(|node| pose.position(*node).dot(up));
         self.lowest.push(heights.fold(f32::INFINITY, f32::min));
+        self.hinges.iter_mut().for_each(|hinge| hinge.see(pose, up));
         if let Some(follow) = self.followed.get(frame).copied() {
             let stands = self.rest_of(self.leg.ankle);
             let wanted = floor + stands + follow.ankle - ankle.dot(up);
@@ -236,7 +248,17 @@ impl LegTrack {
                 MOST_TURNED,
             );
         }
+        self.hinges.iter().for_each(|hinge| hinge.turn(frame, pose));
         turn_up(pose, &self.sole, up, floor);
+    }
+
+    /// Lets what would be below the floor turn up before it is there, within `radius` frames.
+    pub(super) fn land_softly(&mut self, up: Vec3, floor: f32, radius: usize) {
+        let shifts = &self.shifts;
+        let floor = |frame: usize| floor - shifts[frame].dot(up);
+        self.hinges
+            .iter_mut()
+            .for_each(|hinge| hinge.land_softly(up, floor, radius));
     }
 
     /// Whether any point of the foot is at rest.
@@ -296,7 +318,7 @@ impl LegTrack {
 
     /// Whether a point of the foot is below the floor.
     pub(super) fn is_below(&self, frame: usize, floor: f32) -> bool {
-        self.lowest[frame] < floor
+        self.lowest[frame] < floor || self.hinges.iter().any(|hinge| hinge.turns(frame))
     }
 
     /// Whether the foot follows that of another body in this frame.
@@ -371,35 +393,55 @@ impl LegTrack {
                 shift += self.change(frame, up, &mut held, gives_way);
                 shifts.push(shift);
             }
-            // Where the foot is shifted least on the whole.
-            let mean = shifts.iter().sum::<Vec3>() / shifts.len() as f32;
+            // Where the foot is shifted least: at most, or on the whole.
+            let middle = match self.followed.is_empty() {
+                true => shift::middle(&shifts),
+                false => shifts.iter().sum::<Vec3>() / shifts.len() as f32,
+            };
             for (known, shift) in known[start..end].iter_mut().zip(shifts) {
-                *known = Some(shift - mean);
+                *known = Some(shift - middle);
             }
             start = end;
         }
         known
     }
 
-    /// Completes the shifts between the frames in which they are known, and puts the foot on the floor. `carried` is how the
-    /// hips are shifted, and with them a foot that follows another.
-    pub(super) fn shift(&mut self, known: &[Option<Vec3>], up: Vec3, floor: f32, blend: usize, carried: &[Vec3]) {
-        let frames = self.shifts.len();
-        let over_ground = |carried: &Vec3| carried.reject_from_normalized(up);
+    /// Completes the shifts between the frames in which they are known, beside `carried`, the shifts of the hips.
+    fn complete(&mut self, known: &[Option<Vec3>], up: Vec3, blend: usize, carried: &[Vec3]) {
         let relative = known.iter().zip(carried);
-        let relative = relative.map(|(shift, carried)| Some((*shift)? - over_ground(carried)));
+        let relative = relative.map(|(shift, carried)| Some((*shift)? - carried.reject_from_normalized(up)));
         let relative: Vec<Option<Vec3>> = relative.collect();
         self.shifts = shift::complete(&relative, blend);
-        if self.lifts.is_empty() {
-            let depths: Vec<f32> = (0..frames).map(|frame| self.sunk(frame, up, floor)).collect();
-            for (shift, lift) in self.shifts.iter_mut().zip(shift::envelope(&depths, blend)) {
-                *shift += up * lift;
-            }
-            return;
+    }
+
+    /// How far a foot that follows none is below where it rests, frame by frame, and how far its ankle is below the floor:
+    /// made smooth.
+    pub(super) fn lifts_onto(&self, up: Vec3, floor: f32, blend: usize) -> [Vec<f32>; 2] {
+        let depths: Vec<f32> = (0..self.shifts.len())
+            .map(|frame| self.sunk(frame, up, floor))
+            .collect();
+        let least: Vec<f32> = self
+            .ankle
+            .iter()
+            .map(|ankle| (floor - ankle.dot(up)).max(0.0))
+            .collect();
+        [depths, least].map(|depths| shift::envelope(&depths, blend))
+    }
+
+    /// The shifts of a foot that follows none. `lifted` is how far it is lifted, and `carried` how the hips are shifted.
+    pub(super) fn shift(&mut self, known: &[Option<Vec3>], lifted: &[f32], up: Vec3, blend: usize, carried: &[Vec3]) {
+        self.complete(known, up, blend, carried);
+        for ((shift, lift), carried) in self.shifts.iter_mut().zip(lifted).zip(carried) {
+            *shift += carried.reject_from_normalized(up) + up * *lift;
         }
+    }
+
+    /// The shifts of a foot that follows another, and is carried along with the hips.
+    pub(super) fn follow(&mut self, known: &[Option<Vec3>], up: Vec3, blend: usize, carried: &[Vec3]) {
+        self.complete(known, up, blend, carried);
         for ((shift, lift), carried) in self.shifts.iter_mut().zip(&self.lifts).zip(carried) {
             let height = lift.weight * lift.wanted + (1.0 - lift.weight) * carried.dot(up);
-            *shift += over_ground(carried) + up * height.max(lift.least);
+            *shift += carried.reject_from_normalized(up) + up * height.max(lift.least);
         }
     }
 }

@@ -46,6 +46,20 @@ pub(super) fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     shifts
 }
 
+/// The place whose largest distance from all `points` is the least, nearly: the centre of their smallest sphere, by the
+/// steps of Bădoiu and Clarkson (2003).
+pub(super) fn middle(points: &[Vec3]) -> Vec3 {
+    let mut middle = points.first().copied().unwrap_or_default();
+    for step in 1..=64 {
+        let away = |point: &&Vec3| point.distance_squared(middle);
+        let Some(farthest) = points.iter().max_by(|a, b| away(a).total_cmp(&away(b))) else {
+            break;
+        };
+        middle += (farthest - middle) / (step + 1) as f32;
+    }
+    middle
+}
+
 /// The value after `step` of `steps` frames, between two values with their changes per frame.
 fn hermite(from: (Vec3, Vec3), to: (Vec3, Vec3), step: usize, steps: usize) -> Vec3 {
     let (t, length) = (step as f32 / steps as f32, steps as f32);

@@ -1,8 +1,9 @@
 //! The sole of a foot, and how it is kept above the floor.
 
-use glam::{DQuat, Vec3};
+use glam::{DQuat, Quat, Vec3};
 
-use crate::pose::Pose;
+use super::shift::envelope;
+use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A point of a foot that stays above the floor.
@@ -72,4 +73,78 @@ pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, way: Vec3, up: Vec3
         let turn = (angle(height) - angle(way.dot(up))).clamp(-most, most);
         pose.rotate(joint, DQuat::from_axis_angle(axis, turn).as_quat());
     }
+}
+
+/// The largest angle by which a point is turned up smoothly, in radians.
+const MOST_RAISED: f32 = 2.5;
+
+/// How a joint of the foot turns to bring a point up: about an axis across the foot, so that toes which point straight
+/// down go forwards.
+pub(super) struct Hinge {
+    node: NodeId,
+    pivot: NodeId,
+    ankle: NodeId,
+    /// In each frame the rotation of the pivot, where it is, and the way from there to the point.
+    seen: Vec<(Quat, Vec3, Vec3)>,
+    /// The axis in the space of the pivot, summed over all frames.
+    axis: Vec3,
+    /// The angle by which it turns in each frame.
+    angles: Vec<f32>,
+}
+
+impl Hinge {
+    pub(super) fn new(ankle: NodeId, point: &SolePoint) -> Option<Self> {
+        Some(Self {
+            node: point.node?,
+            pivot: point.pivot?,
+            ankle,
+            seen: Vec::new(),
+            axis: Vec3::ZERO,
+            angles: Vec::new(),
+        })
+    }
+
+    pub(super) fn see(&mut self, pose: &Pose, up: Vec3) {
+        let rotation = Trs::from_matrix(pose.node_to_world[self.pivot.index()]).rotation;
+        let (here, point) = (pose.position(self.pivot), pose.position(self.node));
+        // The flatter the foot, the longer is its way over the ground, and the surer the axis.
+        self.axis += rotation.inverse() * (point - pose.position(self.ankle)).cross(up);
+        self.seen.push((rotation, here, point - here));
+    }
+
+    /// Finds the angles that keep the point above `floor`, a height for each frame, and makes them smooth.
+    pub(super) fn land_softly(&mut self, up: Vec3, floor: impl Fn(usize) -> f32, radius: usize) {
+        let Some(axis) = self.axis.try_normalize() else { return };
+        let needed = |(frame, (rotation, here, way)): (usize, &(Quat, Vec3, Vec3))| {
+            let axis = rotation * axis;
+            let along = way.project_onto_normalized(axis);
+            let across = way - along;
+            let wanted = floor(frame) - (here + along).dot(up);
+            least_angle([across.dot(up), axis.cross(across).dot(up)], wanted)
+        };
+        let needed: Vec<f32> = self.seen.iter().enumerate().map(needed).collect();
+        self.angles = envelope(&needed, radius);
+    }
+
+    pub(super) fn turns(&self, frame: usize) -> bool {
+        self.angles.get(frame).is_some_and(|angle| *angle > 0.0)
+    }
+
+    pub(super) fn turn(&self, frame: usize, pose: &mut Pose) {
+        if let Some(axis) = self.axis.try_normalize().filter(|_| self.turns(frame)) {
+            let rotation = Trs::from_matrix(pose.node_to_world[self.pivot.index()]).rotation;
+            pose.rotate(self.pivot, Quat::from_axis_angle(rotation * axis, self.angles[frame]));
+        }
+    }
+}
+
+/// The least angle from 0 on at which a cos + b sin is `wanted` or more, or at which it is the most.
+fn least_angle([a, b]: [f32; 2], wanted: f32) -> f32 {
+    let most = a.hypot(b);
+    if a >= wanted || most <= f32::EPSILON {
+        return 0.0;
+    }
+    let top = b.atan2(a).rem_euclid(std::f32::consts::TAU);
+    let angle = (top - (wanted / most).min(1.0).acos()).rem_euclid(std::f32::consts::TAU);
+    if angle < MOST_RAISED { angle } else { 0.0 }
 }

@@ -89,9 +89,11 @@ def foot_lock(
     shortest: float | None = None,
     gap: float | None = None,
     floor: float | None = None,
+    largest_change: float | None = None,
 ) -> Edited:
     """Holds feet still in contact and above the floor."""
     options = dict(blend=blend, height=height, speed=speed, release=release, shortest=shortest, gap=gap, floor=floor)
+    options["largest_change"] = largest_change
     return apply(scene, _step("foot-lock", options))
 
 

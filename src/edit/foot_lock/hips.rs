@@ -1,0 +1,200 @@
+//! How the hips are shifted where feet are held, so that the legs reach them.
+
+use glam::{Mat3, Vec3};
+
+use super::leg::{LegTrack, Lift};
+use super::shift;
+
+/// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made smooth.
+/// Completes the shifts of the feet.
+pub(super) fn follow(tracks: &mut [LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+    let mut carried = carried(tracks, held, up, blend);
+    for (track, held) in tracks.iter_mut().zip(held) {
+        track.follow(held, up, blend, &carried);
+    }
+    let lowered = shift::envelope(&needed_lowering(tracks, &carried, up), blend);
+    for (carried, lowered) in carried.iter_mut().zip(lowered) {
+        *carried -= up * lowered;
+    }
+    carried
+}
+
+fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+    let frames = held.first().map_or(0, Vec::len);
+    let mean = |values: &mut dyn Iterator<Item = (f32, Vec3)>| {
+        let (weights, sum) = values.fold((0.0, Vec3::ZERO), |(weights, sum), (weight, value)| {
+            (weights + weight, sum + value * weight)
+        });
+        (weights > 0.2).then(|| sum / weights)
+    };
+    let over_ground = |frame: usize| mean(&mut held.iter().filter_map(|held| Some((1.0, held[frame]?))));
+    let height = |frame: usize| {
+        let lifts = tracks.iter().filter_map(|track| track.lifts().get(frame));
+        mean(&mut lifts.map(|lift| (lift.weight, up * Lift::asked(lift))))
+    };
+    let over_ground = shift::filled((0..frames).map(over_ground));
+    let height = shift::filled((0..frames).map(height));
+    let both: Vec<Vec3> = over_ground.into_iter().zip(height).map(|(a, b)| a + b).collect();
+    shift::smooth(&both, blend)
+}
+
+/// For each frame how far the hips must come down for both legs to reach.
+fn needed_lowering(tracks: &[LegTrack], carried: &[Vec3], up: Vec3) -> Vec<f32> {
+    let of_leg = |track: &LegTrack, frame: usize, carried: Vec3| {
+        if carried == Vec3::ZERO && track.shifts[frame] == Vec3::ZERO {
+            return 0.0;
+        }
+        let goal = track.ankle[frame] + track.shifts[frame];
+        let way = goal - track.thigh[frame] - carried + up * track.slack();
+        rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0)
+    };
+    let of_frame = |(frame, carried): (usize, &Vec3)| {
+        let legs = tracks.iter().map(|track| of_leg(track, frame, *carried));
+        legs.fold(0.0, f32::max)
+    };
+    carried.iter().enumerate().map(of_frame).collect()
+}
+
+/// The least height by which the end of `way` must rise to be within `reach`; `None` where no height is enough.
+pub(super) fn rise_to_reach(way: Vec3, reach: f32, up: Vec3) -> Option<f32> {
+    let beyond = way.length_squared() - reach * reach;
+    if beyond <= 0.0 {
+        return Some(0.0);
+    }
+    // |way + h up| = reach, for the smaller h.
+    let along = way.dot(up);
+    let square = along * along - beyond;
+    (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
+}
+
+/// The shifts of the hips that let knees stay near to where they are, where feet are held. Where that is farther than
+/// `limit`, the feet that ask for it give way: they keep a part of their slide. Completes the shifts of the feet.
+pub(super) fn spare_knees(
+    tracks: &mut [LegTrack],
+    mut held: Vec<Vec<Option<Vec3>>>,
+    up: Vec3,
+    floor: f32,
+    blend: usize,
+    limit: f32,
+) -> Vec<Vec3> {
+    let lifts: Vec<[Vec<f32>; 2]> = tracks.iter().map(|track| track.lifts_onto(up, floor, blend)).collect();
+    let mut lifted: Vec<Vec<f32>> = lifts.iter().map(|[wanted, _]| wanted.clone()).collect();
+    let mut kept: Vec<Vec<f32>> = lifted.iter().map(|lifted| vec![1.0; lifted.len()]).collect();
+    let contacts: Vec<Vec<[usize; 2]>> = held.iter().map(|held| runs(held)).collect();
+    let mut carried = balanced(tracks, &held, &lifted, up, blend);
+    let is_limited = limit.is_finite();
+    for _ in 0..if is_limited { ROUNDS } else { 0 } {
+        let [left, right, hips] = changes(tracks, &carried);
+        // By how much a shift is to be multiplied where the change is `most`.
+        let share = |most: f32| (BELOW * limit / most).clamp(0.5, 1.0);
+        if [&left, &right, &hips]
+            .into_iter()
+            .flatten()
+            .all(|change| *change <= limit)
+        {
+            break;
+        }
+        for (side, knee) in [left, right].into_iter().enumerate() {
+            let most: Vec<f32> = knee.iter().zip(&hips).map(|(knee, hips)| knee.max(*hips)).collect();
+            for &[start, end] in &contacts[side] {
+                let around = start.saturating_sub(blend)..(end + blend).min(most.len());
+                let most = most[around].iter().copied().fold(0.0, f32::max);
+                if most > limit {
+                    let shifts = held[side][start..end].iter_mut().flatten();
+                    shifts.for_each(|shift| *shift *= share(most));
+                }
+            }
+            let [wanted, least] = &lifts[side];
+            for (frame, kept) in kept[side].iter_mut().enumerate() {
+                if wanted[frame] > 0.0 && most[frame] > limit {
+                    *kept *= share(most[frame]);
+                }
+            }
+            let given_up: Vec<f32> = kept[side].iter().map(|kept| 1.0 - kept).collect();
+            let given_up = shift::envelope(&given_up, blend / 2);
+            for (frame, lifted) in lifted[side].iter_mut().enumerate() {
+                *lifted = least[frame] + (1.0 - given_up[frame]) * (wanted[frame] - least[frame]).max(0.0);
+            }
+        }
+        carried = balanced(tracks, &held, &lifted, up, blend);
+    }
+    for track in tracks {
+        track.land_softly(up, floor, quarter(blend));
+    }
+    carried
+}
+
+/// How often the shifts are made smaller at most to keep a limit, and what share of it they aim at.
+const ROUNDS: usize = 10;
+const BELOW: f32 = 0.98;
+
+fn quarter(blend: usize) -> usize {
+    (blend / 4).max(1)
+}
+
+/// The frames in which something is known, each run as its first frame and the one after its last.
+fn runs(known: &[Option<Vec3>]) -> Vec<[usize; 2]> {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for (frame, _) in known.iter().enumerate().filter(|(_, known)| known.is_some()) {
+        match runs.last_mut() {
+            Some(last) if last[1] == frame => last[1] = frame + 1,
+            _ => runs.push([frame, frame + 1]),
+        }
+    }
+    runs
+}
+
+/// How far the left and the right knee and the hips go from where they were, frame by frame.
+fn changes(tracks: &[LegTrack], carried: &[Vec3]) -> [Vec<f32>; 3] {
+    let knee = |side: usize| {
+        let change =
+            |(frame, carried): (usize, &Vec3)| tracks.get(side).map_or(0.0, |t| t.knee_change(frame, *carried));
+        carried.iter().enumerate().map(change).collect()
+    };
+    [
+        knee(0),
+        knee(1),
+        carried.iter().map(|carried| carried.length()).collect(),
+    ]
+}
+
+/// The shifts of the hips with the least squares of themselves and of the ways by which the knees of feet on the ground go
+/// aside, made smooth. Completes the shifts of the feet.
+fn balanced(
+    tracks: &mut [LegTrack],
+    held: &[Vec<Option<Vec3>>],
+    lifted: &[Vec<f32>],
+    up: Vec3,
+    blend: usize,
+) -> Vec<Vec3> {
+    let frames = lifted.first().map_or(0, Vec::len);
+    let still = vec![Vec3::ZERO; frames];
+    // A foot begins to count before it is on the ground.
+    let mut importance: Vec<Vec<f32>> = Vec::new();
+    for ((track, held), lifted) in tracks.iter_mut().zip(held).zip(lifted) {
+        track.shift(held, lifted, up, blend, &still);
+        let counts = held
+            .iter()
+            .zip(lifted)
+            .map(|(held, lift)| held.is_some() || *lift > 0.0);
+        let counts: Vec<f32> = counts.map(|counts| f32::from(u8::from(counts))).collect();
+        importance.push(shift::envelope(&counts, (blend / 2).max(1)));
+    }
+    let of_frame = |frame: usize| {
+        let (mut matrix, mut right) = (Mat3::IDENTITY, Vec3::ZERO);
+        for (track, importance) in tracks.iter().zip(&importance) {
+            let direction = (track.ankle[frame] - track.thigh[frame]).normalize_or_zero();
+            let column = direction * importance[frame] * track.bend_rate(frame).powi(2);
+            matrix += Mat3::from_cols(column * direction.x, column * direction.y, column * direction.z);
+            right += column * direction.dot(track.shifts[frame]);
+        }
+        matrix.inverse() * right
+    };
+    let hips: Vec<Vec3> = (0..frames).map(of_frame).collect();
+    let hips = shift::smooth(&hips, quarter(blend));
+    for ((track, held), lifted) in tracks.iter_mut().zip(held).zip(lifted) {
+        track.shift(held, lifted, up, blend, &hips);
+        track.spare_knee(&hips, up, quarter(blend));
+    }
+    hips
+}

@@ -1,0 +1,89 @@
+//! How knees go aside where ankles are shifted, and how they are spared.
+
+use glam::Vec3;
+
+use super::leg::LegTrack;
+use super::shift;
+use crate::ik::two_bone_rotations;
+
+/// What a change of the height of a foot costs against one of its knee.
+const HEIGHT_COST: f32 = 10.0;
+
+/// The share of the thigh's length by which the knee of a straight leg is aside at least where its rate counts.
+const STRAIGHT: f32 = 0.01;
+
+/// The share of a leg's length below which the direction to its ankle is not known.
+const NO_REACH: f32 = 1e-6;
+
+impl LegTrack {
+    /// The lengths of thigh and shin.
+    fn bones(&self, frame: usize) -> [f32; 2] {
+        let [thigh, knee, ankle] = [&self.thigh, &self.knee, &self.ankle].map(|track| track[frame]);
+        [thigh.distance(knee), knee.distance(ankle)]
+    }
+
+    /// How fast the knee goes aside where the ankle comes nearer to the thigh.
+    pub(super) fn bend_rate(&self, frame: usize) -> f32 {
+        let [a, b] = self.bones(frame);
+        let reach = self.thigh[frame].distance(self.ankle[frame]);
+        if reach <= NO_REACH * (a + b) {
+            return 0.0;
+        }
+        let along = (reach * reach + a * a - b * b) / (2.0 * reach);
+        let aside = aside([a, b], reach).max(STRAIGHT * a);
+        (along * (1.0 - along / reach) / aside).abs()
+    }
+
+    /// How far the knee goes from where it is where the hips are shifted by `carried`, and the foot as it is to be.
+    pub(super) fn knee_change(&self, frame: usize, carried: Vec3) -> f32 {
+        if carried == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO {
+            return 0.0;
+        }
+        let joints = [&self.thigh, &self.knee, &self.ankle].map(|track| track[frame] + carried);
+        let goal = self.ankle[frame] + self.shifts[frame];
+        let found = two_bone_rotations(joints, goal, None);
+        found.middle.distance(self.knee[frame])
+    }
+
+    /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre of
+    /// height is centimetres there. `carried` is how the hips are shifted.
+    pub(super) fn spare_knee(&mut self, carried: &[Vec3], up: Vec3, radius: usize) {
+        let ways = (0..self.shifts.len())
+            .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);
+        let ways: Vec<Vec3> = ways.collect();
+        let change = |(frame, way): (usize, &Vec3)| {
+            let bones = self.bones(frame);
+            let before = self.ankle[frame].distance(self.thigh[frame]);
+            let change = aside(bones, way.length()) - aside(bones, before);
+            let rate = (self.bend_rate(frame) * way.normalize_or_zero().dot(up)).powi(2);
+            change * HEIGHT_COST / (HEIGHT_COST + rate)
+        };
+        let changes: Vec<f32> = ways.iter().enumerate().map(change).collect();
+        for (frame, change) in shift::smooth(&changes, radius).into_iter().enumerate() {
+            if carried[frame] == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO && change == 0.0 {
+                continue;
+            }
+            let (bones, way) = (self.bones(frame), ways[frame]);
+            let before = self.ankle[frame].distance(self.thigh[frame]);
+            let reach = reach(bones, aside(bones, before) + change);
+            let along = way.dot(up);
+            let square = along * along - way.length_squared() + reach * reach;
+            if along < 0.0 && square >= 0.0 {
+                self.shifts[frame] += up * (-along - square.sqrt());
+            }
+        }
+    }
+}
+
+/// How far the knee is aside of the line from the thigh to the ankle.
+fn aside([a, b]: [f32; 2], reach: f32) -> f32 {
+    let reach = reach.clamp((a - b).abs().max(NO_REACH * (a + b)), a + b);
+    let along = (reach * reach + a * a - b * b) / (2.0 * reach);
+    (a * a - along * along).max(0.0).sqrt()
+}
+
+/// The distance of the ankle from the thigh where the knee is so far aside.
+fn reach([a, b]: [f32; 2], aside: f32) -> f32 {
+    let aside = aside.clamp(0.0, a.min(b));
+    (a * a - aside * aside).sqrt() + (b * b - aside * aside).sqrt()
+}
