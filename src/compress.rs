@@ -14,6 +14,8 @@
 //! 5. [`measure`] decodes the result in double precision as readers [`decode`] it: slerp, nlerp, unnormalized.
 //! 6. [`refinement`] adds keys or shrinks tolerances until the error is within the bound.
 //! 7. [`clip`] is the result. [`stream_size`] says how large it becomes in meshopt's streams.
+//!
+//! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
 mod bit_rate;
 mod candidates;
@@ -26,6 +28,7 @@ mod error_metric;
 mod key_frames;
 mod measure;
 mod object_space;
+mod packed;
 mod quantize;
 mod raw_clip;
 mod refinement;
@@ -39,6 +42,7 @@ use self::encode::Encoder;
 use self::error_metric::LeverArms;
 pub(crate) use self::key_frames::KeyFrames;
 use self::object_space::ObjectSpaceTrack;
+pub use self::packed::PackedClip;
 pub(crate) use self::quantize::{RotationFormat, TranslationFormat};
 use self::raw_clip::RawClip;
 use self::refinement::Refinement;
@@ -76,7 +80,11 @@ pub(crate) fn compress(scene: &Scene, animation: &Animation, bound: f64, storage
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
     let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
-    let raw_rounding = f64::from(raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON);
+    let mut raw_rounding = f64::from(raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON);
+    if storage == Storage::Packed {
+        // Sampling rounds as well.
+        raw_rounding *= 3.0;
+    }
     let refinement = Refinement {
         encoder: Encoder {
             arms: LeverArms::of_clip(&clip),
@@ -89,7 +97,12 @@ pub(crate) fn compress(scene: &Scene, animation: &Animation, bound: f64, storage
         raw_rounding,
     };
     match storage {
-        Storage::Meshopt => smallest_streams(&refinement, scene),
+        Storage::Meshopt => smallest(&refinement, scene, |reduced| reduced, CompressedClip::stream_size),
+        Storage::Packed => {
+            let frames = refinement.times.len();
+            let with_required = |reduced| packed::with_required(reduced, frames);
+            smallest(&refinement, scene, with_required, packed::packed_size)
+        }
         Storage::Float32 | Storage::Int16 => smallest_numbers(&refinement, scene),
     }
 }
@@ -110,13 +123,22 @@ fn smallest_numbers(refinement: &Refinement, scene: &Scene) -> Result<Compressed
     }
 }
 
-/// With reduced shared key frames or with keys at all frames, whichever is smaller in streams. Key frames of each track's
-/// own are not tried: they need times of their own, which a stream hardly compresses, and took 1.4 to 3.2 times the bytes
-/// for five real clips within 1, 5, 10 and 25 mm.
-fn smallest_streams(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
+/// With reduced shared key frames or with keys at all frames, whichever is smaller by its `size`. Key frames of each
+/// track's own are not tried: they need times of their own, which a stream hardly compresses, and took 1.4 to 3.2 times
+/// the bytes for five real clips within 1, 5, 10 and 25 mm.
+fn smallest(
+    refinement: &Refinement,
+    scene: &Scene,
+    with_required: impl Fn(KeyFrames) -> KeyFrames,
+    size: impl Fn(&CompressedClip) -> usize,
+) -> Result<CompressedClip> {
     let Encoder { clip, raw, bound, .. } = &refinement.encoder;
     let all: Arc<KeyFrames> = Arc::new(key_frames::every_frame(clip.frames()));
-    let reduced = shared_key_frames::reduce(clip, raw, *bound as f32 * KEY_SHARE_OF_STREAMS);
+    let reduced = with_required(shared_key_frames::reduce(
+        clip,
+        raw,
+        *bound as f32 * KEY_SHARE_OF_STREAMS,
+    ));
     if reduced.len() as f32 > MAYBE_SMALLER * all.len() as f32 {
         return refinement.within_bound(scene, Some(all));
     }
@@ -128,9 +150,5 @@ fn smallest_streams(refinement: &Refinement, scene: &Scene) -> Result<Compressed
         return Ok(reduced);
     }
     let all = refinement.within_bound(scene, Some(all))?;
-    Ok(if reduced.stream_size() < all.stream_size() {
-        reduced
-    } else {
-        all
-    })
+    Ok(if size(&reduced) < size(&all) { reduced } else { all })
 }

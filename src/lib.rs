@@ -31,7 +31,7 @@
 #![warn(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 pub mod arrays;
-mod compress;
+pub mod compress;
 pub mod convert;
 pub mod dump;
 pub mod edit;

@@ -5,10 +5,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use mocap::compress::PackedClip;
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
-use mocap::{Binding, LoopMode, Player, Pose, Updater};
+use mocap::{Binding, LoopMode, Player, Pose, Trs, Updater};
 
 /// The system's allocator with a count of allocations.
 struct Counting;
@@ -132,4 +133,17 @@ fn a_pose_on_another_skeleton_takes_none() {
     });
     assert_eq!(count, 0);
     assert_ne!(to, rest);
+}
+
+#[test]
+fn a_pose_from_a_packed_clip_takes_none() {
+    let clip = PackedClip::encode(&chain(), 0, 0.001).unwrap();
+    let mut pose = vec![Trs::IDENTITY; clip.node_count()];
+    let count = allocations_of(|| {
+        for tick in [0.0, 1.0, 1.5, 48.9, 1e9, -1.0, f64::NAN] {
+            clip.sample(tick, &mut pose);
+        }
+    });
+    assert_eq!(count, 0);
+    assert_ne!(pose[7], Trs::IDENTITY);
 }

@@ -8,68 +8,71 @@
 
 use super::candidates::{Candidates, Dropped};
 use super::compensation::Compensation;
-use super::quantize::QuantizedRotation;
+use super::quantize::{Lattice, QuantizedRotation};
 use crate::math::soa::single::LANES;
 
-/// The highest bit rate of the filter.
-pub(super) const MAX_BITS: u32 = 16;
-
-/// The lowest bit rate from `min_bits` on that keeps the error at every key frame within `tolerance`, and the keys. If
-/// none does, the highest.
+/// The coarsest lattice from `coarsest` on that keeps the error at every key frame within `tolerance`, and the keys. If
+/// none does, the finest.
 pub(super) fn select(
     joint: &Compensation,
-    min_bits: u32,
+    coarsest: Lattice,
     key_frames: &[u32],
     tolerance: f32,
-) -> (u32, Vec<QuantizedRotation>) {
-    let mut bits = min_bits;
+) -> (Lattice, Vec<QuantizedRotation>) {
+    let mut lattice = coarsest;
     loop {
-        if (bits == MAX_BITS || may_suffice(joint, bits, key_frames, tolerance))
-            && let Some(keys) = quantize(joint, bits, key_frames, tolerance)
+        let finer = lattice.finer();
+        if (finer.is_none() || may_suffice(joint, lattice, key_frames, tolerance))
+            && let Some(keys) = quantize(joint, lattice, key_frames, tolerance)
         {
-            return (bits, keys);
+            return (lattice, keys);
         }
-        bits += 1;
+        lattice = finer.unwrap_or(lattice);
     }
 }
 
-/// The keys with a bit rate; `None` if the error of one is above `tolerance`, unless the bit rate is the highest.
-fn quantize(joint: &Compensation, bits: u32, key_frames: &[u32], tolerance: f32) -> Option<Vec<QuantizedRotation>> {
+/// The keys on a lattice; `None` if the error of one is above `tolerance`, unless it is the finest lattice.
+fn quantize(
+    joint: &Compensation,
+    lattice: Lattice,
+    key_frames: &[u32],
+    tolerance: f32,
+) -> Option<Vec<QuantizedRotation>> {
     // With capacity for keys that refinement inserts.
     let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(key_frames.len() + key_frames.len() / 4);
     for frames in key_frames.chunks(LANES) {
         let targets = joint.targets(frames);
         let dropped = Dropped::in_sequence(&targets.rotation, keys.last().map(QuantizedRotation::dropped));
-        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         let first = keys.len();
         for lane in 0..frames.len() {
             let key = candidates.best(lane, keys.last());
             keys.push(key);
         }
-        if bits < MAX_BITS && targets.largest_error(joint.arms, &keys[first..]) > tolerance {
+        if lattice.finer().is_some() && targets.largest_error(joint.arms, &keys[first..]) > tolerance {
             return None;
         }
     }
     Some(keys)
 }
 
-/// Whether a sample of the key frames is within `tolerance`: a bit rate that is too low mostly shows in a few.
-fn may_suffice(joint: &Compensation, bits: u32, key_frames: &[u32], tolerance: f32) -> bool {
+/// Whether a sample of the key frames is within `tolerance`: a lattice that is too coarse mostly shows in a few.
+fn may_suffice(joint: &Compensation, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
     const EVERY: usize = 13;
     let sample: Vec<u32> = key_frames.iter().step_by(EVERY).copied().collect();
     sample.chunks(LANES).all(|frames| {
         let targets = joint.targets(frames);
         let dropped = Dropped::independent(&targets.rotation, |_| None);
-        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         let keys: [QuantizedRotation; LANES] = std::array::from_fn(|lane| candidates.best(lane, None));
         targets.largest_error(joint.arms, &keys) <= tolerance
     })
 }
 
-/// Keys for some frames with a bit rate, each given the key before it.
+/// Keys for some frames on a lattice, each given the key before it.
 pub(super) fn quantize_after(
     joint: &Compensation,
-    bits: u32,
+    lattice: Lattice,
     frames: &[u32],
     previous: &[QuantizedRotation],
     tolerance: f32,
@@ -79,7 +82,7 @@ pub(super) fn quantize_after(
         let targets = joint.targets(frames);
         let dropped_before = |lane: usize| previous.get(lane).map(QuantizedRotation::dropped);
         let dropped = Dropped::independent(&targets.rotation, dropped_before);
-        let candidates = Candidates::new(joint.arms, bits, tolerance, &targets, dropped);
+        let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         keys.extend((0..frames.len()).map(|lane| candidates.best(lane, Some(&previous[lane]))));
     }
     keys
@@ -124,8 +127,10 @@ mod tests {
             lossy_parent: Some(&lossy_parent),
         };
         let frames: Vec<u32> = (0..1003).collect();
-        let (bits, keys) = select(&joint, 4, &frames, TOLERANCE);
+        let (lattice, keys) = select(&joint, Lattice::of_filter(4), &frames, TOLERANCE);
+        let bits = lattice.max().ilog2() + 2;
         assert!((6..12).contains(&bits), "{bits}");
+        let coarser = Lattice::of_filter(bits - 1);
         for (frame, key) in keys.iter().enumerate() {
             // Where the child should be, and where it is.
             let arm = arms.arms[0];
@@ -134,13 +139,13 @@ mod tests {
             assert!(expected.distance(found) <= 1.001 * TOLERANCE, "{frame}: {found}");
         }
         assert!(
-            quantize(&joint, bits - 1, &frames, TOLERANCE).is_none()
-                || !may_suffice(&joint, bits - 1, &frames, TOLERANCE)
+            quantize(&joint, coarser, &frames, TOLERANCE).is_none()
+                || !may_suffice(&joint, coarser, &frames, TOLERANCE)
         );
 
         // A key that is inserted later is the same.
         let stored = |keys: &[QuantizedRotation]| keys.iter().map(|key| key.stored).collect::<Vec<_>>();
-        let later = quantize_after(&joint, bits, &[500, 700], &[keys[499], keys[699]], TOLERANCE);
+        let later = quantize_after(&joint, lattice, &[500, 700], &[keys[499], keys[699]], TOLERANCE);
         assert_eq!(stored(&later), [keys[500].stored, keys[700].stored]);
     }
 }

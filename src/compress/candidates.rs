@@ -7,7 +7,7 @@
 
 use super::compensation::Targets;
 use super::error_metric::LeverArms;
-use super::quantize::{FINE_BITS, Lattice, QuantizedRotation, dropped_component};
+use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// About the bits that a difference takes in a stream: see [`stream_size`](super::stream_size).
@@ -116,7 +116,6 @@ type Distortions = [Lanes; CORNERS];
 /// The candidates of several frames.
 pub(super) struct Candidates<'a> {
     arms: &'a LeverArms,
-    bits: u32,
     lattice: Lattice,
     tolerance: f32,
     dropped: Dropped,
@@ -140,12 +139,16 @@ struct Cells {
 
 impl<'a> Candidates<'a> {
     #[inline(always)]
-    pub(super) fn new(arms: &'a LeverArms, bits: u32, tolerance: f32, targets: &Targets, dropped: Dropped) -> Self {
-        let lattice = Lattice::new(bits);
+    pub(super) fn new(
+        arms: &'a LeverArms,
+        lattice: Lattice,
+        tolerance: f32,
+        targets: &Targets,
+        dropped: Dropped,
+    ) -> Self {
         let cells = Cells::new(targets, lattice.scale(), &dropped);
         Self {
             arms,
-            bits,
             lattice,
             tolerance,
             dropped,
@@ -222,7 +225,7 @@ impl<'a> Candidates<'a> {
     /// Whether all readers decode nearly the same.
     #[inline(always)]
     fn is_unambiguous(&self, key: &QuantizedRotation) -> bool {
-        self.bits < FINE_BITS || self.ambiguity(key) <= MAX_AMBIGUITY * self.tolerance
+        self.lattice.is_coarse() || self.ambiguity(key) <= MAX_AMBIGUITY * self.tolerance
     }
 
     /// How far readers may differ about the end of the chain, in metres: because of the rounding of a component, and

@@ -17,6 +17,8 @@ pub(crate) enum Storage {
     Int16,
     /// By the filters of meshopt, in streams of differences.
     Meshopt,
+    /// In a packed clip: [`packed`](super::packed).
+    Packed,
 }
 
 /// An animation whose error is within the bound.

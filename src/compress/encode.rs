@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use super::bit_rate::{self, MAX_BITS};
+use super::bit_rate;
 use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, TranslationTrack};
 use super::compensation::{Compensation, target_translation};
 use super::error_metric::LeverArms;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
-use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
+use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::raw_clip::{RawClip, RawJoint};
 use crate::pose::forward_kinematics;
 
@@ -19,6 +19,8 @@ use crate::pose::forward_kinematics;
 
 /// The share of the tolerance for the error of a joint's own translation.
 const TRANSLATION_SHARE: f32 = 0.8;
+/// The highest bit rate of the QUATERNION filter.
+const MAX_BITS: i32 = 16;
 /// The largest step of a rotation to try, at the end of the longest lever arm, as a share of the tolerance.
 const ROTATION_STEP: f32 = 1.5;
 /// The step of a translation as a share of the tolerance: half the diagonal of a cube of such steps is the tolerance.
@@ -42,8 +44,8 @@ pub(super) struct Encoder<'a> {
 pub(super) struct Budget {
     /// The largest error of the joint's children, in metres.
     pub(super) tolerance: f32,
-    /// The lowest bit rate to try for its rotation: lower ones were not enough for a larger tolerance.
-    pub(super) min_bits: u32,
+    /// The coarsest lattice to try for its rotation: coarser ones were not enough for a larger tolerance.
+    pub(super) coarsest: Option<Lattice>,
 }
 
 /// The result of a pass.
@@ -136,7 +138,7 @@ impl Encoder<'_> {
 
     /// Rounds a constant to no more decimals than it needs, unless 32-bit floats are asked for.
     fn round(&self, value: f32) -> f32 {
-        if self.storage == Storage::Float32 {
+        if matches!(self.storage, Storage::Float32 | Storage::Packed) {
             return value;
         }
         let per_unit = 10f64.powi((self.bound * CONSTANT_STEP).log10().floor().clamp(-9.0, -1.0).abs() as i32);
@@ -165,9 +167,13 @@ impl<'a> JointEncoder<'a> {
         let tolerance = self.translation_tolerance(tolerance);
         let format = match self.encoder.storage {
             Storage::Float32 | Storage::Int16 => TranslationFormat::Float32,
-            Storage::Meshopt => {
+            Storage::Meshopt | Storage::Packed => {
                 let largest = targets.iter().map(|value| value.abs().max_element());
-                TranslationFormat::exponential_filter(tolerance * TRANSLATION_STEP, largest.fold(0.0, f32::max))
+                let (step, largest) = (tolerance * TRANSLATION_STEP, largest.fold(0.0, f32::max));
+                match self.encoder.storage {
+                    Storage::Packed => TranslationFormat::multiples(step, largest),
+                    _ => TranslationFormat::exponential_filter(step, largest),
+                }
             }
         };
         let key_frames = shared.cloned().unwrap_or_else(|| {
@@ -209,8 +215,12 @@ impl<'a> JointEncoder<'a> {
             Storage::Int16 => RotationFormat::Int16,
             Storage::Meshopt => {
                 let steps = self.arms.longest / (tolerance * ROTATION_STEP);
-                let bits = (steps.log2().ceil() as i32 + 1).clamp(4, MAX_BITS as i32);
-                RotationFormat::QuaternionFilter(bits as u32)
+                let bits = (steps.log2().ceil() as i32 + 1).clamp(4, MAX_BITS);
+                RotationFormat::QuaternionFilter(Lattice::of_filter(bits as u32))
+            }
+            Storage::Packed => {
+                let steps = self.arms.longest / (tolerance * ROTATION_STEP);
+                RotationFormat::SmallestThree(Lattice::of_steps(steps))
             }
         };
         let key_frames = shared.cloned().unwrap_or_else(|| {
@@ -218,11 +228,11 @@ impl<'a> JointEncoder<'a> {
             self.encoder.own_key_frames(reduced, format.bytes())
         });
         let (format, keys) = match format {
-            RotationFormat::QuaternionFilter(bits) => {
-                let bits = bits.max(budget.min_bits);
-                let (bits, keys) = bit_rate::select(&joint, bits, &key_frames, tolerance);
-                budget.min_bits = bits;
-                (RotationFormat::QuaternionFilter(bits), keys)
+            RotationFormat::QuaternionFilter(lattice) | RotationFormat::SmallestThree(lattice) => {
+                let finer = budget.coarsest.filter(|coarsest| coarsest.max() > lattice.max());
+                let (lattice, keys) = bit_rate::select(&joint, finer.unwrap_or(lattice), &key_frames, tolerance);
+                budget.coarsest = Some(lattice);
+                (format.with_lattice(lattice), keys)
             }
             format => (format, joint.quantize(format, &key_frames)),
         };
@@ -263,8 +273,8 @@ impl<'a> JointEncoder<'a> {
             let frames: Vec<u32> = insertions.iter().map(|insertion| insertion.frame as u32).collect();
             let previous: Vec<QuantizedRotation> = insertions.iter().map(|insertion| keys[insertion.after]).collect();
             match *format {
-                RotationFormat::QuaternionFilter(bits) => {
-                    bit_rate::quantize_after(&joint, bits, &frames, &previous, tolerance)
+                RotationFormat::QuaternionFilter(lattice) | RotationFormat::SmallestThree(lattice) => {
+                    bit_rate::quantize_after(&joint, lattice, &frames, &previous, tolerance)
                 }
                 format => joint.quantize_after(format, &frames, &previous),
             }

@@ -4,6 +4,6 @@ mod rotation;
 mod rounding;
 mod translation;
 
-pub(super) use self::rotation::{FINE_BITS, Lattice, dropped_component};
-pub(crate) use self::rotation::{QuantizedRotation, RotationFormat};
+pub(super) use self::rotation::dropped_component;
+pub(crate) use self::rotation::{Lattice, QuantizedRotation, RotationFormat};
 pub(crate) use self::translation::{QuantizedTranslation, TranslationFormat};

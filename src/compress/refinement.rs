@@ -123,7 +123,7 @@ impl Refinement<'_> {
             let share = FIRST_TOLERANCE + (LAST_TOLERANCE - FIRST_TOLERANCE) * along_chain;
             Budget {
                 tolerance: self.encoder.bound as f32 * share,
-                min_bits: 0,
+                coarsest: None,
             }
         };
         std::iter::zip(depth, deepest).map(budget).collect()

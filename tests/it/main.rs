@@ -36,6 +36,7 @@ mod numbers;
 mod options;
 #[cfg(feature = "cli")]
 mod outputs;
+mod packed_clip;
 mod process;
 #[cfg(feature = "cli")]
 mod program;

@@ -1,4 +1,5 @@
-//! Rotations as 32-bit floats, as 16-bit integers, or as the QUATERNION filter of meshopt stores them.
+//! Rotations as 32-bit floats, as 16-bit integers, as the QUATERNION filter of meshopt stores them, or as points of the
+//! same lattice that are decoded without rounding.
 //!
 //! The filter stores the three smaller components of a quaternion ("smallest three"), each as an integer of 4 to 16
 //! bits, and which component was dropped. Its formula is that of EXT_meshopt_compression, appendix B:
@@ -21,8 +22,10 @@ pub(crate) enum RotationFormat {
     Float32,
     /// Four 16-bit normalized integers, core glTF: `max(c / 32767, -1)`.
     Int16,
-    /// The QUATERNION filter of meshopt with this bit rate: bits per component.
-    QuaternionFilter(u32),
+    /// The QUATERNION filter of meshopt, and the lattice of its bit rate.
+    QuaternionFilter(Lattice),
+    /// The three smaller components as points of this lattice.
+    SmallestThree(Lattice),
 }
 
 /// One stored rotation.
@@ -42,7 +45,16 @@ impl RotationFormat {
     pub(in crate::compress) fn bytes(self) -> usize {
         match self {
             Self::Float32 => 16,
-            Self::Int16 | Self::QuaternionFilter(_) => 8,
+            Self::Int16 | Self::QuaternionFilter(_) | Self::SmallestThree(_) => 8,
+        }
+    }
+
+    /// The same, on another lattice.
+    pub(in crate::compress) fn with_lattice(self, lattice: Lattice) -> Self {
+        match self {
+            Self::QuaternionFilter(_) => Self::QuaternionFilter(lattice),
+            Self::SmallestThree(_) => Self::SmallestThree(lattice),
+            Self::Float32 | Self::Int16 => self,
         }
     }
 
@@ -60,7 +72,7 @@ impl RotationFormat {
                 ambiguous: 0,
             },
             Self::Int16 => quantize_int16(in_hemisphere_of(previous_value, rotation.normalize())),
-            Self::QuaternionFilter(bits) => Lattice::new(bits).quantize(rotation, previous),
+            Self::QuaternionFilter(lattice) | Self::SmallestThree(lattice) => lattice.quantize(rotation, previous),
         }
     }
 }
@@ -113,18 +125,64 @@ pub(in crate::compress) fn dropped_component(components: [f32; 4], previous: Opt
     }
 }
 
-/// The rotations that the QUATERNION filter can store with a bit rate: a lattice in the space of the three components.
-#[derive(Clone, Copy)]
-pub(in crate::compress) struct Lattice {
-    /// The largest integer that a component can be; it stands for the root of a half.
+/// The rotations that can be stored: a lattice in the space of the three smaller components.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Lattice {
+    /// The largest integer that a component can be; it stands for the root of a half. Its two lowest bits are set: in
+    /// their place the fourth stored integer has the dropped component.
     max: i32,
+    /// Whether a reader rounds what it decodes to 16-bit integers, as that of the filter does.
+    rounds: bool,
 }
 
 impl Lattice {
-    pub(in crate::compress) fn new(bits: u32) -> Self {
+    /// That of the QUATERNION filter with a bit rate: bits per component.
+    pub(in crate::compress) fn of_filter(bits: u32) -> Self {
         Self {
             max: (1 << (bits - 1)) - 1,
+            rounds: true,
         }
+    }
+
+    /// One with at least this many steps from 0 to the root of a half, or the finest, whose readers do not round.
+    pub(in crate::compress) fn of_steps(steps: f32) -> Self {
+        Self {
+            max: (steps.clamp(7.0, INT16_MAX) as i32) | 3,
+            rounds: false,
+        }
+    }
+
+    /// That of a file which states its largest integer.
+    pub(in crate::compress) fn of_max(max: u16) -> Self {
+        Self {
+            max: max.into(),
+            rounds: false,
+        }
+    }
+
+    /// The next finer one; none after the finest.
+    pub(in crate::compress) fn finer(self) -> Option<Self> {
+        if self.max >= INT16_MAX as i32 {
+            return None;
+        }
+        Some(if self.rounds {
+            Self {
+                max: 2 * self.max + 1,
+                rounds: true,
+            }
+        } else {
+            Self::of_steps((self.max as f32 * FINER).max(self.max as f32 + 4.0))
+        })
+    }
+
+    /// The largest integer that a component can be.
+    pub(in crate::compress) fn max(self) -> i32 {
+        self.max
+    }
+
+    /// Whether a step is much larger than the rounding of a decoder.
+    pub(in crate::compress) fn is_coarse(self) -> bool {
+        self.max < (1 << (FINE_BITS - 1)) - 1
     }
 
     /// Steps per unit of a component.
@@ -137,17 +195,38 @@ impl Lattice {
         ((self.max & !3) | dropped as i32) as i16
     }
 
-    /// The three integers of the key before; `None` where it dropped another component, so that differences to it mean
-    /// nothing.
+    /// The three integers of the key before; `None` where it dropped another component, or no differences are stored, so
+    /// that differences to it mean nothing.
     pub(in crate::compress) fn previous(self, dropped: usize, previous: &QuantizedRotation) -> Option<[i32; 3]> {
         let [x, y, z, tag] = previous.stored;
-        (tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
+        (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
     }
 
     /// The rotation at a lattice point: the integers of the three components that come after the dropped one.
     pub(in crate::compress) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
         let [x, y, z] = point.map(|c| c.clamp(-self.max, self.max) as i16);
-        decode_quaternion_filter([x, y, z, self.tag(dropped)])
+        let stored = [x, y, z, self.tag(dropped)];
+        if self.rounds {
+            decode_quaternion_filter(stored)
+        } else {
+            QuantizedRotation {
+                stored,
+                value: Quat::from_array(self.decode([x, y, z].map(f32::from), dropped)),
+                ambiguous: 0,
+            }
+        }
+    }
+
+    /// The rotation at a lattice point, without rounding.
+    fn decode(self, point: [f32; 3], dropped: usize) -> [f32; 4] {
+        let step = 1.0 / self.scale();
+        let [a, b, c] = point.map(|c| c * step);
+        let d = (1.0 - a * a - b * b - c * c).max(0.0).sqrt();
+        let mut rotation = [0.0; 4];
+        for (slot, component) in [d, a, b, c].into_iter().enumerate() {
+            rotation[(dropped + slot) & 3] = component;
+        }
+        rotation
     }
 
     fn quantize(self, rotation: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
@@ -161,7 +240,10 @@ impl Lattice {
 
 /// From this bit rate on a lattice step is about as small as the rounding of a decoder, and ambiguous rotations are
 /// avoided: there are enough others.
-pub(in crate::compress) const FINE_BITS: u32 = 10;
+const FINE_BITS: u32 = 10;
+
+/// The factor from one lattice to the next finer one, where the bit rate need not be whole.
+const FINER: f32 = 1.12;
 
 /// A component this near to the middle between two integers is ambiguous: a few rounding errors of 32-bit floats below
 /// 32768.
@@ -228,7 +310,8 @@ mod tests {
                 // Every other one near the one before, so that the dropped component is not always the largest.
                 let near = |previous: QuantizedRotation| (previous.value + rotation * 0.05).normalize();
                 let rotation = previous.filter(|_| random() < 0.5).map_or(rotation, near);
-                let quantized = RotationFormat::QuaternionFilter(bits).quantize(rotation, previous.as_ref());
+                let quantized =
+                    RotationFormat::QuaternionFilter(Lattice::of_filter(bits)).quantize(rotation, previous.as_ref());
                 let error = (quantized.value - rotation)
                     .length()
                     .min((quantized.value + rotation).length());

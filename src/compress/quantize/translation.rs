@@ -1,16 +1,18 @@
-//! Translations as 32-bit floats, or as the EXPONENTIAL filter of meshopt stores them.
+//! Translations as 32-bit floats, as the EXPONENTIAL filter of meshopt stores them, or as multiples of a step.
 
 use glam::Vec3;
 
 use super::rounding::round;
 
 /// How the translations of a track are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TranslationFormat {
     /// Three 32-bit floats.
     Float32,
     /// The EXPONENTIAL filter of meshopt: three mantissas of 24 bits, times 2 to this power, in metres.
     ExponentialFilter(i32),
+    /// Three multiples of this step, in metres.
+    Multiples(f32),
 }
 
 /// One stored translation.
@@ -24,6 +26,8 @@ pub(crate) struct QuantizedTranslation {
 
 /// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
 const MAX_MANTISSA: f32 = 8_388_607.0;
+/// The largest multiple of a step.
+const MAX_MULTIPLE: f32 = 4_000_000.0;
 
 impl TranslationFormat {
     /// Bytes of a key, without its time.
@@ -34,6 +38,11 @@ impl TranslationFormat {
         let fine = step.log2().floor();
         let range = (largest / MAX_MANTISSA).log2().ceil();
         Self::ExponentialFilter(fine.max(range).clamp(-100.0, 100.0) as i32)
+    }
+
+    /// Multiples of `step`, or of a larger one where values up to `largest` would not fit.
+    pub(in crate::compress) fn multiples(step: f32, largest: f32) -> Self {
+        Self::Multiples(step.max(largest / MAX_MULTIPLE).max(f32::MIN_POSITIVE))
     }
 
     /// Within `tolerance` of `translation`, and with the numbers of the key before where they are within a step: a
@@ -61,6 +70,13 @@ impl TranslationFormat {
                 // Adding zero turns -0 into 0.
                 value: translation + Vec3::ZERO,
             },
+            Self::Multiples(step) => {
+                let multiples = translation.to_array().map(|c| round(c / step));
+                QuantizedTranslation {
+                    stored: multiples.map(|m| m as u32),
+                    value: Vec3::from_array(multiples.map(|m| m as f32 * step)),
+                }
+            }
             Self::ExponentialFilter(exponent) => {
                 let step = f32::exp2(exponent as f32);
                 let mantissas: [i32; 3] = std::array::from_fn(|axis| {

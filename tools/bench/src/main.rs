@@ -8,6 +8,7 @@ mod edit;
 mod feet;
 mod floors;
 mod inputs;
+mod packed;
 mod peers;
 mod retarget;
 
@@ -35,6 +36,7 @@ fn main() -> Result<()> {
     match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["edit"] => return edit::measure(15),
         ["feet"] => return feet::measure(),
+        ["packed", ref files @ ..] => return packed::measure(files),
         ["retarget"] => return retarget::measure(7),
         _ => {}
     }

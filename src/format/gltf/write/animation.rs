@@ -342,7 +342,7 @@ impl<'a> Writer<'a> {
                         let values: Vec<_> = keys.iter().map(|key| key.value.to_array()).collect();
                         self.buffer.push(Usage::Keys, &values)
                     }
-                    TranslationFormat::ExponentialFilter(_) => {
+                    TranslationFormat::ExponentialFilter(_) | TranslationFormat::Multiples(_) => {
                         let stored: Vec<_> = keys.iter().map(|key| key.stored).collect();
                         self.buffer
                             .push_stream(Filter::Exponential, ComponentType::F32, &stored)
@@ -368,7 +368,7 @@ impl<'a> Writer<'a> {
                         self.buffer.push(Usage::Keys, &values)
                     }
                     RotationFormat::Int16 => self.buffer.push_normalized(Usage::Keys, &stored()),
-                    RotationFormat::QuaternionFilter(_) => {
+                    RotationFormat::QuaternionFilter(_) | RotationFormat::SmallestThree(_) => {
                         self.buffer
                             .push_stream(Filter::Quaternion, ComponentType::I16, &stored())
                     }

@@ -1,0 +1,205 @@
+//! The layout of a packed clip: what its writer, its reader and its sampler have in common.
+
+use super::bits::{bits_at, lowest};
+
+pub(super) const MAGIC: [u8; 4] = *b"MCLP";
+pub(super) const VERSION: u16 = 1;
+
+/// Bytes of the header of the file.
+pub(super) const HEADER: usize = 56;
+/// Bytes of a node in the table of nodes, of a rotation track and of a translation track in theirs.
+pub(super) const NODE: usize = 5;
+pub(super) const ROTATION: usize = 2 + 6 + 6 + 6;
+pub(super) const TRANSLATION: usize = 4 + 12 + 12 + 6;
+/// The parent of a node that has none.
+pub(super) const NO_PARENT: u16 = u16::MAX;
+/// The powers of two that the frames of a block may be.
+pub(super) const LOG2_BLOCK_FRAMES: std::ops::RangeInclusive<u32> = 4..=8;
+/// Where not every frame has a key, those have whose number can be divided by this.
+pub(super) const MUST_HAVE_KEY: usize = 64;
+/// The most frames between two keys of which the mask of a block has to tell.
+pub(super) const MAX_BLOCK_FRAMES: usize = 256;
+
+/// Flags of the file: each frame has a tick of its own; every frame has a key.
+pub(super) const HAS_TICKS: u32 = 1;
+pub(super) const ALL_KEYS: u32 = 2;
+
+/// Flags of a node: what moves, and what differs from the identity.
+pub(super) mod node {
+    pub(in super::super) const ROTATES: u8 = 1;
+    pub(in super::super) const TRANSLATES: u8 = 2;
+    pub(in super::super) const ROTATION: u8 = 4;
+    pub(in super::super) const TRANSLATION: u8 = 8;
+    pub(in super::super) const SCALE: u8 = 16;
+    pub(in super::super) const END_SITE: u8 = 32;
+    pub(in super::super) const ALL: u8 = 63;
+}
+
+/// The kind of a rotation track in a block of whose keys not all drop the same component; smaller ones are that component.
+pub(super) const MIXED: u32 = 4;
+/// Bits of the kind of a rotation track in a block; of the widths of its components and of those of translations.
+pub(super) const KIND_BITS: u32 = 3;
+pub(super) const ROTATION_WIDTH_BITS: u32 = 4;
+pub(super) const TRANSLATION_WIDTH_BITS: u32 = 5;
+/// Bits of the dropped component of a key of kind [`MIXED`].
+pub(super) const DROPPED_BITS: u32 = 2;
+/// The most bits of a component of a rotation, and of a translation.
+pub(super) const MAX_ROTATION_BITS: u32 = 16;
+pub(super) const MAX_TRANSLATION_BITS: u32 = 24;
+
+/// The code of the width of a rotation's component: 15 is not needed for 15 bits, which take 16.
+pub(super) fn rotation_width_code(width: u32) -> u32 {
+    width.min(15)
+}
+
+/// The lines of a track: those of its three components, each a number at the first frame of a block and a rise over the
+/// whole block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lines {
+    /// The least number and the least rise of any block.
+    pub(super) least: [i32; 3],
+    pub(super) least_rise: [i32; 3],
+    /// Bits of what is above that.
+    pub(super) bits: [u8; 3],
+    pub(super) rise_bits: [u8; 3],
+    /// The sum of `bits`.
+    pub(super) all_bits: u8,
+}
+
+impl Lines {
+    /// Bits in the header of a block.
+    pub(super) fn header_bits(&self) -> u32 {
+        self.bits
+            .iter()
+            .chain(&self.rise_bits)
+            .map(|bits| u32::from(*bits))
+            .sum()
+    }
+}
+
+/// A rotation track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RotationTrack {
+    pub(super) node: u32,
+    /// Where its header starts in those of a block, in bits.
+    pub(super) header: u32,
+    /// A step of the lattice.
+    pub(super) step: f32,
+    pub(super) lines: Lines,
+}
+
+/// A translation track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TranslationTrack {
+    pub(super) node: u32,
+    pub(super) header: u32,
+    pub(super) step: f32,
+    pub(super) lines: Lines,
+}
+
+/// A rotation track in one block.
+#[derive(Clone, Copy)]
+pub(super) struct RotationBlock {
+    pub(super) kind: u32,
+    pub(super) widths: [u32; 3],
+    pub(super) lines: [(i32, i32); 3],
+}
+
+impl RotationTrack {
+    /// Bits of its header in a block.
+    pub(super) fn header_bits(lines: &Lines) -> u32 {
+        KIND_BITS + 3 * ROTATION_WIDTH_BITS + lines.header_bits()
+    }
+
+    /// Its header in the block whose headers start at bit `headers`.
+    #[inline(always)]
+    pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> RotationBlock {
+        let at = headers + self.header as usize;
+        let head = bits_at(bytes, at);
+        let at = at + (KIND_BITS + 3 * ROTATION_WIDTH_BITS) as usize;
+        let mut numbers = bits_at(bytes, at);
+        let mut rises = bits_at(bytes, at + usize::from(self.lines.all_bits));
+        let mut block = RotationBlock {
+            kind: lowest(head, KIND_BITS),
+            widths: [0; 3],
+            lines: [(0, 0); 3],
+        };
+        for axis in 0..3 {
+            let code = lowest(
+                head >> (KIND_BITS + axis as u32 * ROTATION_WIDTH_BITS),
+                ROTATION_WIDTH_BITS,
+            );
+            block.widths[axis] = code + u32::from(code == 15);
+            let (bits, rise_bits) = (self.lines.bits[axis].into(), self.lines.rise_bits[axis].into());
+            let number = self.lines.least[axis].wrapping_add(lowest(numbers, bits) as i32);
+            let rise = self.lines.least_rise[axis].wrapping_add(lowest(rises, rise_bits) as i32);
+            block.lines[axis] = (number, rise);
+            numbers >>= bits;
+            rises >>= rise_bits;
+        }
+        block
+    }
+}
+
+impl RotationBlock {
+    /// Bits of a key.
+    #[inline(always)]
+    pub(super) fn key_bits(&self) -> u32 {
+        let dropped = if self.kind >= MIXED { DROPPED_BITS } else { 0 };
+        dropped + self.widths[0] + self.widths[1] + self.widths[2]
+    }
+}
+
+/// A component of a translation track in one block: its width, and its line.
+#[derive(Clone, Copy)]
+pub(super) struct TranslationBlock {
+    pub(super) widths: [u32; 3],
+    pub(super) lines: [(i32, i32); 3],
+}
+
+impl TranslationTrack {
+    /// Bits of its header in a block.
+    pub(super) fn header_bits(lines: &Lines) -> u32 {
+        3 * TRANSLATION_WIDTH_BITS + lines.header_bits()
+    }
+
+    /// Its header in the block whose headers start at bit `headers`.
+    #[inline(always)]
+    pub(super) fn in_block(&self, bytes: &[u8], headers: usize) -> TranslationBlock {
+        let mut at = headers + self.header as usize;
+        let mut next = |bits: u32| {
+            let value = lowest(bits_at(bytes, at), bits);
+            at += bits as usize;
+            value
+        };
+        let mut block = TranslationBlock {
+            widths: [0; 3],
+            lines: [(0, 0); 3],
+        };
+        for width in &mut block.widths {
+            *width = next(TRANSLATION_WIDTH_BITS);
+        }
+        for axis in 0..3 {
+            block.lines[axis].0 = self.lines.least[axis].wrapping_add(next(self.lines.bits[axis].into()) as i32);
+        }
+        for axis in 0..3 {
+            block.lines[axis].1 =
+                self.lines.least_rise[axis].wrapping_add(next(self.lines.rise_bits[axis].into()) as i32);
+        }
+        block
+    }
+}
+
+impl TranslationBlock {
+    /// Bits of a key.
+    #[inline(always)]
+    pub(super) fn key_bits(&self) -> u32 {
+        self.widths[0] + self.widths[1] + self.widths[2]
+    }
+}
+
+/// A line, `at` frames after the first of its block.
+#[inline(always)]
+pub(super) fn on_line((number, rise): (i32, i32), at: i32, log2_block_frames: u32) -> i32 {
+    number.wrapping_add(rise.wrapping_mul(at) >> log2_block_frames)
+}

@@ -1,0 +1,289 @@
+//! The pose at a tick, computed from the packed form.
+
+use glam::{Quat, Vec3};
+
+use super::PackedClip;
+use super::bits::{bits_at, lowest};
+use super::layout::{DROPPED_BITS, MAX_BLOCK_FRAMES, MIXED, RotationBlock, TranslationTrack, on_line};
+use crate::math::soa::single::{LANES, Lanes, Quaternions};
+use crate::math::wide;
+use crate::pose::Trs;
+
+/// The words of the key mask of a block.
+type Mask = [u64; MAX_BLOCK_FRAMES / 64];
+
+/// One key frame.
+#[derive(Clone, Copy)]
+struct Key {
+    block: usize,
+    /// Where the headers of its block start, in bits.
+    headers: usize,
+    /// Where its numbers start, in bits.
+    at: usize,
+    /// The frame after the first of its block.
+    offset: i32,
+    frame: usize,
+}
+
+impl PackedClip<'_> {
+    /// Writes the pose at `tick` to `pose`, every node's transform to its parent; before the first tick that of the first,
+    /// after the last that of the last. Between two keys translations are interpolated linearly, and rotations component
+    /// by component. Nodes beyond the end of `pose` are left out.
+    pub fn sample(&self, tick: f64, pose: &mut [Trs]) {
+        let count = pose.len().min(self.rest.len());
+        pose[..count].copy_from_slice(&self.rest[..count]);
+        if self.rotations.is_empty() && self.translations.is_empty() {
+            return;
+        }
+        // NaN becomes the first tick as well.
+        let tick = tick.max(self.tick_of(0));
+        let [mut from, mut to] = self.keys_around(tick);
+        let alpha = self.alpha(tick, from.frame, to.frame);
+        sample_rotations(self, &mut from, &mut to, alpha, pose);
+        for track in &self.translations {
+            let a = self.translation(track, &mut from);
+            let b = self.translation(track, &mut to);
+            if let Some(node) = pose.get_mut(track.node as usize) {
+                node.translation = (a + (b - a) * alpha) * track.step;
+            }
+        }
+    }
+
+    /// A translation of a key, in steps. Moves the key on.
+    fn translation(&self, track: &TranslationTrack, key: &mut Key) -> Vec3 {
+        let block = track.in_block(&self.bytes, key.headers);
+        let mut value = Vec3::ZERO;
+        for axis in 0..3 {
+            let (width, (number, rise)) = (block.widths[axis], block.lines[axis]);
+            let above = lowest(bits_at(&self.bytes, key.at), width) as i32;
+            key.at += width as usize;
+            value[axis] = on_line((number, rise), key.offset, self.log2_block_frames).wrapping_add(above) as f32;
+        }
+        value
+    }
+
+    /// The tick of a frame.
+    fn tick_of(&self, frame: usize) -> f64 {
+        let Some(ticks) = self.ticks else { return frame as f64 };
+        let tick = self
+            .bytes
+            .get(ticks + 8 * frame..)
+            .and_then(|rest| rest.first_chunk::<8>());
+        tick.map_or(0.0, |tick| f64::from_le_bytes(*tick))
+    }
+
+    /// The last frame that is not after `tick`, or the first.
+    fn frame_at(&self, tick: f64) -> usize {
+        let last = self.frames - 1;
+        if self.ticks.is_none() {
+            return (tick as usize).min(last);
+        }
+        let (mut low, mut high) = (0, last);
+        while low < high {
+            let middle = usize::midpoint(low, high) + 1;
+            if self.tick_of(middle) <= tick {
+                low = middle;
+            } else {
+                high = middle - 1;
+            }
+        }
+        low
+    }
+
+    fn alpha(&self, tick: f64, from: usize, to: usize) -> f32 {
+        let (start, end) = (self.tick_of(from), self.tick_of(to));
+        if end > start {
+            ((tick - start) / (end - start)).clamp(0.0, 1.0) as f32
+        } else {
+            0.0
+        }
+    }
+
+    /// The last key that is not after `tick`, and the next; the last one twice at the end.
+    fn keys_around(&self, tick: f64) -> [Key; 2] {
+        let frame = self.frame_at(tick);
+        let log2 = self.log2_block_frames;
+        let (block, offset) = (frame >> log2, frame & ((1 << log2) - 1));
+        let start = self.block_start(block);
+        let (key, offset, next) = if self.mask_bytes == 0 {
+            let next = offset + 1;
+            (offset, offset, (next >> log2 == 0).then_some(next))
+        } else {
+            key_in(&self.mask(start), offset)
+        };
+        let from = self.key(block, start, key, offset);
+        if let Some(next) = next.filter(|next| (block << log2) + next < self.frames) {
+            return [from, self.key(block, start, key + 1, next)];
+        }
+        let block = block + 1;
+        if block << log2 >= self.frames {
+            return [from, from];
+        }
+        // The first frame of every block has a key.
+        [from, self.key(block, self.block_start(block), 0, 0)]
+    }
+
+    fn key(&self, block: usize, start: usize, key: usize, offset: usize) -> Key {
+        let headers = 8 * (start + 4 + self.mask_bytes);
+        let key_bits = lowest(bits_at(&self.bytes, 8 * start), 32) as usize;
+        Key {
+            block,
+            headers,
+            at: headers + self.header_bits + key * key_bits,
+            offset: offset as i32,
+            frame: (block << self.log2_block_frames) + offset,
+        }
+    }
+
+    /// Where a block starts.
+    pub(super) fn block_start(&self, block: usize) -> usize {
+        self.blocks + lowest(bits_at(&self.bytes, 8 * (self.table + 4 * block)), 32) as usize
+    }
+
+    /// Which frames of the block at `start` have keys.
+    pub(super) fn mask(&self, start: usize) -> Mask {
+        std::array::from_fn(|word| {
+            let bits = (8 * self.mask_bytes).saturating_sub(64 * word).min(64);
+            let all = bits_at(&self.bytes, 8 * (start + 4 + 8 * word));
+            if bits == 64 { all } else { all & ((1 << bits) - 1) }
+        })
+    }
+}
+
+/// The last key of a block at or before a frame, its frame, and the frame of the next key in the block.
+fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
+    let (word, bit) = (frame / 64, frame % 64);
+    let not_after = mask[word] & (u64::MAX >> (63 - bit));
+    // Every word starts with a key.
+    let offset = 64 * word + 63 - (not_after | 1).leading_zeros() as usize;
+    let before: u32 = mask[..word].iter().map(|word| word.count_ones()).sum();
+    let key = (before + not_after.count_ones()).saturating_sub(1) as usize;
+    let after = mask[word] & !(u64::MAX >> (63 - bit));
+    let next = match mask.get(word + 1) {
+        _ if after != 0 => Some(64 * word + after.trailing_zeros() as usize),
+        Some(next) if next & 1 == 1 => Some(64 * (word + 1)),
+        _ => None,
+    };
+    (key, offset, next)
+}
+
+/// The stored components of eight rotations, in steps, and the number of the component that is not stored.
+#[derive(Clone, Copy)]
+struct Points {
+    lines: [[(i32, i32); 3]; LANES],
+    above: [[i32; LANES]; 3],
+    dropped: [usize; LANES],
+}
+
+impl Points {
+    const ZERO: Self = Self {
+        lines: [[(0, 0); 3]; LANES],
+        above: [[0; LANES]; 3],
+        dropped: [0; LANES],
+    };
+
+    /// Reads one rotation of a key, and moves the key on.
+    #[inline(always)]
+    fn read(&mut self, lane: usize, block: &RotationBlock, bytes: &[u8], key: &mut Key) {
+        let mut bits = bits_at(bytes, key.at);
+        key.at += block.key_bits() as usize;
+        self.dropped[lane] = block.kind as usize;
+        if block.kind >= MIXED {
+            self.dropped[lane] = lowest(bits, DROPPED_BITS) as usize;
+            bits >>= DROPPED_BITS;
+        }
+        for axis in 0..3 {
+            self.above[axis][lane] = lowest(bits, block.widths[axis]) as i32;
+            bits >>= block.widths[axis];
+        }
+        self.lines[lane] = block.lines;
+    }
+
+    /// The components, that which is not stored first.
+    #[inline(always)]
+    fn components(&self, offset: i32, log2: u32, step: Lanes) -> Quaternions {
+        let mut stored = [Lanes::ZERO; 3];
+        for (axis, stored) in stored.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                let point = on_line(self.lines[lane][axis], offset, log2).wrapping_add(self.above[axis][lane]);
+                stored.0[lane] = point as f32;
+            }
+            *stored = *stored * step;
+        }
+        let [y, z, w] = stored;
+        let square = Lanes::ONE - y * y - z * z - w * w;
+        let x = Lanes::of(|lane| if square.0[lane] > 0.0 { square.0[lane] } else { 0.0 }).sqrt();
+        Quaternions { x, y, z, w }
+    }
+}
+
+wide::dispatch! {
+    /// Writes all rotations, and moves the keys on to what follows them.
+    fn sample_rotations(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, alpha: f32, pose: &mut [Trs]) {
+        sample_rotation_lanes(clip, from, to, alpha, pose);
+    }
+}
+
+#[inline(always)]
+fn sample_rotation_lanes(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, alpha: f32, pose: &mut [Trs]) {
+    let (bytes, log2) = (&*clip.bytes, clip.log2_block_frames);
+    let (mut a, mut b) = (Points::ZERO, Points::ZERO);
+    let mut step = Lanes::ZERO;
+    for tracks in clip.rotations.chunks(LANES) {
+        for (lane, track) in tracks.iter().enumerate() {
+            step.0[lane] = track.step;
+            let block = track.in_block(bytes, from.headers);
+            a.read(lane, &block, bytes, from);
+            if to.block == from.block {
+                b.read(lane, &block, bytes, to);
+            } else {
+                b.read(lane, &track.in_block(bytes, to.headers), bytes, to);
+            }
+        }
+        let first = a.components(from.offset, log2, step);
+        let mut second = b.components(to.offset, log2, step);
+        if a.dropped != b.dropped {
+            for lane in 0..LANES {
+                let components = second.lane(lane);
+                let mut moved = [0.0; 4];
+                for (slot, moved) in moved.iter_mut().enumerate() {
+                    *moved = components[(a.dropped[lane] + slot + 4 - b.dropped[lane]) & 3];
+                }
+                second.set_lane(lane, moved);
+            }
+        }
+        let weight = Lanes::all(alpha).negated_where_negative(first.dot(second));
+        let mixed = (first * Lanes::all(1.0 - alpha) + second * weight).normalize();
+        for (lane, track) in tracks.iter().enumerate() {
+            if let Some(node) = pose.get_mut(track.node as usize) {
+                let mut rotation = [0.0; 4];
+                for (slot, component) in mixed.lane(lane).into_iter().enumerate() {
+                    rotation[(a.dropped[lane] + slot) & 3] = component;
+                }
+                node.rotation = Quat::from_array(rotation);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_keys_around_a_frame_are_found() {
+        let mask = [1 | 1 << 5 | 1 << 63, 1 | 1 << 2, 1, 1];
+        for (frame, expected) in [
+            (0, (0, 0, Some(5))),
+            (4, (0, 0, Some(5))),
+            (5, (1, 5, Some(63))),
+            (62, (1, 5, Some(63))),
+            (63, (2, 63, Some(64))),
+            (64, (3, 64, Some(66))),
+            (100, (4, 66, Some(128))),
+            (255, (6, 192, None)),
+        ] {
+            assert_eq!(key_in(&mask, frame), expected, "{frame}");
+        }
+    }
+}

@@ -1,0 +1,548 @@
+//! Writes packed clips.
+
+use std::ops::Range;
+
+use glam::{Quat, Vec3};
+
+use super::bits::{BitWriter, PADDING, width};
+use super::layout::{
+    ALL_KEYS, DROPPED_BITS, HAS_TICKS, KIND_BITS, LOG2_BLOCK_FRAMES, Lines, MAGIC, MAX_ROTATION_BITS,
+    MAX_TRANSLATION_BITS, MIXED, MUST_HAVE_KEY, NO_PARENT, ROTATION_WIDTH_BITS, RotationTrack, TRANSLATION_WIDTH_BITS,
+    TranslationTrack, VERSION, node, on_line, rotation_width_code,
+};
+use crate::compress::clip::{CompressedClip, Storage, Track};
+use crate::compress::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
+use crate::compress::{KeyFrames, compress};
+use crate::error::{Code, Diagnostic, Result};
+use crate::pose::Trs;
+use crate::scene::{NodeKind, Scene};
+
+/// The packed form of an animation.
+pub(super) fn encode(scene: &Scene, animation: usize, max_error: f64) -> Result<Vec<u8>> {
+    let found = scene.animations.get(animation);
+    let animation = found.ok_or_else(|| {
+        Diagnostic::new(Code::Unrepresentable, "the scene has no such animation").expected_found(
+            format!("an index below {}", scene.animations.len()),
+            animation.to_string(),
+        )
+    })?;
+    if scene.nodes.len() >= usize::from(NO_PARENT) {
+        let message = "a packed clip cannot have so many nodes";
+        return Err(Diagnostic::new(Code::Unrepresentable, message)
+            .expected_found(format!("fewer than {NO_PARENT}"), scene.nodes.len().to_string())
+            .into());
+    }
+    let clip = compress(scene, animation, max_error, Storage::Packed)?;
+    let file = File {
+        scene,
+        ticks_per_second: animation.ticks_per_second,
+        duration: animation.duration,
+        clip: &clip,
+    };
+    Ok(file.bytes()?)
+}
+
+/// About the bytes of the key frames of a clip; the rest is the same for all clips of a scene.
+pub(in crate::compress) fn packed_size(clip: &CompressedClip) -> usize {
+    Columns::of(clip).smallest().1.bytes()
+}
+
+struct File<'a> {
+    scene: &'a Scene,
+    ticks_per_second: f64,
+    duration: f64,
+    clip: &'a CompressedClip,
+}
+
+/// The keys of all tracks, each component by itself.
+struct Columns<'a> {
+    frames: usize,
+    key_frames: &'a [u32],
+    has_all_keys: bool,
+    rotations: Vec<RotationColumns<'a>>,
+    translations: Vec<TranslationColumns>,
+}
+
+struct RotationColumns<'a> {
+    max: i32,
+    keys: &'a [QuantizedRotation],
+    axes: [Vec<i32>; 3],
+}
+
+struct TranslationColumns {
+    step: f32,
+    axes: [Vec<i32>; 3],
+}
+
+impl<'a> Columns<'a> {
+    fn of(clip: &'a CompressedClip) -> Self {
+        let mut shared: &[u32] = &[];
+        let (mut rotations, mut translations) = (Vec::new(), Vec::new());
+        for track in &clip.tracks {
+            if let Track::Animated {
+                format: RotationFormat::SmallestThree(lattice),
+                key_frames,
+                keys,
+            } = &track.rotation
+            {
+                shared = key_frames;
+                let axis = |axis: usize| keys.iter().map(|key| i32::from(key.stored[axis])).collect();
+                rotations.push(RotationColumns {
+                    max: lattice.max(),
+                    keys,
+                    axes: [0, 1, 2].map(axis),
+                });
+            }
+            if let Track::Animated {
+                format: TranslationFormat::Multiples(step),
+                key_frames,
+                keys,
+            } = &track.translation
+            {
+                shared = key_frames;
+                let axis = |axis: usize| keys.iter().map(|key| key.stored[axis] as i32).collect();
+                translations.push(TranslationColumns {
+                    step: *step,
+                    axes: [0, 1, 2].map(axis),
+                });
+            }
+        }
+        Self {
+            frames: clip.ticks.len(),
+            key_frames: shared,
+            has_all_keys: shared.len() == clip.ticks.len(),
+            rotations,
+            translations,
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.rotations.is_empty() && self.translations.is_empty()
+    }
+
+    /// The blocks of the length with which they take the fewest bytes, and its power of two.
+    fn smallest(&self) -> (u32, Blocks) {
+        let lengths = LOG2_BLOCK_FRAMES.filter(|log2| self.has_all_keys || 1 << log2 >= MUST_HAVE_KEY);
+        let blocks = lengths.map(|log2| (log2, self.blocks(log2)));
+        let smallest = blocks.min_by_key(|(_, blocks)| blocks.bytes());
+        smallest.unwrap_or_else(|| (*LOG2_BLOCK_FRAMES.end(), self.blocks(*LOG2_BLOCK_FRAMES.end())))
+    }
+
+    /// The lines of all tracks in blocks of a length.
+    fn blocks(&self, log2: u32) -> Blocks {
+        let count = if self.is_empty() {
+            0
+        } else {
+            self.frames.div_ceil(1 << log2)
+        };
+        let place = |frame: usize| self.key_frames.partition_point(|key| (*key as usize) < frame);
+        let keys: Vec<Range<usize>> = (0..count)
+            .map(|block| place(block << log2)..place((block + 1) << log2))
+            .collect();
+        let lines = |axes: &[Vec<i32>; 3], most: u32| {
+            axes.each_ref()
+                .map(|axis| AxisLines::fit(axis, self.key_frames, &keys, log2, most))
+        };
+        let rotations = self.rotations.iter().map(|track| {
+            let kinds = keys.iter().map(|keys| kind(&track.keys[keys.clone()])).collect();
+            (lines(&track.axes, MAX_ROTATION_BITS), kinds)
+        });
+        Blocks {
+            log2,
+            mask_bytes: if self.has_all_keys || self.is_empty() {
+                0
+            } else {
+                (1 << log2) / 8
+            },
+            rotations: rotations.collect(),
+            translations: self
+                .translations
+                .iter()
+                .map(|track| lines(&track.axes, MAX_TRANSLATION_BITS))
+                .collect(),
+            keys,
+        }
+    }
+}
+
+/// The kind of a rotation track in a block.
+fn kind(keys: &[QuantizedRotation]) -> u32 {
+    let first = keys.first().map_or(0, QuantizedRotation::dropped);
+    if keys.iter().all(|key| key.dropped() == first) {
+        first as u32
+    } else {
+        MIXED
+    }
+}
+
+/// The lines of all tracks, and the keys of every block.
+struct Blocks {
+    log2: u32,
+    mask_bytes: usize,
+    keys: Vec<Range<usize>>,
+    rotations: Vec<([AxisLines; 3], Vec<u32>)>,
+    translations: Vec<[AxisLines; 3]>,
+}
+
+impl Blocks {
+    /// Bits of the headers of all tracks of a block.
+    fn header_bits(&self) -> usize {
+        let rotations = self
+            .rotations
+            .iter()
+            .map(|(axes, _)| RotationTrack::header_bits(&lines_of(axes)));
+        let translations = self
+            .translations
+            .iter()
+            .map(|axes| TranslationTrack::header_bits(&lines_of(axes)));
+        rotations.chain(translations).sum::<u32>() as usize
+    }
+
+    /// Bits of a key of a block, of all tracks.
+    fn key_bits(&self, block: usize) -> usize {
+        let rotations = self.rotations.iter().map(|(axes, kinds)| {
+            let dropped = if kinds[block] == MIXED { DROPPED_BITS } else { 0 };
+            dropped + axes.iter().map(|axis| axis.rotation_width(block)).sum::<u32>()
+        });
+        let translations = self.translations.iter().flatten().map(|axis| axis.blocks[block].width);
+        (rotations.sum::<u32>() + translations.sum::<u32>()) as usize
+    }
+
+    /// Bytes of all blocks and their places.
+    fn bytes(&self) -> usize {
+        let header_bits = self.header_bits();
+        let block = |(block, keys): (usize, &Range<usize>)| {
+            8 + self.mask_bytes + (header_bits + keys.len() * self.key_bits(block)).div_ceil(8)
+        };
+        self.keys.iter().enumerate().map(block).sum()
+    }
+}
+
+/// The lines of one component of a track.
+struct AxisLines {
+    least: i32,
+    least_rise: i32,
+    bits: u32,
+    rise_bits: u32,
+    blocks: Vec<AxisBlock>,
+}
+
+/// The line of one component in one block, and the bits of a key above it.
+#[derive(Clone, Copy)]
+struct AxisBlock {
+    number: i32,
+    rise: i32,
+    width: u32,
+}
+
+/// A larger rise is not tried: its product with a frame is to fit into 32 bits.
+const MAX_RISE: i64 = 1 << 21;
+
+impl AxisLines {
+    /// With rises or without, whichever takes fewer bits, which are `most` at most.
+    fn fit(values: &[i32], key_frames: &[u32], blocks: &[Range<usize>], log2: u32, most: u32) -> Self {
+        let block_bits = |lines: &Self| {
+            let keys = std::iter::zip(blocks, &lines.blocks).map(|(keys, line)| keys.len() * line.width as usize);
+            keys.sum::<usize>() + blocks.len() * (lines.bits + lines.rise_bits) as usize
+        };
+        let flat = Self::of(blocks.iter().map(|keys| line(&values[keys.clone()], &[], 0, log2)));
+        let rising = Self::of(blocks.iter().enumerate().map(|(block, keys)| {
+            let first = (block << log2) as u32;
+            best_line(&values[keys.clone()], &key_frames[keys.clone()], first, log2)
+        }));
+        let widest = rising.blocks.iter().map(|block| block.width).max().unwrap_or(0);
+        let fits = rising.bits <= most && rising.rise_bits <= most && widest <= most && {
+            // Rotations have 16 bits for these.
+            let limit = if most == MAX_ROTATION_BITS {
+                i32::from(i16::MAX)
+            } else {
+                i32::MAX
+            };
+            [rising.least, rising.least_rise]
+                .iter()
+                .all(|least| least.abs() <= limit)
+        };
+        if fits && block_bits(&rising) < block_bits(&flat) {
+            rising
+        } else {
+            flat
+        }
+    }
+
+    fn of(blocks: impl Iterator<Item = AxisBlock>) -> Self {
+        let blocks: Vec<AxisBlock> = blocks.collect();
+        let range = |of: fn(&AxisBlock) -> i32| {
+            let least = blocks.iter().map(of).min().unwrap_or(0);
+            let largest = blocks.iter().map(of).max().unwrap_or(0);
+            (least, width(largest.abs_diff(least)))
+        };
+        let ((least, bits), (least_rise, rise_bits)) = (range(|block| block.number), range(|block| block.rise));
+        Self {
+            least,
+            least_rise,
+            bits,
+            rise_bits,
+            blocks,
+        }
+    }
+
+    fn rotation_width(&self, block: usize) -> u32 {
+        match self.blocks[block].width {
+            15 => 16,
+            width => width,
+        }
+    }
+}
+
+/// The line with a rise below all `values`, which stand at `offsets` from the first frame of the block.
+fn line(values: &[i32], offsets: &[i32], rise: i32, log2: u32) -> AxisBlock {
+    let above = |key: usize| {
+        let offset = if rise == 0 { 0 } else { offsets[key] };
+        values[key] - on_line((0, rise), offset, log2)
+    };
+    let least = (0..values.len()).map(above).min().unwrap_or(0);
+    let largest = (0..values.len()).map(above).max().unwrap_or(0);
+    AxisBlock {
+        number: least,
+        rise,
+        width: width(largest.abs_diff(least)),
+    }
+}
+
+/// The line with the fewest bits of a key, of some whose rises are near to that of the values.
+fn best_line(values: &[i32], key_frames: &[u32], first: u32, log2: u32) -> AxisBlock {
+    let offsets: Vec<i32> = key_frames.iter().map(|frame| (frame - first) as i32).collect();
+    let mut best = line(values, &offsets, 0, log2);
+    if values.len() < 3 {
+        return best;
+    }
+    let count = values.len() as i64;
+    let (mean, mean_offset) = (sum(values), sum(&offsets));
+    // The least squares of the differences, with all sums times the count.
+    let (mut product, mut square) = (0i64, 0i64);
+    for (value, offset) in std::iter::zip(values, &offsets) {
+        let offset = i64::from(*offset) * count - mean_offset;
+        product += offset * (i64::from(*value) * count - mean) / count;
+        square += offset * offset / count;
+    }
+    let by_squares = (product << log2) / square.max(1);
+    let (start, end) = (0, values.len() - 1);
+    let by_ends = (i64::from(values[end] - values[start]) << log2) / i64::from((offsets[end] - offsets[start]).max(1));
+    for rise in [by_squares, by_ends, i64::midpoint(by_squares, by_ends)] {
+        if rise.abs() < MAX_RISE {
+            let found = line(values, &offsets, rise as i32, log2);
+            if found.width < best.width {
+                best = found;
+            }
+        }
+    }
+    best
+}
+
+fn sum(values: &[i32]) -> i64 {
+    values.iter().map(|value| i64::from(*value)).sum()
+}
+
+fn lines_of(axes: &[AxisLines; 3]) -> Lines {
+    let [a, b, c] = axes;
+    Lines {
+        least: [a.least, b.least, c.least],
+        least_rise: [a.least_rise, b.least_rise, c.least_rise],
+        bits: [a.bits as u8, b.bits as u8, c.bits as u8],
+        rise_bits: [a.rise_bits as u8, b.rise_bits as u8, c.rise_bits as u8],
+        all_bits: (a.bits + b.bits + c.bits) as u8,
+    }
+}
+
+impl File<'_> {
+    fn bytes(&self) -> Result<Vec<u8>, Box<Diagnostic>> {
+        let columns = Columns::of(self.clip);
+        let (log2, blocks) = columns.smallest();
+        let ticks = &self.clip.ticks;
+        let has_ticks = ticks.iter().enumerate().any(|(frame, tick)| *tick != frame as f64);
+        let mut flags = 0;
+        if has_ticks {
+            flags |= HAS_TICKS;
+        }
+        if blocks.mask_bytes == 0 {
+            flags |= ALL_KEYS;
+        }
+        let names: usize = self.scene.nodes.iter().map(|node| node.name.len()).sum();
+        let mut out = MAGIC.to_vec();
+        out.extend(VERSION.to_le_bytes());
+        out.extend((log2 as u16).to_le_bytes());
+        for number in [self.scene.nodes.len(), ticks.len()] {
+            out.extend(fits_u32(number)?.to_le_bytes());
+        }
+        out.extend(self.ticks_per_second.to_le_bytes());
+        out.extend(self.duration.to_le_bytes());
+        out.extend((self.clip.error.max as f32).next_up().to_le_bytes());
+        for number in [columns.rotations.len(), columns.translations.len(), names] {
+            out.extend(fits_u32(number)?.to_le_bytes());
+        }
+        out.extend(flags.to_le_bytes());
+        self.nodes(&mut out)?;
+        if has_ticks {
+            out.extend(ticks.iter().flat_map(|tick| tick.to_le_bytes()));
+        }
+        tracks(&columns, &blocks, &mut out);
+        let mut places = vec![0u32];
+        let mut bytes = Vec::new();
+        for block in 0..blocks.keys.len() {
+            write_block(&columns, &blocks, block, &mut bytes);
+            places.push(fits_u32(bytes.len())?);
+        }
+        out.extend(places.iter().flat_map(|place| place.to_le_bytes()));
+        out.extend(bytes);
+        out.extend([0; PADDING]);
+        Ok(out)
+    }
+
+    /// The table of nodes, their names, and their values.
+    fn nodes(&self, out: &mut Vec<u8>) -> Result<(), Box<Diagnostic>> {
+        let mut values: Vec<f32> = Vec::new();
+        for (scene_node, track) in std::iter::zip(&self.scene.nodes, &self.clip.tracks) {
+            let mut flags = 0;
+            let rest = Trs::from_matrix(scene_node.transform);
+            let rotation = match &track.rotation {
+                Track::Constant(value) => *value,
+                Track::Animated { .. } => {
+                    flags |= node::ROTATES;
+                    rest.rotation
+                }
+            };
+            let translation = match &track.translation {
+                Track::Constant(value) => *value,
+                Track::Animated { .. } => {
+                    flags |= node::TRANSLATES;
+                    rest.translation
+                }
+            };
+            if scene_node.kind == NodeKind::EndSite {
+                flags |= node::END_SITE;
+            }
+            if rotation != Quat::IDENTITY {
+                flags |= node::ROTATION;
+                values.extend(rotation.to_array());
+            }
+            if translation != Vec3::ZERO {
+                flags |= node::TRANSLATION;
+                values.extend(translation.to_array());
+            }
+            if rest.scale.distance(Vec3::ONE) > 1e-6 {
+                flags |= node::SCALE;
+                values.extend(rest.scale.to_array());
+            }
+            let parent = scene_node.parent.map_or(NO_PARENT, |parent| parent.0 as u16);
+            out.extend(parent.to_le_bytes());
+            out.push(flags);
+            let length = u16::try_from(scene_node.name.len()).map_err(|_| {
+                let message = "a name of more than 65,535 bytes cannot be in a packed clip";
+                Diagnostic::new(Code::Unrepresentable, message).in_joint(&scene_node.name)
+            })?;
+            out.extend(length.to_le_bytes());
+        }
+        out.extend(self.scene.nodes.iter().flat_map(|node| node.name.bytes()));
+        out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        Ok(())
+    }
+}
+
+fn fits_u32(number: usize) -> Result<u32, Box<Diagnostic>> {
+    u32::try_from(number).map_err(|_| {
+        let message = "a packed clip has at most 4 GiB, and as many frames";
+        Box::new(Diagnostic::new(Code::Unrepresentable, message))
+    })
+}
+
+/// The tables of tracks.
+fn tracks(columns: &Columns, blocks: &Blocks, out: &mut Vec<u8>) {
+    for (track, (axes, _)) in std::iter::zip(&columns.rotations, &blocks.rotations) {
+        let lines = lines_of(axes);
+        out.extend((track.max as u16).to_le_bytes());
+        for number in lines.least.into_iter().chain(lines.least_rise) {
+            out.extend((number as i16).to_le_bytes());
+        }
+        out.extend(lines.bits);
+        out.extend(lines.rise_bits);
+    }
+    for (track, axes) in std::iter::zip(&columns.translations, &blocks.translations) {
+        let lines = lines_of(axes);
+        out.extend(track.step.to_le_bytes());
+        for number in lines.least.into_iter().chain(lines.least_rise) {
+            out.extend(number.to_le_bytes());
+        }
+        out.extend(lines.bits);
+        out.extend(lines.rise_bits);
+    }
+}
+
+fn write_block(columns: &Columns, blocks: &Blocks, block: usize, out: &mut Vec<u8>) {
+    let keys = blocks.keys[block].clone();
+    let first = block << blocks.log2;
+    out.extend((blocks.key_bits(block) as u32).to_le_bytes());
+    let mut mask = vec![0u8; blocks.mask_bytes];
+    for &frame in &columns.key_frames[keys.clone()] {
+        let offset = frame as usize - first;
+        if let Some(byte) = mask.get_mut(offset / 8) {
+            *byte |= 1 << (offset % 8);
+        }
+    }
+    out.extend(mask);
+    let mut bits = BitWriter::default();
+    let push_lines = |bits: &mut BitWriter, axes: &[AxisLines; 3]| {
+        for axis in axes {
+            bits.push(axis.blocks[block].number.wrapping_sub(axis.least) as u32, axis.bits);
+        }
+        for axis in axes {
+            bits.push(
+                axis.blocks[block].rise.wrapping_sub(axis.least_rise) as u32,
+                axis.rise_bits,
+            );
+        }
+    };
+    for (axes, kinds) in &blocks.rotations {
+        bits.push(kinds[block], KIND_BITS);
+        for axis in axes {
+            bits.push(rotation_width_code(axis.rotation_width(block)), ROTATION_WIDTH_BITS);
+        }
+        push_lines(&mut bits, axes);
+    }
+    for axes in &blocks.translations {
+        for axis in axes {
+            bits.push(axis.blocks[block].width, TRANSLATION_WIDTH_BITS);
+        }
+        push_lines(&mut bits, axes);
+    }
+    for key in keys {
+        let offset = columns.key_frames[key] as i32 - first as i32;
+        let above = |axis: &AxisLines, value: i32| {
+            let AxisBlock { number, rise, .. } = axis.blocks[block];
+            value.wrapping_sub(on_line((number, rise), offset, blocks.log2)) as u32
+        };
+        for (track, (axes, kinds)) in std::iter::zip(&columns.rotations, &blocks.rotations) {
+            if kinds[block] == MIXED {
+                bits.push(track.keys[key].dropped() as u32, DROPPED_BITS);
+            }
+            for (axis, values) in std::iter::zip(axes, &track.axes) {
+                bits.push(above(axis, values[key]), axis.rotation_width(block));
+            }
+        }
+        for (track, axes) in std::iter::zip(&columns.translations, &blocks.translations) {
+            for (axis, values) in std::iter::zip(axes, &track.axes) {
+                bits.push(above(axis, values[key]), axis.blocks[block].width);
+            }
+        }
+    }
+    bits.align();
+    out.extend(bits.bytes);
+}
+
+/// The key frames with those that a packed clip must have beside them.
+pub(in crate::compress) fn with_required(key_frames: KeyFrames, frames: usize) -> KeyFrames {
+    let mut all = key_frames;
+    all.extend((0..frames).step_by(MUST_HAVE_KEY).map(|frame| frame as u32));
+    all.sort_unstable();
+    all.dedup();
+    all
+}
