@@ -386,7 +386,11 @@ impl Importer {
             return Err(Error::from(Diagnostic::new(Code::UnknownFormat, message)).with_path(path));
         }
         let mut character = Character::read(source, &self.read).map_err(|error| error.with_path(path))?;
-        let scene = self.finish(std::mem::take(&mut character.scene), source, String::new());
+        let sha256 = match self.hash {
+            true => sha256::Sha256Sum::of(source.bytes),
+            false => String::new(),
+        };
+        let scene = self.finish(std::mem::take(&mut character.scene), source, sha256);
         character.scene = scene.map_err(|error| error.with_path(path))?;
         Ok(character)
     }

@@ -47,7 +47,7 @@ pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::pose::Pose;
-use crate::scene::{Animation, NodeId, Scene};
+use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 use crate::skeleton::Humanoid;
 
 /// How large the steps of the target are.
@@ -133,6 +133,24 @@ impl Retargeter {
     /// How many times as long the steps of the target are, in the units of the two scenes.
     pub fn scale(&self) -> f64 {
         f64::from(self.root.scale)
+    }
+
+    /// What is done to a motion of the source, for the record of a file: `target` is the scene of the target.
+    pub fn step(&self, target: &Scene, lock_feet: bool) -> AppliedStep {
+        AppliedStep::Retarget {
+            onto: SecondMotion::of(target),
+            scale: self.scale() * self.target.metres_per_unit / self.source.metres_per_unit,
+            lock_feet,
+        }
+    }
+
+    /// Records in the scene of the target that it now has the motion of `source`.
+    pub fn record(&self, source: &Scene, target: &mut Scene, lock_feet: bool) {
+        let step = self.step(target, lock_feet);
+        let (from, metadata) = (&source.metadata, &mut target.metadata);
+        metadata.origin.clone_from(&from.origin);
+        metadata.root_offset.clone_from(&from.root_offset);
+        metadata.steps = from.steps.iter().cloned().chain([step]).collect();
     }
 
     /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the ground

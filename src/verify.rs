@@ -10,6 +10,8 @@
 //! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the places of those that stand on
 //! bones alone, and how each of them has turned since the first frame. A joint that is left out and moves has a part in both.
 //!
+//! A motion that was put on another skeleton cannot be compared so, and is refused.
+//!
 //! Distances are one half of the proof. The other are [`Finding`]s: frames that are missing at either end, clips or
 //! joints that are missing, renamed or too many, joints on another parent, keys that step. A file is what its source is
 //! where there is no finding and no distance beyond the allowed; [`Verification::is_within`] says so.
@@ -331,10 +333,7 @@ impl Verifier {
             .importer(self.importer.clone())
             .skeleton_mesh(SkeletonMesh::None);
         let wanted = motion.source.clone().unwrap_or_default();
-        let is_it = |origin: &Origin| match wanted.sha256.is_empty() || origin.sha256.is_empty() {
-            true => origin.name == wanted.name,
-            false => origin.sha256 == wanted.sha256,
-        };
+        let is_it = |origin: &Origin| is_same_file(&wanted, origin);
         for file in self.seconds.iter().map(PathBuf::as_path).chain(source) {
             let scene = importer.clone().import(file)?;
             if scene.metadata.origin.as_ref().is_some_and(is_it) {
@@ -355,6 +354,7 @@ impl Verifier {
     }
 
     fn compare(&self, source: &Scene, file: Option<&Path>, output: &Output<'_>) -> Result<Verification> {
+        output.check_not_retargeted(source)?;
         let provenance = self.provenance_of(output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
         let original = source;
@@ -459,6 +459,14 @@ impl Provenance {
     }
 }
 
+/// Whether two files are one: by their hashes, else by their names.
+fn is_same_file(a: &Origin, b: &Origin) -> bool {
+    match a.sha256.is_empty() || b.sha256.is_empty() {
+        true => a.name == b.name,
+        false => a.sha256 == b.sha256,
+    }
+}
+
 /// Holds what a file says of its frames against what is to be in it.
 fn claims(
     original: &Scene,
@@ -506,6 +514,30 @@ impl<'a> Output<'a> {
             Self::Gltf(file) => file.provenance(),
             Self::Scene(_, provenance) => provenance.as_deref().cloned(),
         }
+    }
+
+    /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
+    fn check_not_retargeted(&self, source: &Scene) -> Result<()> {
+        // Other animations of a character may still be compared with what it was before.
+        let is_source = |provenance: &Provenance| {
+            let origins = (provenance.source.as_ref(), source.metadata.origin.as_ref());
+            matches!(origins, (Some(recorded), Some(found)) if is_same_file(recorded, found))
+        };
+        let added: Vec<Provenance> = match self {
+            Self::Gltf(file) => file.provenances_of_animations().filter(is_source).collect(),
+            Self::Scene(..) => Vec::new(),
+        };
+        let all = self.provenance().into_iter().chain(added);
+        let Some(onto) = all.filter_map(|provenance| provenance.onto().cloned()).next() else {
+            return Ok(());
+        };
+        let name = onto
+            .source
+            .map_or_else(String::new, |origin| format!(" of \"{}\"", origin.name));
+        let message = format!("the motion is on the skeleton{name}, so its joints are elsewhere than in the source");
+        Err(Diagnostic::new(Code::Unrepresentable, message)
+            .help("mocap retarget measures how far the limbs of both are apart: see --json and --max-angle")
+            .into())
     }
 
     /// The nodes and the keys of a clip; without one, the rest pose.

@@ -23,7 +23,8 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 /// source, and is replaced only with [`force`](Self::force). There are three exceptions, so that a command can be run
 /// again: an empty file, a file with the same bytes as the output, and a glTF or FBX file that this crate wrote, according
 /// to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an input as the source
-/// of the file: if a shell expands `*.glb` to two files, the second is not an output.
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which this
+/// crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the character.
 ///
 /// ```
 /// use mocap::export::ReplacePolicy;
@@ -39,8 +40,10 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 #[derive(Clone, Debug, Default)]
 pub struct ReplacePolicy {
     inputs: HashSet<FileId>,
-    /// The names of the inputs, if one of them is glTF or FBX.
-    source_names: Option<HashSet<String>>,
+    /// The names of the inputs.
+    source_names: HashSet<String>,
+    /// Whether one of them is glTF or FBX.
+    may_tell: bool,
     force: bool,
 }
 
@@ -48,13 +51,12 @@ impl ReplacePolicy {
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let mut policy = Self::default();
-        let mut names = HashSet::new();
-        let mut may_tell = false;
         for input in inputs {
             let input = input.as_ref();
             policy.inputs.extend(FileId::of(input));
-            names.extend(input.file_name().map(|name| name.to_string_lossy().into_owned()));
-            may_tell |= has_extension(input, TELLING_EXTENSIONS);
+            let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
+            policy.source_names.extend(name);
+            policy.may_tell |= has_extension(input, TELLING_EXTENSIONS);
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
             {
@@ -63,7 +65,6 @@ impl ReplacePolicy {
                 }
             }
         }
-        policy.source_names = may_tell.then_some(names);
         policy
     }
 
@@ -134,14 +135,21 @@ impl ReplacePolicy {
     }
 
     fn is_output(&self, asset: &Asset) -> bool {
-        let has_source = |names: &HashSet<String>| asset.source_name().is_some_and(|name| names.contains(name));
-        asset.is_ours() && self.source_names.as_ref().is_none_or(has_source)
+        let is_input = |name: Option<&str>| name.is_some_and(|name| self.source_names.contains(name));
+        let is_added = |animation: &Extras| {
+            let names = [animation.source_name(), animation.character_name()];
+            animation.is_ours() && names.into_iter().all(is_input)
+        };
+        let is_whole = asset.asset.is_ours() && (!self.may_tell || is_input(asset.asset.source_name()));
+        is_whole || asset.animations.iter().any(is_added)
     }
 }
 
-/// Whether the file at `path` is a glTF or FBX file that this crate wrote, according to the file.
+/// Whether the file at `path` is a glTF or FBX file that this crate wrote, or to which it added animations, according to the
+/// file.
 pub fn has_provenance(path: &Path) -> bool {
-    has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(|asset| asset.is_ours())
+    let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
+    has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
 /// Identifies a file: two paths to one file have the same.
@@ -176,7 +184,7 @@ impl FileId {
 fn is_our_buffer(path: &Path) -> bool {
     let is_buffer_of = |asset: &Asset| {
         let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
-        asset.is_ours() && names.any(|name| path.ends_with(name))
+        asset.asset.is_ours() && names.any(|name| path.ends_with(name))
     };
     let text = path.with_extension("gltf");
     // A process may have been killed after it wrote the buffer.
@@ -218,6 +226,8 @@ fn has_bytes(path: &Path, bytes: &[u8]) -> bool {
 #[derive(Default, Deserialize)]
 struct Asset {
     asset: Extras,
+    #[serde(default)]
+    animations: Vec<Extras>,
     #[serde(default)]
     buffers: Vec<Buffer>,
 }
@@ -263,9 +273,11 @@ impl Asset {
         };
         Ok(asset?)
     }
+}
 
+impl Extras {
     fn provenance(&self) -> Option<&serde_json::Value> {
-        self.asset.extras.as_ref()?.get("mocap")
+        self.extras.as_ref()?.get("mocap")
     }
 
     fn is_ours(&self) -> bool {
@@ -275,6 +287,13 @@ impl Asset {
 
     fn source_name(&self) -> Option<&str> {
         self.provenance()?.get("source")?.get("name")?.as_str()
+    }
+
+    /// The file onto whose skeleton the motion was put.
+    fn character_name(&self) -> Option<&str> {
+        let steps = self.provenance()?.get("steps")?.as_array()?;
+        let onto = steps.iter().rev().find_map(|step| step.get("onto"))?;
+        onto.get("source")?.get("name")?.as_str()
     }
 }
 

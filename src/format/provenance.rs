@@ -2,9 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, UpAxis, format_name};
+use crate::scene::{
+    Animation, AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, SecondMotion, UpAxis, format_name,
+};
 
-/// What a written file says of itself: `asset.extras.mocap` in glTF, a property of the scene in FBX.
+/// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to the
+/// file of a character, a property of the scene in FBX.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -38,7 +41,19 @@ pub struct Provenance {
 impl Provenance {
     /// The provenance of `scene`.
     pub fn of(scene: &Scene) -> Self {
-        let animation = scene.animations.first();
+        Self::of_animation(scene, scene.animations.first())
+    }
+
+    /// The provenance of one of the animations of `scene`; of several it says which one it is.
+    pub fn of_clip(scene: &Scene, index: usize) -> Self {
+        let mut provenance = Self::of_animation(scene, scene.animations.get(index));
+        if scene.animations.len() > 1 {
+            provenance.steps.insert(0, AppliedStep::SelectClip { index });
+        }
+        provenance
+    }
+
+    fn of_animation(scene: &Scene, animation: Option<&Animation>) -> Self {
         let metadata = &scene.metadata;
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -51,5 +66,13 @@ impl Provenance {
             up: None,
             steps: metadata.steps.clone(),
         }
+    }
+
+    /// The skeleton onto which the motion was put, where it is not that of the source.
+    pub(crate) fn onto(&self) -> Option<&SecondMotion> {
+        self.steps.iter().rev().find_map(|step| match step {
+            AppliedStep::Retarget { onto, .. } => Some(onto),
+            _ => None,
+        })
     }
 }

@@ -237,6 +237,15 @@ pub enum AppliedStep {
         /// How far it was raised, in metres, because its feet stood below the origin.
         lift: f64,
     },
+    /// [`retarget`](crate::retarget): the motion is on the skeleton of another file.
+    Retarget {
+        /// Where the skeleton comes from, and what was done to it.
+        onto: SecondMotion,
+        /// How many times as long the steps over the ground are, both in metres.
+        scale: f64,
+        /// Whether the feet were to be held as those of the source are.
+        lock_feet: bool,
+    },
     /// A step of [`edit`](crate::edit), which cannot be undone.
     Edit {
         /// Its name and all its parameters, as [`EditStep`](crate::edit::EditStep) parses it.
@@ -247,7 +256,7 @@ pub enum AppliedStep {
     },
 }
 
-/// The second motion that a step took: where it comes from, and what was done to it before.
+/// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SecondMotion {

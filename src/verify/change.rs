@@ -50,7 +50,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             }
             AppliedStep::InPlace => process::in_place(scene),
             AppliedStep::RootMotion => process::root_motion(scene),
-            AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } => {}
+            AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } | AppliedStep::Retarget { .. } => {}
             AppliedStep::Edit { edit, with } => {
                 let other = match with {
                     Some(with) => {
@@ -119,7 +119,7 @@ impl Change {
                 AppliedStep::VrmHumanoid { heading, lift } => {
                     change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
                 }
-                AppliedStep::SelectClip { .. } | AppliedStep::Edit { .. } => {}
+                AppliedStep::SelectClip { .. } | AppliedStep::Retarget { .. } | AppliedStep::Edit { .. } => {}
             }
         }
         change

@@ -127,3 +127,80 @@ fn a_vrm_animation_is_written_with_the_body_of_the_character() {
     let hips = scene.nodes[0].transform.w_axis.y;
     assert!((0.8..0.95).contains(&hips), "{hips}");
 }
+
+/// The file of a character is passed through, so what is ours in it are the animations alone.
+#[test]
+fn an_output_is_replaced_by_the_same_command_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let character = folder.path().join("hero.gltf");
+    std::fs::copy(CHARACTER, &character).unwrap();
+    let hero = character.to_str().unwrap();
+    for name in ["out.gltf", "out.vrma"] {
+        let path = folder.path().join(name);
+        let first = retarget(&[WALK, hero], &path);
+        assert!(first.status.success(), "{}", words(&first));
+        let bytes = std::fs::read(&path).unwrap();
+        assert!(retarget(&[WALK, hero], &path).status.success(), "{name}");
+        assert_eq!(std::fs::read(&path).unwrap(), bytes, "{name}");
+        // Another scale gives other bytes.
+        let other = retarget(&[WALK, hero, "--scale", "1.5"], &path);
+        assert!(other.status.success(), "{}", words(&other));
+        assert_ne!(std::fs::read(&path).unwrap(), bytes, "{name}");
+        // Another motion would take this one away.
+        let taken = retarget(&["fixtures/real/cmu_short.bvh", hero], &path);
+        assert!(words(&taken).contains("output-exists"), "{}", words(&taken));
+    }
+    // The character itself is an input, and nothing that this program wrote.
+    assert!(words(&retarget(&[WALK, hero], &character)).contains("output-is-input"));
+    let other = folder.path().join("other.gltf");
+    std::fs::copy(CHARACTER, &other).unwrap();
+    assert!(words(&retarget(&[WALK, hero], &other)).contains("output-exists"));
+}
+
+#[test]
+fn added_animations_say_where_they_are_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.gltf");
+    assert!(retarget(&[WALK, CHARACTER], &path).status.success());
+    let written: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let recorded = &written["animations"][0]["extras"]["mocap"];
+    let hash = |path: &str| -> String {
+        use sha2::Digest;
+        let digest = sha2::Sha256::digest(std::fs::read(path).unwrap());
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+    };
+    assert_eq!(recorded["source"]["name"], "bvhtoolbox_walk01.bvh");
+    assert_eq!(recorded["source"]["sha256"], hash(WALK).as_str());
+    let step = recorded["steps"].as_array().unwrap().last().unwrap();
+    assert_eq!(step["step"], "retarget");
+    assert_eq!(step["onto"]["source"]["name"], "human_vrm1.gltf");
+    assert_eq!(step["onto"]["source"]["sha256"], hash(CHARACTER).as_str());
+}
+
+/// Joints on another body are elsewhere on purpose: a distance would say nothing.
+#[test]
+fn verify_refuses_motion_on_another_skeleton() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, target) in [
+        ("out.gltf", CHARACTER),
+        ("out.vrma", CHARACTER),
+        ("out.fbx", "fixtures/skeletons/xsens_names_tpose.bvh"),
+        ("out.glb", "fixtures/skeletons/xsens_names_tpose.bvh"),
+    ] {
+        let path = folder.path().join(name);
+        let made = retarget(&[WALK, target], &path);
+        assert!(made.status.success(), "{}", words(&made));
+        let verified = command(&["verify"])
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args([WALK, path.to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert_eq!(verified.status.code(), Some(1), "{}", words(&verified));
+        let file = Path::new(target).file_name().unwrap().to_str().unwrap();
+        assert!(
+            words(&verified).contains(&format!("the motion is on the skeleton of \"{file}\"")),
+            "{name}: {}",
+            words(&verified)
+        );
+    }
+}

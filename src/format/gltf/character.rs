@@ -1,5 +1,6 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
+use super::Provenance;
 use super::read::{Placed, read_placed};
 use super::write::patch;
 use crate::error::Result;
@@ -85,6 +86,17 @@ impl Character {
     /// [`Code::InvalidGltf`](crate::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
     /// [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
-        patch::with_animations(&self.bytes, &self.scene, &self.nodes, animations, replace)
+        let animations: Vec<_> = animations.iter().map(|animation| (animation, None)).collect();
+        patch::with_animations(&self.bytes, &self.scene, &self.nodes, &animations, replace)
+    }
+
+    /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from. Then `mocap
+    /// verify` knows, and an output may be written again: see [`ReplacePolicy`](crate::export::ReplacePolicy).
+    ///
+    /// # Errors
+    /// As [`Character::with_animations`].
+    pub fn with_clips(&self, clips: &[(Animation, Provenance)], replace: bool) -> Result<Vec<u8>> {
+        let clips: Vec<_> = clips.iter().map(|(clip, from)| (clip, Some(from))).collect();
+        patch::with_animations(&self.bytes, &self.scene, &self.nodes, &clips, replace)
     }
 }

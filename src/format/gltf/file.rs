@@ -85,8 +85,13 @@ impl<'a> File<'a> {
 
     /// The provenance that this crate wrote; absent in files of other programs.
     pub(crate) fn provenance(&self) -> Option<Provenance> {
-        let ours = self.root.asset.extras.as_ref()?.get("mocap")?;
-        serde_json::from_value(ours.clone()).ok()
+        provenance_in(self.root.asset.extras.as_ref())
+    }
+
+    /// The provenances of the animations that this crate added to the file of a character.
+    pub(crate) fn provenances_of_animations(&self) -> impl Iterator<Item = Provenance> {
+        let animations = self.root.animations.iter();
+        animations.filter_map(|animation| provenance_in(animation.extras.as_ref()))
     }
 
     /// The name of a node in the scene from which the file was written; in files of other programs, its name.
@@ -242,6 +247,11 @@ impl<'a> File<'a> {
             matrix: Mat4::from_scale_rotation_translation(scale, rotation, translation),
         })
     }
+}
+
+/// What this crate wrote into the extras of an object.
+fn provenance_in(extras: Option<&serde_json::Value>) -> Option<Provenance> {
+    serde_json::from_value(extras?.get("mocap")?.clone()).ok()
 }
 
 /// Normalized in double precision: the squares of tiny components are no numbers in single. Nothing where it has no

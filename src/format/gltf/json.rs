@@ -80,6 +80,7 @@ pub(crate) struct Animation {
     pub(crate) name: Option<String>,
     pub(super) channels: Vec<Channel>,
     pub(super) samplers: Vec<Sampler>,
+    pub(super) extras: Option<Value>,
 }
 
 #[derive(Deserialize)]

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use mocap::Importer;
 use mocap::export::{ReplacePolicy, write_file};
+use mocap::gltf::Provenance;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, Scale};
 use mocap::scene::Animation;
 use mocap::skeleton::Humanoid;
@@ -23,7 +24,11 @@ pub(crate) fn retarget(
     lock_feet: bool,
 ) -> PyResult<(Scene, String)> {
     let mut changed = target.scene().clone();
-    let done = py.detach(|| moved(source.scene(), target.scene(), None, scale, lock_feet));
+    let done = py.detach(|| {
+        let retargeter = retargeter(source.scene(), target.scene(), None, scale)?;
+        retargeter.record(source.scene(), &mut changed, lock_feet);
+        moved(retargeter, source.scene(), target.scene(), lock_feet)
+    });
     let (animations, reports) = done.map_err(|error| to_python(py, &error))?;
     changed.animations = animations;
     Ok((Scene::new(changed), json(&reports)?))
@@ -44,15 +49,12 @@ pub(crate) fn add_motions(
         ReplacePolicy::new([&character]).check_inputs(&target)?;
         // The skin shows the soles of the feet.
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
-        let (mut animations, mut reports) = (Vec::new(), Vec::new());
+        let (mut added, mut reports) = (Vec::new(), Vec::new());
         for (name, motion) in &motions {
-            let (mut clips, mut found) = moved(
-                motion.get().scene(),
-                character.scene(),
-                character.humanoid(),
-                scale,
-                lock_feet,
-            )?;
+            let motion = motion.get().scene();
+            let retargeter = retargeter(motion, character.scene(), character.humanoid(), scale)?;
+            let step = retargeter.step(character.scene(), lock_feet);
+            let (mut clips, mut found) = moved(retargeter, motion, character.scene(), lock_feet)?;
             for (number, (clip, report)) in clips.iter_mut().zip(&mut found).enumerate() {
                 clip.name = match number {
                     0 => name.clone(),
@@ -60,29 +62,40 @@ pub(crate) fn add_motions(
                 };
                 report.clip.clone_from(&clip.name);
             }
-            animations.append(&mut clips);
+            for (index, clip) in clips.into_iter().enumerate() {
+                let mut provenance = Provenance::of_clip(motion, index);
+                provenance.steps.push(step.clone());
+                added.push((clip, provenance));
+            }
             reports.append(&mut found);
         }
-        write_file(&target, &character.with_animations(&animations, replace)?)?;
+        write_file(&target, &character.with_clips(&added, replace)?)?;
         Ok(reports)
     });
     json(&done.map_err(|error| to_python(py, &error))?)
 }
 
-/// All animations of `source` on `target`, each with its report.
-fn moved(
+fn retargeter(
     source: &mocap::Scene,
     target: &mocap::Scene,
     bones: Option<&Humanoid>,
     scale: Option<f64>,
-    lock_feet: bool,
-) -> mocap::Result<(Vec<Animation>, Vec<RetargetReport>)> {
+) -> mocap::Result<Retargeter> {
     let options = RetargetOptions {
         scale: scale.map_or(Scale::Auto, Scale::Factor),
         target: bones.cloned(),
         ..RetargetOptions::default()
     };
-    let mut retargeter = Retargeter::new(source, target, &options)?;
+    Retargeter::new(source, target, &options)
+}
+
+/// All animations of `source` on `target`, each with its report.
+fn moved(
+    mut retargeter: Retargeter,
+    source: &mocap::Scene,
+    target: &mocap::Scene,
+    lock_feet: bool,
+) -> mocap::Result<(Vec<Animation>, Vec<RetargetReport>)> {
     let clips = (0..source.animations.len()).map(|clip| retargeter.clip(source, clip, target, lock_feet));
     Ok(clips.collect::<mocap::Result<Vec<_>>>()?.into_iter().unzip())
 }

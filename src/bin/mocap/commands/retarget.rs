@@ -4,9 +4,9 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use mocap::export::ReplacePolicy;
-use mocap::gltf::Character;
+use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, Scene, Topic};
+use mocap::scene::{Animation, AppliedStep, Scene, Topic};
 use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         "--character-map",
     )?;
     check_target(target.scene(), Some(&bones)).map_err(|error| error.with_path(&file))?;
-    let mut animations: Vec<Animation> = Vec::new();
+    let mut clips: Vec<(Animation, Provenance)> = Vec::new();
     let mut reports: Vec<RetargetReport> = Vec::new();
     let mut names = Names::new(&target, args.replace_animations);
     for motion in &motions {
@@ -79,22 +79,25 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         };
         let retargeter = Retargeter::new(&source, target.scene(), &options);
         let mut retargeter = retargeter.map_err(|error| error.with_path(motion))?;
+        let step = retargeter.step(target.scene(), args.feet == FeetArg::Lock);
         for (index, animation) in source.animations.iter().enumerate() {
             let name = names.of(motion, &source, animation);
+            let mut provenance = Provenance::of_clip(&source, index);
+            provenance.steps.push(step.clone());
             let (moved, found) = moved(&mut retargeter, &source, index, target.scene(), name, args.feet)?;
             reports.push(found);
-            animations.push(moved);
+            clips.push((moved, provenance));
         }
     }
-    let clips = animations.len();
-    let bytes = write(args, target, bones, animations, &format)?;
+    let count = clips.len();
+    let bytes = write(args, target, bones, clips, &format)?;
     write_output(&policy, &args.output, &bytes)?;
     match args.json {
         true => print_json(&reports)?,
         false => reports.iter().for_each(tell),
     }
-    let plural = if clips == 1 { "" } else { "s" };
-    report::say(&format!("{}: {clips} clip{plural} added", args.output.display()));
+    let plural = if count == 1 { "" } else { "s" };
+    report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
     match args.max_angle {
         Some(most) => require(&reports, most),
         None => Ok(()),
@@ -263,16 +266,15 @@ fn write(
     args: &RetargetArgs,
     target: Target,
     bones: Humanoid,
-    animations: Vec<Animation>,
+    clips: Vec<(Animation, Provenance)>,
     format: &str,
 ) -> Result<Vec<u8>, Failure> {
     match target {
         target if ["vrma", "fbx"].contains(&format) => {
             let mut scene = target.into_scene();
-            scene.animations = animations;
-            // The origin and the steps are those of the character, which is not the source of the motion.
-            scene.metadata.origin = None;
+            scene.animations = clips.iter().map(|(clip, _)| clip.clone()).collect();
             Conversion::new().apply(&mut scene)?;
+            state_source(&mut scene, clips.first());
             if format == "fbx" {
                 return Ok(scene_bytes(&scene, format)?);
             }
@@ -282,19 +284,33 @@ fn write(
             };
             Ok(vrma::write(&scene, &options)?.0)
         }
-        Target::Character(character) => Ok(character.with_animations(&animations, args.replace_animations)?),
+        Target::Character(character) => Ok(character.with_clips(&clips, args.replace_animations)?),
         Target::Scene(mut scene) => {
-            if format == "bvh" && animations.len() > 1 {
+            if format == "bvh" && clips.len() > 1 {
                 let message = format!("{}: a BVH file has one motion; name one", args.output.display());
                 return Err(Failure::Usage(message));
             }
-            scene.animations = animations;
+            scene.animations = clips.iter().map(|(clip, _)| clip.clone()).collect();
             // BVH keeps the target's own unit and axes.
             if format != "bvh" {
                 Conversion::new().apply(&mut scene)?;
             }
+            state_source(&mut scene, clips.first());
             Ok(scene_bytes(&scene, format)?)
         }
+    }
+}
+
+/// Records in a scene that is written where its first motion comes from, and that it was put on this skeleton. What was done
+/// to the skeleton is a part of that.
+fn state_source(scene: &mut Scene, first: Option<&(Animation, Provenance)>) {
+    let Some((_, provenance)) = first else { return };
+    let onto_steps = std::mem::take(&mut scene.metadata.steps);
+    scene.metadata.origin.clone_from(&provenance.source);
+    scene.metadata.root_offset.clone_from(&provenance.root_offset);
+    scene.metadata.steps.clone_from(&provenance.steps);
+    if let Some(AppliedStep::Retarget { onto, .. }) = scene.metadata.steps.last_mut() {
+        onto.steps = onto_steps;
     }
 }
 

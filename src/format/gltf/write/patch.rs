@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
 
+use super::super::Provenance;
 use super::super::invalid::invalid;
 use super::super::json::{self, MAGIC};
 use crate::error::{Code, Diagnostic, Result};
@@ -69,12 +70,13 @@ pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     Ok(uris)
 }
 
-/// The file with the animations of the scene's nodes, whose indices in the file are `nodes`.
+/// The file with the animations of the scene's nodes, whose indices in the file are `nodes`; each with its provenance,
+/// where that is known.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
     scene: &Scene,
     nodes: &[Option<usize>],
-    animations: &[Animation],
+    animations: &[(&Animation, Option<&Provenance>)],
     replace: bool,
 ) -> Result<Vec<u8>> {
     let is_glb = bytes.starts_with(MAGIC);
@@ -106,8 +108,12 @@ pub(in super::super) fn with_animations(
     };
     let mut driven = Vec::new();
     let mut written = Vec::new();
-    for animation in animations {
-        written.push(added.animation(scene, nodes, animation, &mut driven)?);
+    for (animation, provenance) in animations {
+        let mut json = added.animation(scene, nodes, animation, &mut driven)?;
+        if let Some(provenance) = provenance {
+            json["extras"] = json!({ "mocap": provenance });
+        }
+        written.push(json);
     }
     let end = start + added.bytes.len();
     let mut edits = Edits {
