@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxVersion, write};
-use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
+use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 use mocap::verify::Verifier;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
@@ -296,4 +297,167 @@ fn what_cannot_be_written_is_refused() {
         error.diagnostic().message,
         "metres per unit must be finite and above 0, got 0"
     );
+}
+
+/// Where the vertices of all meshes are in a pose, in metres.
+fn skinned(scene: &Scene, pose: &Pose) -> Vec<Vec3> {
+    let mut places = Vec::new();
+    for mesh in &scene.meshes {
+        let mut moved = vec![DVec3::ZERO; mesh.vertices.len()];
+        for bone in &mesh.bones {
+            let matrix = pose.node_to_world[bone.node.index()].as_dmat4() * bone.offset_matrix.as_dmat4();
+            for tie in &bone.weights {
+                let vertex = mesh.vertices[tie.vertex_id as usize].as_dvec3();
+                moved[tie.vertex_id as usize] += f64::from(tie.weight) * matrix.transform_point3(vertex);
+            }
+        }
+        places.extend(moved.into_iter().map(DVec3::as_vec3));
+    }
+    places
+}
+
+/// The corners of all faces, each as its place, its place on a texture and its material.
+fn corners(scene: &Scene, pose: &Pose) -> Vec<(Vec3, Vec2, String)> {
+    let places = skinned(scene, pose);
+    let mut corners = Vec::new();
+    let mut start = 0;
+    for mesh in &scene.meshes {
+        let material = &scene.materials[mesh.material_index].name;
+        for &vertex in &mesh.indices {
+            let coords = mesh.texture_coords.get(vertex as usize).copied();
+            corners.push((
+                places[start + vertex as usize],
+                coords.unwrap_or_default(),
+                material.clone(),
+            ));
+        }
+        start += mesh.vertices.len();
+    }
+    corners
+}
+
+/// FBX, read, written and read: the same scene.
+#[test]
+fn fbx_files_come_back_whole() {
+    for path in [
+        "real/run.fbx",
+        "real/huesitos.fbx",
+        "real/animation_with_skeleton.fbx",
+        "characters/arnaud.fbx",
+        "made/tiny.fbx",
+    ] {
+        let scene = import(format!("fixtures/{path}")).unwrap();
+        let again = read(&write(&scene, &FbxOptions::default()).unwrap().0);
+        assert_eq!(again.nodes.len(), scene.nodes.len(), "{path}");
+        for (ours, theirs) in std::iter::zip(&scene.nodes, &again.nodes) {
+            assert_eq!(
+                (&ours.name, ours.kind, ours.parent),
+                (&theirs.name, theirs.kind, theirs.parent),
+                "{path}"
+            );
+            assert_eq!(ours.rotation_order, theirs.rotation_order, "{path}: {}", ours.name);
+            assert!(
+                ours.transform.abs_diff_eq(theirs.transform, 2e-4),
+                "{path}: {}",
+                ours.name
+            );
+        }
+        assert_eq!(again.meshes.len(), scene.meshes.len(), "{path}");
+        for (ours, theirs) in std::iter::zip(&scene.meshes, &again.meshes) {
+            assert_eq!(ours.name, theirs.name, "{path}");
+            assert_eq!(ours.indices, theirs.indices, "{path}: {}", ours.name);
+            assert_eq!(ours.material_index, theirs.material_index, "{path}: {}", ours.name);
+            let far = ours
+                .vertices
+                .iter()
+                .map(|vertex| vertex.abs().max_element())
+                .fold(1.0, f32::max);
+            for (a, b) in std::iter::zip(&ours.vertices, &theirs.vertices) {
+                assert!(a.abs_diff_eq(*b, 2e-6 * far), "{path}: {a} {b}");
+            }
+            for (a, b) in std::iter::zip(&ours.normals, &theirs.normals) {
+                assert!(a.abs_diff_eq(*b, 1e-6), "{path}: {a} {b}");
+            }
+            for (a, b) in std::iter::zip(&ours.texture_coords, &theirs.texture_coords) {
+                assert!(a.abs_diff_eq(*b, 1e-6), "{path}: {a} {b}");
+            }
+            assert_eq!(ours.texture_coords.len(), theirs.texture_coords.len());
+            assert_eq!(ours.bones.len(), theirs.bones.len(), "{path}");
+            for (a, b) in std::iter::zip(&ours.bones, &theirs.bones) {
+                assert_eq!((&a.name, a.node), (&b.name, b.node), "{path}");
+                assert!(
+                    a.offset_matrix.abs_diff_eq(b.offset_matrix, 1e-4 * far),
+                    "{path}: {}",
+                    a.name
+                );
+                assert_eq!(a.weights.len(), b.weights.len(), "{path}: {}", a.name);
+                for (a, b) in std::iter::zip(&a.weights, &b.weights) {
+                    assert_eq!(a.vertex_id, b.vertex_id);
+                    assert!((a.weight - b.weight).abs() < 1e-6);
+                }
+            }
+        }
+        assert_eq!(again.materials.len(), scene.materials.len(), "{path}");
+        for (ours, theirs) in std::iter::zip(&scene.materials, &again.materials) {
+            assert_eq!((&ours.name, ours.two_sided), (&theirs.name, theirs.two_sided), "{path}");
+            assert_eq!(ours.surface.is_some(), theirs.surface.is_some(), "{path}");
+            if let (Some(ours), Some(theirs)) = (ours.surface, theirs.surface) {
+                assert!(
+                    ours.base_color.abs_diff_eq(theirs.base_color, 1e-6),
+                    "{path}: {ours:?} {theirs:?}"
+                );
+                assert_eq!((ours.texture, ours.alpha), (theirs.texture, theirs.alpha), "{path}");
+            }
+        }
+        assert_eq!(again.textures, scene.textures, "{path}");
+        assert!(distance(&scene, &again, path) < 1e-5, "{path}");
+    }
+}
+
+/// A motion on characters: every corner of every face is where the GLB has it.
+#[test]
+fn characters_move_as_their_glb_does() {
+    for (name, textures) in [
+        ("human_default.glb", 0),
+        ("human_game_engine.glb", 0),
+        ("human_vrm0.vrm", 0),
+        ("human_vrm1.glb", 0),
+    ] {
+        let path = format!("fixtures/characters/{name}");
+        let Ok(mut scene) = import(&path) else { continue };
+        assert!(scene.textures.len() >= textures);
+        let mut source = import("fixtures/real/cmu_short.bvh").unwrap();
+        source.animations.truncate(1);
+        let mut retargeter = Retargeter::new(&source, &scene, &RetargetOptions::default()).unwrap();
+        let (clip, _) = retargeter.clip(&source, 0, &scene, false).unwrap();
+        scene.animations = vec![clip];
+        let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+        assert!(report.vertices > 1000, "{name}");
+        let again = read(&bytes);
+        assert_eq!(again.warnings, [], "{name}");
+        for frame in [0.0, 37.0, 74.0] {
+            let here = corners(&scene, &Pose::at_tick(&scene, 0, frame).unwrap());
+            let there = corners(&again, &Pose::at_tick(&again, 0, frame).unwrap());
+            assert_eq!(here.len(), there.len(), "{name}");
+            let off = std::iter::zip(&here, &there)
+                .map(|(a, b)| a.0.distance(b.0))
+                .fold(0.0, f32::max);
+            assert!(off < 5e-5, "{name}: {off}");
+            assert!(
+                std::iter::zip(&here, &there).all(|(a, b)| a.1.abs_diff_eq(b.1, 1e-5) && a.2 == b.2),
+                "{name}"
+            );
+        }
+    }
+}
+
+#[test]
+fn textures_are_embedded() {
+    let scene = import("fixtures/made/two_bones_textured.gltf").unwrap();
+    let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
+    assert_eq!((report.textures, scene.textures.len()), (1, 1));
+    let again = read(&bytes);
+    assert_eq!(again.warnings, []);
+    assert_eq!(again.textures[0].bytes, scene.textures[0].bytes);
+    assert_eq!(again.meshes[0].texture_coords.len(), again.meshes[0].vertices.len());
 }

@@ -14,6 +14,11 @@
 //! | rotations | angles in degrees that continue past 180, so that no curve jumps |
 //! | ticks per second | `TimeMode`, or `CustomFrameRate` |
 //! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
+//! | meshes with the same name and bones on one node | a mesh with several materials |
+//! | [`Mesh::bones`](crate::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
+//! | a mesh without bones | stands below its node |
+//! | a material with a surface | a Phong material with its colour, opacity and texture; the image is embedded |
+//! | points | nothing |
 //! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
 //!
 //! The same scene gives the same bytes, so no file has a time of creation.
@@ -21,14 +26,17 @@
 mod animation;
 mod document;
 mod encode;
+mod material;
+mod mesh;
 mod names;
 mod properties;
 mod skeleton;
 mod space;
 mod time;
 
-use std::collections::HashMap;
 use std::path::Path;
+
+use glam::DMat4;
 
 use self::document::{Document, Settings};
 use self::names::Names;
@@ -123,6 +131,10 @@ pub struct FbxReport {
     pub renamed: Vec<(usize, String, String)>,
     /// Bones, end sites included.
     pub bones: usize,
+    /// Vertices of all meshes.
+    pub vertices: usize,
+    /// Textures, all of them embedded.
+    pub textures: usize,
     /// Curves of all clips.
     pub curves: usize,
     /// Keys of all curves.
@@ -162,13 +174,16 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let mut document = Document::new();
     let mut report = FbxReport::default();
     let mut names = Names::default();
-    let binds = HashMap::new();
+    let binds = mesh::binds(scene, &space);
     let placed = skeleton::write(scene, &space, options, &binds, &mut names, &mut document, &mut report)?;
-    let pose: Vec<_> = placed
+    let skinned = mesh::write(scene, &space, &placed, &mut names, &mut document, &mut report)?;
+    let nodes = placed
         .iter()
-        .filter(|place| place.id != document::SCENE_ROOT)
-        .map(|place| (place.id, place.world))
-        .collect();
+        .enumerate()
+        .filter(|(_, place)| place.id != document::SCENE_ROOT);
+    let nodes = nodes.map(|(index, place)| (place.id, *binds.get(&index).unwrap_or(&place.world)));
+    let meshes = skinned.into_iter().map(|mesh| (mesh, DMat4::IDENTITY));
+    let pose: Vec<_> = nodes.chain(meshes).collect();
     skeleton::bind_pose(&mut document, &pose);
     let clips = animation::write(scene, &space, &placed, &mut document, &mut report)?;
     let provenance = Provenance {

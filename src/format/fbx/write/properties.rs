@@ -64,6 +64,11 @@ impl<'a> Properties<'a> {
         self.property(name, ["Vector3D", "Vector", ""], value.to_array().map(Value::from))
     }
 
+    /// A colour that can be animated.
+    pub(super) fn color(self, name: &'static str, value: DVec3) -> Self {
+        self.property(name, ["Color", "", "A"], value.to_array().map(Value::from))
+    }
+
     /// A number that can be animated.
     pub(super) fn number(self, name: &'static str, value: f64) -> Self {
         self.property(name, ["Number", "", "A"], [value.into()])

@@ -90,7 +90,7 @@ pub(super) fn write<'a>(
         }
         _ => SCENE_ROOT,
     };
-    let left_out = groups_left_out(scene, options);
+    let left_out = groups_left_out(scene, options, binds);
     let mut placed: Vec<Placed> = Vec::with_capacity(scene.nodes.len());
     for (index, node) in scene.nodes.iter().enumerate() {
         let parent = node.parent.and_then(|parent| placed.get(parent.index()));
@@ -170,7 +170,7 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
 
 /// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or, where
 /// no root is wanted above the skeleton, all that do nothing but group.
-fn groups_left_out(scene: &Scene, options: &FbxOptions) -> usize {
+fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &HashMap<usize, DMat4>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {
         let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
@@ -188,7 +188,10 @@ fn groups_left_out(scene: &Scene, options: &FbxOptions) -> usize {
     };
     let is_plain = |index: usize| {
         let node = &nodes[index];
-        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && is_still(index)
+        node.kind == NodeKind::Group
+            && node.transform == Mat4::IDENTITY
+            && !binds.contains_key(&index)
+            && is_still(index)
     };
     let children = |index: usize| {
         let parent = Some(NodeId::new(index));

@@ -1,6 +1,6 @@
 //! From the unit and the axes of a scene to those of the file.
 
-use glam::{DMat3, DQuat, DVec3, Mat3, Quat, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Quat, Vec3};
 
 use crate::math::up_axis;
 use crate::scene::{RotationOrder, UpAxis};
@@ -23,6 +23,10 @@ impl Space {
         self.turn * (point.as_dvec3() * self.factor)
     }
 
+    pub(super) fn direction(&self, direction: Vec3) -> DVec3 {
+        self.turn * direction.as_dvec3()
+    }
+
     /// The rotation of length 1; `None` if it is none.
     pub(super) fn rotation(&self, rotation: Quat) -> Option<DQuat> {
         if !(rotation.is_finite() && rotation.length_squared() > f32::EPSILON) {
@@ -37,6 +41,12 @@ impl Space {
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
         let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
         places * scale.as_dvec3()
+    }
+
+    /// A map from one space of the scene to another.
+    pub(super) fn map(&self, map: DMat4) -> DMat4 {
+        let to_file = DMat4::from_mat3(self.turn * self.factor);
+        to_file * map * to_file.inverse()
     }
 
     /// The order of the same turns about the axes of the file.
