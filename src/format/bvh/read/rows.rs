@@ -9,7 +9,7 @@ mod block;
 mod layout;
 mod pieces;
 mod segments;
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", all(target_arch = "wasm32", target_feature = "simd128")))]
 mod short;
 
 use std::ops::Range;

@@ -106,7 +106,11 @@ wide::dispatch! {
     fn read_plain_row(block: &mut Block, text: &[u8]) -> Option<usize> {
         block.read_numbers(text, |text| super::short::parse(text))
     } else {
-        block.read_numbers(text, |_| None)
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        let read_short = super::short::parse;
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+        let read_short = |_: &[u8]| None;
+        block.read_numbers(text, read_short)
     }
 }
 

@@ -1,14 +1,18 @@
 //! Short decimal numbers, without a branch that depends on their lengths.
 //!
 //! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
-//! about every second number. This one examines 16 bytes at once. It needs SSE4.1; it is used on processors with AVX2,
-//! because that is what [`wide`](crate::math::wide) asks for.
+//! about every second number. This one examines 16 bytes at once, with SSE4.1 or the vectors of WebAssembly. SSE4.1 is used
+//! on processors with AVX2, because that is what [`wide`](crate::math::wide) asks for.
 
-use std::arch::x86_64::{
-    __m128i, _mm_cmpeq_epi8, _mm_cmpgt_epi8, _mm_cmplt_epi8, _mm_cvtsi128_si64, _mm_madd_epi16, _mm_maddubs_epi16,
-    _mm_movemask_epi8, _mm_packus_epi32, _mm_set_epi64x, _mm_set1_epi8, _mm_set1_epi16, _mm_set1_epi32,
-    _mm_shuffle_epi8, _mm_subs_epu8,
-};
+#[cfg(target_arch = "wasm32")]
+mod wasm;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+#[cfg(target_arch = "wasm32")]
+use self::wasm as vector;
+#[cfg(target_arch = "x86_64")]
+use self::x86 as vector;
 
 /// Bytes examined: a number of at most 15, including sign and point, and the byte after it.
 const WINDOW: usize = 16;
@@ -48,18 +52,17 @@ const fn digits() -> [[[u8; WINDOW]; WINDOW]; WINDOW] {
 /// The number at the start of a text, correctly rounded, and its length: `-`, digits, and a point among them, with a
 /// blank or a line end behind it. `None` for every other spelling, and for what may not be exact.
 #[inline]
-#[target_feature(enable = "avx2")]
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2"))]
 pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
-    let [low, high]: [[u8; 8]; 2] = bytemuck::cast(*text.first_chunk::<WINDOW>()?);
-    let bytes = _mm_set_epi64x(i64::from_le_bytes(high), i64::from_le_bytes(low));
+    let bytes = vector::load(text.first_chunk::<WINDOW>()?);
     // Comparisons are of signed bytes: bytes that are not ASCII are below all of it, and end a number as a blank does.
-    let ends = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b' ' as i8 + 1)));
-    let minus = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'-' as i8))) & 1;
-    let points = bits(_mm_cmpeq_epi8(bytes, _mm_set1_epi8(b'.' as i8)));
-    let below_digits = bits(_mm_cmplt_epi8(bytes, _mm_set1_epi8(b'0' as i8)));
+    let ends = vector::bits_below(bytes, b' ' as i8 + 1);
+    let minus = vector::bits_equal(bytes, b'-' as i8) & 1;
+    let points = vector::bits_equal(bytes, b'.' as i8);
+    let below_digits = vector::bits_below(bytes, b'0' as i8);
     // Sign and point become zeros.
-    let values = _mm_subs_epu8(bytes, _mm_set1_epi8(b'0' as i8));
-    let above_digits = bits(_mm_cmpgt_epi8(values, _mm_set1_epi8(9)));
+    let values = vector::minus_or_zero(bytes, b'0');
+    let above_digits = vector::bits_above(values, 9);
 
     let end_bit = ends & ends.wrapping_neg();
     let inside = end_bit.wrapping_sub(1);
@@ -73,25 +76,14 @@ pub(super) fn parse(text: &[u8]) -> Option<(f64, usize)> {
         return None;
     }
     let point = (others | end_bit).trailing_zeros();
-    let order: __m128i = bytemuck::cast(DIGITS[end as usize % WINDOW][point as usize % WINDOW]);
-    // Neighbours are put together: digits to pairs, pairs to fours, fours to eights.
-    let pairs = _mm_maddubs_epi16(_mm_shuffle_epi8(values, order), _mm_set1_epi16(0x01_0a));
-    let fours = _mm_madd_epi16(pairs, _mm_set1_epi32(0x1_0064));
-    let eights = _mm_madd_epi16(_mm_packus_epi32(fours, fours), _mm_set1_epi32(0x1_2710));
-    let eights = _mm_cvtsi128_si64(eights);
-    let whole = (eights & 0xffff_ffff) * 100_000_000 + (eights >> 32);
+    let order = &DIGITS[end as usize % WINDOW][point as usize % WINDOW];
+    let [high, low] = vector::eight_digits(values, order);
+    let whole = u64::from(high) * 100_000_000 + u64::from(low);
     let decimals = end - point - has_point;
     let value = whole as f64 / POWERS[decimals as usize % WINDOW];
     // Also of zero.
     let value = f64::from_bits(value.to_bits() | u64::from(minus) << 63);
     Some((value, end as usize))
-}
-
-/// One bit for each byte, starting with the first.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn bits(bytes: __m128i) -> u32 {
-    _mm_movemask_epi8(bytes) as u32
 }
 
 #[cfg(test)]
