@@ -23,7 +23,7 @@ const sample = Sample.chosen(values.all);
 const fixtures = join(import.meta.dirname, "../../fixtures");
 const folder = mkdtempSync(join(tmpdir(), "mocap-wasm-"));
 
-const READ = [".bvh", ".amc", ".asf", ".c3d", ".gltf", ".glb", ".vrm", ".vrma"];
+const READ = [".bvh", ".amc", ".asf", ".c3d", ".gltf", ".glb", ".vrm", ".vrma", ".fbx"];
 const all = ["real", "skeletons", "characters", "made", "dialects", "broken"]
   .flatMap((name) => readdirSync(join(fixtures, name)).map((file) => join(fixtures, name, file)))
   .filter((path) => READ.includes(extname(path)));
@@ -145,9 +145,10 @@ for (const path of sample.some(all, 8)) {
     });
     const bytes = (write) => made(() => kept(scene())[write]());
     const glb = written(".glb", "convert", "--quiet", path);
-    if ([".amc", ".asf"].includes(extname(path))) {
+    if ([".amc", ".asf", ".fbx"].includes(extname(path))) {
       // Their rotations are made with the sine of the standard library, those of BVH with one of this project.
-      assertNear(JSON.parse(found), JSON.parse(dump), 1e-6);
+      if (found === null || dump === null) assertSame(found, dump, "dump");
+      else assertNear(JSON.parse(found), JSON.parse(dump), 1e-6);
       assertNearGltf(bytes("toGlb"), glb, 1e-6);
     } else {
       assertSame(found, dump, "dump");
@@ -250,7 +251,6 @@ check("hostile", "broken files give errors with their places, and the module goe
     });
     return true;
   });
-  assert.throws(() => mocap.read(readFileSync(join(fixtures, "made/tiny.fbx")), "tiny.fbx"), { code: "missing-feature" });
   assert.throws(() => mocap.read("", "a.txt", { colour: 1 }), { code: "unknown-option" });
   assert.equal(before.animations[0].channels[0].rotations.values.length, 8);
   before.free();
@@ -268,7 +268,7 @@ function randomFrom(seed) {
 
 check("hostile", "cut and damaged files give a scene or an error, never the end of the module", () => {
   const random = randomFrom(sample.seed);
-  const sources = ["real/lecture_Test.bvh", "real/cmu_02_01.amc", "real/hand_take.c3d", "skeletons/human_vrm1.gltf", "characters/human_vrm0.vrm"];
+  const sources = ["real/lecture_Test.bvh", "real/cmu_02_01.amc", "real/hand_take.c3d", "skeletons/human_vrm1.gltf", "characters/human_vrm0.vrm", "made/tiny.fbx", "real/run.fbx"];
   for (const source of sources) {
     const [first, ...others] = filesOf(join(fixtures, source));
     for (let round = 0; round < (values.all ? 400 : 40); round++) {

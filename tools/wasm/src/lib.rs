@@ -18,6 +18,8 @@ mod options;
 mod request;
 mod scenes;
 mod state;
+#[cfg(target_family = "wasm")]
+mod ufbx_libc;
 
 use std::sync::{Mutex, Once};
 
