@@ -5,8 +5,9 @@ use glam::Quat;
 use super::Axis;
 use crate::math::{soa, wide};
 
-/// Frames that are converted together. With fewer, or more, it is slower: `tools/bench/README.md`.
-const LANES: usize = 8;
+/// Frames that are converted together: two vectors of AVX2, or two of WebAssembly, which are half as wide. With fewer, or
+/// more, it is slower: `tools/bench/README.md`.
+const LANES: usize = if cfg!(target_family = "wasm") { 4 } else { 8 };
 
 type Lanes = soa::Lanes<f64, LANES>;
 type Quaternions = soa::Quaternions<f64, LANES>;
