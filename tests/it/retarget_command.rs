@@ -204,3 +204,22 @@ fn verify_refuses_motion_on_another_skeleton() {
         );
     }
 }
+
+/// As in `mocap edit`. The same command with a motion that begins at once keeps all its frames.
+#[test]
+fn a_rest_pose_before_the_motion_is_left_out_and_that_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    for (motion, name, dropped) in [("fixtures/real/cmu_short.bvh", "a.gltf", 1), (WALK, "b.gltf", 0)] {
+        let path = folder.path().join(name);
+        let output = retarget(&[motion, CHARACTER], &path);
+        assert!(output.status.success(), "{}", words(&output));
+        assert_eq!(
+            words(&output).contains("the first frame, a rest pose, is left out"),
+            dropped == 1,
+            "{}",
+            words(&output)
+        );
+        let frames = |path: &Path| mocap::import(path).unwrap().animations[0].frame_count();
+        assert_eq!(frames(&path), frames(Path::new(motion)) - dropped, "{motion}");
+    }
+}

@@ -9,6 +9,8 @@ import { glbOf, readGlb } from "./glb.js";
 const CONTACT_HEIGHT = 0.03;
 /** ... and less fast over the ground than this, in metres a second. */
 const CONTACT_SPEED = 0.15;
+/** ... for this long, in seconds: a swinging foot is slow for a frame where it turns back. */
+const CONTACT_TIME = 0.08;
 /** The depth below the floor that counts, in metres. */
 const BELOW = 0.01;
 /** The highest that a vertex of a sole is at rest, in metres, and how many of each foot are looked at. */
@@ -164,19 +166,33 @@ function compareFeet(source, target) {
     return Math.hypot(after[0] - before[0], after[2] - before[2]) / (times[frame + 1] - times[frame]);
   };
   let [contacts, was, is] = [0, 0, 0];
-  for (let frame = 0; frame + 1 < Math.min(source.frames.length, target.frames.length); frame += 1) {
-    for (const side of [0, 1]) {
-      const joints = Math.min(rest.length, target.frames[frame].feet[side].length);
-      const low = [...Array(joints).keys()].filter(
-        (joint) => source.frames[frame].feet[side][joint][1] < rest[joint] + CONTACT_HEIGHT,
-      );
-      const speeds = low.map((joint) => ({ joint, speed: speed(source, frame, side, joint) }));
-      const slowest = speeds.reduce((a, b) => (a && a.speed <= b.speed ? a : b), undefined);
-      if (!slowest || slowest.speed >= CONTACT_SPEED) continue;
-      contacts += 1;
-      was += slowest.speed;
-      is += speed(target, frame, side, slowest.joint);
+  const steps = Math.max(0, Math.min(source.frames.length, target.frames.length) - 1);
+  for (const side of [0, 1]) {
+    let run = [];
+    for (let frame = 0; frame <= steps; frame += 1) {
+      const slowest = frame < steps ? slowestInContact(frame, side) : undefined;
+      if (slowest) {
+        run.push({ frame, ...slowest });
+        continue;
+      }
+      const lasts = run.length > 0 ? source.times[frame] - source.times[run[0].frame] : 0;
+      for (const { frame: at, joint, speed: before } of lasts < CONTACT_TIME ? [] : run) {
+        contacts += 1;
+        was += before;
+        is += speed(target, at, side, joint);
+      }
+      run = [];
     }
+  }
+  /** The slowest joint of a foot of the source that is low and slow from one frame to the next. */
+  function slowestInContact(frame, side) {
+    const joints = Math.min(rest.length, target.frames[frame].feet[side].length);
+    const low = [...Array(joints).keys()].filter(
+      (joint) => source.frames[frame].feet[side][joint][1] < rest[joint] + CONTACT_HEIGHT,
+    );
+    const speeds = low.map((joint) => ({ joint, speed: speed(source, frame, side, joint) }));
+    const slowest = speeds.reduce((a, b) => (a && a.speed <= b.speed ? a : b), undefined);
+    return slowest && slowest.speed < CONTACT_SPEED ? slowest : undefined;
   }
   const ownLevels = source.rest.map(() => rest);
   const soleFrames = target.frames.filter(({ sole }) => sole < Math.min(target.soleAtRest, 0) - BELOW);

@@ -44,6 +44,7 @@ impl Character {
             scene,
             nodes: placed,
             bones,
+            ..
         } = read_placed(source, options)?;
         bones?;
         let mut nodes = vec![None; scene.nodes.len()];

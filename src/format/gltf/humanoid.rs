@@ -58,6 +58,34 @@ pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
         .collect()
 }
 
+/// The parts of a VRM animation that are no bones and are not read, each with a name for it: expressions, and the point to
+/// look at.
+pub(super) fn not_read(extensions: &Extensions) -> Vec<(&'static str, String)> {
+    let Some(animation) = &extensions.vrm_animation else {
+        return Vec::new();
+    };
+    let of_kind = |kind: &str| animation["expressions"][kind].as_object();
+    let names: Vec<&str> = ["preset", "custom"]
+        .into_iter()
+        .filter_map(of_kind)
+        .flat_map(|expressions| expressions.keys().map(String::as_str))
+        .collect();
+    let mut found = Vec::new();
+    if !names.is_empty() {
+        let plural = if names.len() == 1 {
+            "the expression"
+        } else {
+            "the expressions"
+        };
+        let verb = if names.len() == 1 { "is" } else { "are" };
+        found.push(("expressions", format!("{plural} {} {verb}", names.join(", "))));
+    }
+    if animation["lookAt"].is_object() {
+        found.push(("lookAt", "the point to look at is".to_owned()));
+    }
+    found
+}
+
 fn stated_bones(extensions: &Extensions) -> Vec<StatedBone> {
     let node = |value: &Value| value["node"].as_u64().and_then(|node| usize::try_from(node).ok());
     let named = |extension: &'static str, value: &Value| -> Vec<StatedBone> {

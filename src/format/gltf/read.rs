@@ -57,6 +57,8 @@ pub(super) struct Placed {
     pub(super) nodes: Vec<(usize, NodeId)>,
     /// What is wrong with the bones that the file states.
     pub(super) bones: Result<(), Failure>,
+    /// What of a VRM animation is not read: the part of its extension, and what that is.
+    left_out: Vec<(&'static str, String)>,
 }
 
 /// Reads a file. A humanoid that it states wrongly is left out with a warning.
@@ -73,7 +75,12 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
 
 /// Reads a VRM animation, which is nothing without its humanoid.
 pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let Placed { mut scene, bones, .. } = read_placed(source, options)?;
+    let Placed {
+        mut scene,
+        bones,
+        left_out,
+        ..
+    } = read_placed(source, options)?;
     bones?;
     if scene
         .nodes
@@ -87,6 +94,14 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
                 .into(),
         );
     }
+    let left_out = left_out.into_iter().map(|(pointer, what)| {
+        Diagnostic::new(
+            Code::IgnoredChannel,
+            format!("{what} left out: only the bones are read"),
+        )
+        .at_pointer(format!("/extensions/{VRM_ANIMATION}/{pointer}"))
+    });
+    scene.warnings.extend(left_out);
     scene.metadata.format = Some(Format::Vrma);
     Ok(scene)
 }
@@ -138,7 +153,12 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<
     }
     let nodes: Vec<_> = placed.into_iter().map(|(index, placed)| (index, placed.id)).collect();
     let bones = humanoid::state(&file.root.extensions, &nodes, file.root.nodes.len(), &mut scene);
-    Ok(Placed { scene, nodes, bones })
+    Ok(Placed {
+        scene,
+        nodes,
+        bones,
+        left_out: humanoid::not_read(&file.root.extensions),
+    })
 }
 
 /// The frame time that a file of this crate says; 0 stands for none, for its scene had no motion.

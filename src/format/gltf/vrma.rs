@@ -2,8 +2,8 @@
 //! which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
 //!
 //! [`export`] writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
-//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states. Neither
-//! expressions nor the point to look at are read.
+//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states. Expressions
+//! and the point to look at are left out, with a warning.
 //!
 //! ```
 //! use mocap::{Conversion, vrma};

@@ -52,7 +52,8 @@ export async function run(results, folder, sample) {
     await results.guard(basename(motion.path), async () => {
       const converted = join(outputs, outputName(motion.path, ".glb"));
       try {
-        mocap("convert", motion.path, converted, "--mesh", "none");
+        // As retarget does: a rest pose before the motion is left out.
+        mocap("convert", motion.path, converted, "--mesh", "none", "--drop-first-frame", "auto");
       } catch (error) {
         results.note(`${basename(motion.path)}: left out: ${error.stderr?.toString().trim().split("\n")[0]}`);
         return;
