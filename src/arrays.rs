@@ -25,6 +25,7 @@ pub mod npz;
 mod options;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+pub mod robot;
 mod rotation;
 mod rows;
 #[cfg(feature = "arrow")]

@@ -8,10 +8,14 @@ pub mod bvh;
 mod c3d;
 pub mod fbx;
 pub mod gltf;
+mod mesh_bounds;
+mod mjcf;
 mod provenance;
 pub(crate) mod text;
 mod texture;
+mod urdf;
 pub(crate) mod warnings;
+mod xml;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -19,6 +23,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::{self, Limits};
+use crate::robot::Robot;
 use crate::scene::{Format, RootOffset, Scene};
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
@@ -85,6 +90,8 @@ pub const FORMATS: &[FormatInfo] = &[
     c3d::FORMAT,
     fbx::FORMAT,
     bip::FORMAT,
+    urdf::FORMAT,
+    mjcf::FORMAT,
 ];
 
 /// Options of a format's reader.
@@ -116,6 +123,26 @@ impl ReadOptions {
             Box::new(diagnostic.help("state the frame rate yourself: --fps 30, or Importer::frame_rate"))
         })
     }
+}
+
+/// What a robot lacks.
+fn no_motion_of_a_robot(warnings: &mut warnings::Warnings) {
+    warnings.push(Code::NoMotion, || {
+        let message = "a robot has no motion: the scene has a skeleton and no animation";
+        Diagnostic::new(Code::NoMotion, message).help("mocap robot MOTION --robot FILE -o OUT puts a motion on it")
+    });
+}
+
+/// The robot of a file; it has the warnings of its reader.
+pub(crate) fn read_robot(source: &Source<'_>, limits: &Limits) -> Result<Robot> {
+    let mut warnings = warnings::Warnings::default();
+    let read = if (mjcf::FORMAT.sniff)(source.bytes) {
+        mjcf::read_robot(source, limits, &mut warnings)
+    } else {
+        urdf::read_robot(source, limits, &mut warnings)
+    };
+    let (robot, warnings) = warnings.with(read)?;
+    Ok(Robot { warnings, ..robot })
 }
 
 #[cfg(test)]

@@ -17,9 +17,10 @@ use self::contents::{Input, list_siblings};
 pub use self::memory::MemoryFile;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::gltf::Character;
-use crate::format::{ReadOptions, Source};
+use crate::format::{ReadOptions, Source, read_robot};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
+use crate::robot::Robot;
 #[cfg(doc)]
 use crate::scene::Origin;
 use crate::scene::{Format, RootOffset, Scene};
@@ -393,6 +394,59 @@ impl Importer {
         let scene = self.finish(std::mem::take(&mut character.scene), source, sha256);
         character.scene = scene.map_err(|error| error.with_path(path))?;
         Ok(character)
+    }
+
+    /// Reads a robot from URDF or MJCF: links, joints, limits and shapes, which
+    /// [`Importer::import`] leaves out of the scene.
+    ///
+    /// ```
+    /// let robot = mocap::Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// assert_eq!(robot.dof_names().len(), 19);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
+    pub fn import_robot(&self, path: impl AsRef<Path>) -> Result<Robot> {
+        let path = path.as_ref();
+        let bytes = self.open(path)?;
+        self.robot(&Source {
+            bytes: &bytes,
+            blocks: None,
+            name: path,
+            release: &|_| {},
+            open: &|other| self.open(other),
+            list: &|_| Vec::new(),
+        })
+    }
+
+    /// The same from bytes; `name` is for errors. Meshes are not looked for.
+    ///
+    /// # Errors
+    /// As [`Importer::import_robot`].
+    pub fn read_robot(&self, bytes: &[u8], name: impl AsRef<Path>) -> Result<Robot> {
+        self.robot(&Source {
+            bytes,
+            blocks: None,
+            name: name.as_ref(),
+            release: &|_| {},
+            open: &|_| Err(Diagnostic::new(Code::MissingFile, "the bytes come from memory").into()),
+            list: &|_| Vec::new(),
+        })
+    }
+
+    fn robot(&self, source: &Source<'_>) -> Result<Robot> {
+        let format = self.find_format(source.bytes, source.name);
+        let read = format.and_then(|format| match format.format {
+            Format::Urdf | Format::Mjcf => read_robot(source, &self.read.limits),
+            other => {
+                let message = format!("the file is {other}, not a robot");
+                Err(Diagnostic::new(Code::UnknownFormat, message)
+                    .expected_found("urdf or mjcf", other.as_str())
+                    .into())
+            }
+        });
+        read.map_err(|error| error.with_path(source.name))
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within

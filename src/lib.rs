@@ -48,6 +48,7 @@ pub mod process;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod retarget;
+pub mod robot;
 pub mod scene;
 pub mod skeleton;
 pub mod verify;

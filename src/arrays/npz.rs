@@ -24,6 +24,7 @@ use zip::{CompressionMethod, result::ZipResult};
 
 use crate::arrays::{Arrays, Rotation};
 use crate::edit::DetectedContacts;
+use crate::robot::RobotMotion;
 use crate::scene::RotationOrder;
 
 /// The bytes of the file. The same arrays give the same bytes.
@@ -50,6 +51,35 @@ pub fn write_contacts(contacts: &DetectedContacts) -> Vec<u8> {
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
     archive
         .add_contacts(contacts)
+        .and_then(|()| archive.0.finish())
+        .map(Cursor::into_inner)
+        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+}
+
+/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w), `dof_pos`
+/// (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the source). All
+/// numbers are float64.
+pub fn write_robot(motion: &RobotMotion) -> Vec<u8> {
+    let frames = motion.frames();
+    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+    archive
+        .doubles("root_pos", &[frames, 3], &motion.root_pos())
+        .and_then(|()| archive.doubles("root_rot", &[frames, 4], &motion.root_rot()))
+        .and_then(|()| archive.doubles("dof_pos", &[frames, motion.dof_names.len()], &motion.dof_pos))
+        .and_then(|()| archive.add_of_robot(motion))
+        .and_then(|()| archive.0.finish())
+        .map(Cursor::into_inner)
+        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+}
+
+/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the place of the base, its rotation as w, x, y and
+/// z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
+pub fn write_qpos(motion: &RobotMotion) -> Vec<u8> {
+    let shape = [motion.frames(), 7 + motion.dof_names.len()];
+    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+    archive
+        .doubles("qpos", &shape, &motion.qpos())
+        .and_then(|()| archive.add_of_robot(motion))
         .and_then(|()| archive.0.finish())
         .map(Cursor::into_inner)
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
@@ -101,6 +131,19 @@ impl Archive {
         self.floats("heights", &[points.len()], &heights)?;
         self.floats("floor", &[], &[contacts.floor])?;
         self.array("frame_rate", "<f8", &[], &contacts.frame_rate.to_le_bytes())
+    }
+
+    fn add_of_robot(&mut self, motion: &RobotMotion) -> ZipResult<()> {
+        self.array("fps", "<f8", &[], &motion.fps.to_le_bytes())?;
+        let names: Vec<&str> = motion.dof_names.iter().map(String::as_str).collect();
+        self.strings("dof_names", &[names.len()], &names)?;
+        let contacts = motion.contacts.iter().flatten().copied();
+        self.bools("contacts", &[motion.contacts.len(), 2], contacts)
+    }
+
+    fn doubles(&mut self, name: &str, shape: &[usize], values: &[f64]) -> ZipResult<()> {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.array(name, "<f8", shape, &bytes)
     }
 
     fn floats(&mut self, name: &str, shape: &[usize], values: &[f32]) -> ZipResult<()> {

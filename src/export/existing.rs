@@ -12,7 +12,9 @@ use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
-pub const SOURCE_EXTENSIONS: &[&str] = &["bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip"];
+pub const SOURCE_EXTENSIONS: &[&str] = &[
+    "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf",
+];
 
 /// Of files that say who wrote them: glTF and FBX.
 const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];

@@ -41,6 +41,14 @@ impl Warnings {
         self.kept.retain(|kept| kept.code != code);
     }
 
+    /// The value with the warnings, or the error that stopped the reader with them.
+    pub(crate) fn with<T>(self, read: Result<T, Failure>) -> Result<(T, Vec<Diagnostic>)> {
+        match read {
+            Ok(value) => Ok((value, self.kept)),
+            Err(failure) => Err(Error::from(failure).with_warnings(self.kept)),
+        }
+    }
+
     /// Moves the warnings to the scene, or to the error that stopped the reader.
     pub(crate) fn attach_to(self, read: Result<Scene, Failure>) -> Result<Scene> {
         match read {

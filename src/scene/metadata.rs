@@ -56,11 +56,15 @@ pub enum Format {
     Fbx,
     /// Biped of 3ds Max: `bip`.
     Bip,
+    /// Unified Robot Description Format: `urdf`.
+    Urdf,
+    /// The model of a robot for MuJoCo: `mjcf`.
+    Mjcf,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Bvh,
         Self::Gltf,
         Self::Vrma,
@@ -68,6 +72,8 @@ impl Format {
         Self::C3d,
         Self::Fbx,
         Self::Bip,
+        Self::Urdf,
+        Self::Mjcf,
     ];
 
     /// The name that users type.
@@ -80,6 +86,8 @@ impl Format {
             Self::C3d => "c3d",
             Self::Fbx => "fbx",
             Self::Bip => "bip",
+            Self::Urdf => "urdf",
+            Self::Mjcf => "mjcf",
         }
     }
 }

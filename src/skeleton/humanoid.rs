@@ -24,10 +24,13 @@ use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
 use super::Confidence;
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{HumanoidBone, NodeId, Scene};
+use crate::scene::{Format, HumanoidBone, NodeId, Scene};
 
 /// Why a joint of a VRM file is a bone.
 const STATED: &str = "the file's VRM extension says so";
+
+/// Why a link of a robot is a bone.
+const OF_ROBOT: &str = "the joints of the robot make it one";
 
 /// Joints, by their names, that are bones of the humanoid; `None` for a bone that the skeleton does not have.
 pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
@@ -171,7 +174,11 @@ pub fn humanoid(scene: &Scene) -> Humanoid {
     let stated = stated.filter_map(|(index, node)| Some((node.humanoid_bone?, NodeId::new(index))));
     let stated: BTreeMap<_, _> = stated.collect();
     if !stated.is_empty() {
-        return Humanoid::stated(stated, STATED);
+        let reason = match scene.metadata.format {
+            Some(Format::Urdf | Format::Mjcf) => OF_ROBOT,
+            _ => STATED,
+        };
+        return Humanoid::stated(stated, reason);
     }
     let tree = Tree::new(scene);
     let Some(mut body) = body::find(&tree) else {

@@ -25,19 +25,23 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "retarget",
         &["error", "limits", "scene", "math", "pose", "skeleton", "edit"],
     ),
+    ("robot", &["error", "scene", "pose", "skeleton", "edit", "retarget"]),
     ("convert", &["error", "limits", "scene", "skeleton", "process"]),
     (
         "format",
         &[
-            "error", "limits", "export", "scene", "math", "pose", "skeleton", "compress", "retarget",
+            "error", "limits", "export", "scene", "math", "pose", "skeleton", "compress", "retarget", "robot",
         ],
     ),
-    ("import", &["error", "limits", "scene", "pose", "process", "format"]),
+    (
+        "import",
+        &["error", "limits", "scene", "pose", "process", "robot", "format"],
+    ),
     ("dump", &["error", "scene", "pose"]),
     (
         "arrays",
         &[
-            "error", "limits", "scene", "math", "pose", "skeleton", "edit", "convert", "format",
+            "error", "limits", "scene", "math", "pose", "skeleton", "edit", "robot", "convert", "format",
         ],
     ),
     (

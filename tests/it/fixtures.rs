@@ -5,7 +5,15 @@ use std::fs;
 use std::path::Path;
 
 /// The folders that the README describes, each as the heading of its section.
-const FOLDERS: [&str; 6] = ["real", "made", "characters", "skeletons", "dialects", "broken"];
+const FOLDERS: [&str; 7] = [
+    "real",
+    "made",
+    "characters",
+    "skeletons",
+    "robots",
+    "dialects",
+    "broken",
+];
 
 fn listed(folder: &str) -> Vec<String> {
     let readme = fs::read_to_string("fixtures/README.md").unwrap();
@@ -36,7 +44,7 @@ fn the_readme_lists_every_fixture_once_and_nothing_else() {
         let list: BTreeSet<String> = rows.iter().cloned().collect();
         assert_eq!(rows.len(), list.len(), "{folder}: a row stands twice");
         // In the other two folders a result stands beside each input.
-        let inputs = if ["real", "made", "characters", "skeletons"].contains(&folder) {
+        let inputs = if ["real", "made", "characters", "skeletons", "robots"].contains(&folder) {
             ""
         } else {
             ".bvh"

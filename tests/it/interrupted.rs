@@ -40,7 +40,7 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
     }
 }
 
-/// The inputs are `walk.bvh`, the folder `clips`, and `character.bvh`.
+/// The inputs are `walk.bvh`, the folder `clips`, and `character.bvh` and `robot.urdf`.
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
     one("convert walk.bvh out.gltf"),
@@ -49,6 +49,8 @@ const CASES: &[Case] = &[
     many("convert clips -o out --to bvh --force", &[]),
     one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
+    one("robot walk.bvh --robot robot.urdf -o out.npz"),
+    many("robot clips --robot robot.urdf -o out --to csv", &[]),
     one("fk walk.bvh -o out.npz"),
     one("fk walk.bvh -o out.csv"),
     #[cfg(feature = "parquet")]
@@ -103,6 +105,7 @@ fn inputs(source: &str) -> Files {
         "character.bvh".into(),
         fs::read("fixtures/real/biovision_example1.bvh").unwrap(),
     );
+    files.insert("robot.urdf".into(), fs::read("fixtures/robots/h1.urdf").unwrap());
     files
 }
 

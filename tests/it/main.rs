@@ -46,6 +46,7 @@ mod render;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;
+mod robots;
 mod sample;
 mod schema;
 #[cfg(feature = "cli")]

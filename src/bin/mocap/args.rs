@@ -11,6 +11,7 @@ mod given;
 mod pictures;
 mod read;
 mod retarget;
+mod robot;
 mod source;
 
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};
 pub(crate) use self::retarget::{FeetArg, RetargetArgs};
+pub(crate) use self::robot::{RobotArgs, RobotFormatArg, VerdictArg};
 pub(crate) use self::source::{MapArgs, OutArgs, SourceArgs, SourceUpArgs};
 
 /// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
@@ -46,6 +48,8 @@ pub(crate) enum Command {
     Convert(ConvertArgs),
     /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),
+    /// Put motions on a robot, of URDF or MJCF: positions of its joints, within their limits
+    Robot(RobotArgs),
     /// Change a motion: foot lock, mirror, smooth, loop, join, blend, warp
     Edit(EditArgs),
     /// Summarise a file

@@ -16,6 +16,8 @@ pub(crate) mod pack;
 pub(crate) mod plot;
 pub(crate) mod pose;
 pub(crate) mod retarget;
+pub(crate) mod robot;
+pub(crate) mod robot_many;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;
 pub(crate) mod verify;

@@ -53,6 +53,8 @@ fn main() -> ExitCode {
             None => commands::convert::run(args, &given),
         },
         Command::Retarget(args) => commands::retarget::run(args),
+        Command::Robot(args) if args.is_many() => commands::robot_many::run(args, &given),
+        Command::Robot(args) => commands::robot::run(args, &given),
         Command::Edit(args) => commands::edit::run(args),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),

@@ -44,6 +44,9 @@ pub(crate) struct Record {
     /// The unit and the up axis, where they were guessed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) guesses: Vec<Assumption>,
+    /// How well the motion sits on the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) robot: Option<serde_json::Value>,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -64,6 +67,7 @@ impl Record {
             max_error: None,
             skeleton: None,
             guesses: Vec::new(),
+            robot: None,
             seconds: 0.0,
         }
     }

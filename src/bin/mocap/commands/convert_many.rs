@@ -282,13 +282,13 @@ impl Run<'_> {
 }
 
 /// The files that former runs have written to a folder.
-struct KnownOutputs {
+pub(super) struct KnownOutputs {
     folder: Option<PathBuf>,
     outputs: HashSet<String>,
 }
 
 impl KnownOutputs {
-    fn of(folder: &Path) -> Self {
+    pub(super) fn of(folder: &Path) -> Self {
         Self {
             folder: folder.canonicalize().ok(),
             outputs: manifest::outputs(folder),
@@ -296,7 +296,7 @@ impl KnownOutputs {
     }
 
     /// A glTF file says who wrote it; for other files the manifest says it.
-    fn has(&self, path: &Path) -> bool {
+    pub(super) fn has(&self, path: &Path) -> bool {
         let is_listed = || {
             let whole = path.canonicalize().ok()?;
             let below = whole.strip_prefix(self.folder.as_ref()?).ok()?;
@@ -312,7 +312,7 @@ impl KnownOutputs {
 
 /// The output of every input, both as relative paths: with the new extension in place of the old, or behind it where
 /// two inputs would get the same output.
-fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
+pub(super) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
     // An entry that cannot be read has no output, so that it does not change the name of another output.
     let inputs = || inputs.iter().filter(|input| input.problem.is_none());
     let replaced = |input: &Input| Path::new(&input.relative).with_extension(extension);
@@ -342,7 +342,7 @@ fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, Str
 
 /// Removes what a killed run has left of these files under temporary names. Those of other shards, which may be at
 /// work in the same folder, stay.
-fn remove_unfinished(folder: &Path, files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
+pub(super) fn remove_unfinished(folder: &Path, files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
     let own: HashSet<PathBuf> = files.flat_map(|file| [file.with_extension("bin"), file]).collect();
     for entry in WalkDir::new(folder) {
         let path = entry?.into_path();
@@ -354,7 +354,7 @@ fn remove_unfinished(folder: &Path, files: impl Iterator<Item = PathBuf>) -> io:
 }
 
 /// `9,998 of 10,000 files in 4.2 s`, with what is worth knowing beside.
-fn summary(counts: &Counts) -> String {
+pub(super) fn summary(counts: &Counts) -> String {
     let Counts {
         files,
         skipped,
@@ -371,7 +371,7 @@ fn summary(counts: &Counts) -> String {
 }
 
 /// A table of the files that failed and why, or of the first of them.
-fn tell_failures(mut failures: Vec<(String, String)>) {
+pub(super) fn tell_failures(mut failures: Vec<(String, String)>) {
     const MOST: usize = 20;
     failures.sort();
     let shown = &failures[..failures.len().min(MOST)];

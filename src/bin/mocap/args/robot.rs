@@ -1,0 +1,113 @@
+//! The options of `mocap robot`.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use mocap::skeleton::HumanoidMap;
+
+use super::retarget::ScaleArg;
+use super::{FeetArg, InputArgs, MapArgs, ReadArgs, SourceArgs, SpreadArgs, TrimArg, source};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RobotArgs {
+    /// The motion files; with a folder as output also folders and wildcards
+    #[arg(required = true, value_name = "MOTION")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// The robot: a .urdf file, or an .xml file of MuJoCo
+    #[arg(long, value_name = "FILE")]
+    pub(crate) robot: PathBuf,
+    /// The file to write, .npz, .pkl or .csv, or - for standard output; of several motions the folder to write into
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Format of the outputs [default: what the name of the output says, else npz]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: Option<RobotFormatArg>,
+    /// Frames per second to write
+    #[arg(long, value_name = "RATE")]
+    pub(crate) fps: Option<f64>,
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    pub(crate) trim: Option<TrimArg>,
+    /// How large the steps are: auto (in the proportion of the legs), none (as in the source), or a factor
+    #[arg(long, value_name = "SCALE", default_value = "auto")]
+    pub(crate) scale: ScaleArg,
+    /// Feet: lock (they stand where those of the source stand), or free
+    #[arg(long, value_name = "KIND", default_value = "lock")]
+    pub(crate) feet: FeetArg,
+    /// Keep joints within the velocities that the file of the robot allows, too
+    #[arg(long)]
+    pub(crate) velocity_limits: bool,
+    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints
+    #[arg(long, value_name = "FILE", value_parser = source::read_map)]
+    pub(crate) robot_map: Option<HumanoidMap>,
+    /// Exit with 1 where a motion is worse than this
+    #[arg(long, value_name = "VERDICT")]
+    pub(crate) require: Option<VerdictArg>,
+    /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Print the report as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Replace a file that may be a source; an input is never replaced
+    #[arg(long)]
+    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) source: SourceArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+}
+
+impl RobotArgs {
+    /// Whether the output is a folder: for several motions, for a folder of them, and where its name is no file's.
+    pub(crate) fn is_many(&self) -> bool {
+        let is_one = matches!(&self.paths[..], [path] if !path.is_dir());
+        let is_file = self.output.as_os_str() == "-" || self.output.extension().is_some();
+        !(is_one && is_file) || self.output.is_dir()
+    }
+}
+
+/// `--to`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RobotFormatArg {
+    /// NumPy arrays: fps, root_pos, root_rot (x y z w), dof_pos, dof_names
+    Npz,
+    /// The same as a pickle, as GMR writes it
+    Pkl,
+    /// Rows: place and rotation (x y z w) of the base, joints
+    Csv,
+    /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
+    Qpos,
+}
+
+impl RobotFormatArg {
+    pub(crate) fn extension(self) -> &'static str {
+        match self {
+            Self::Npz | Self::Qpos => "npz",
+            Self::Pkl => "pkl",
+            Self::Csv => "csv",
+        }
+    }
+
+    /// The format that the extension of a file names.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        let formats = [Self::Npz, Self::Pkl, Self::Csv].into_iter();
+        formats
+            .into_iter()
+            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+/// `--require`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum VerdictArg {
+    Good,
+    Fair,
+}

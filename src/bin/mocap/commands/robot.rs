@@ -1,0 +1,174 @@
+//! `mocap robot`: motions on a robot.
+
+use std::path::Path;
+
+use mocap::arrays::{npz, robot as arrays};
+use mocap::convert::FirstFrame;
+use mocap::export::ReplacePolicy;
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, RobotVerdict};
+use mocap::skeleton::humanoid;
+use mocap::{Conversion, Importer, Scene, SkeletonMesh};
+
+use super::{check_json, import_to_resample, mapped, print_json, unknown_extension, write_output};
+use crate::args::{FeetArg, Given, RobotArgs, RobotFormatArg, VerdictArg};
+use crate::{Failure, report, streams};
+
+pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+    let robot = import_robot(args)?;
+    let named = RobotFormatArg::of(&args.output);
+    given.refuse(
+        &["resume", "shard", "threads", "progress", "allow-empty"],
+        "one motion goes into one file; name a folder",
+    )?;
+    check_json(args.json, &args.output)?;
+    let format = match (args.to, named) {
+        (Some(to), Some(named)) if to.extension() != named.extension() => {
+            return Err(unknown_extension(&args.output, &format!(".{}", to.extension())));
+        }
+        (Some(to), _) => to,
+        (None, Some(named)) => named,
+        (None, None) if streams::is_standard(&args.output) => RobotFormatArg::Npz,
+        (None, None) => return Err(unknown_extension(&args.output, ".npz, .pkl or .csv")),
+    };
+    let policy = ReplacePolicy::new(args.paths.iter().chain([&args.robot])).force(args.force);
+    if !streams::is_standard(&args.output) {
+        policy.check_inputs(&args.output)?;
+    }
+    let (motion, found, warnings) = moved(args, &robot, &args.paths[0])?;
+    warnings.iter().for_each(|warning| report::say(warning));
+    write_output(&policy, &args.output, &bytes(&motion, &robot, format))?;
+    match args.json {
+        true => print_json(&found)?,
+        false => tell(&found),
+    }
+    match is_good_enough(&found, args.require) {
+        true => Ok(()),
+        false => Err(Failure::Told),
+    }
+}
+
+/// The robot, after a look at the options.
+pub(super) fn import_robot(args: &RobotArgs) -> Result<Robot, Failure> {
+    let options_are_sound = conversion(args).check();
+    options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
+    let robot = Importer::new().import_robot(&args.robot)?;
+    report::warnings(Some(&args.robot), &robot.warnings);
+    robot
+        .bones(args.robot_map.as_ref())
+        .map_err(|error| error.with_path(&args.robot))?;
+    Ok(robot)
+}
+
+fn conversion(args: &RobotArgs) -> Conversion {
+    let mut conversion = Conversion::new()
+        .bones(args.map.bones())
+        .first_frame(FirstFrame::DropRestPose);
+    if let Some(trim) = args.trim {
+        conversion = conversion.trim(trim.first, trim.last);
+    }
+    match args.fps {
+        Some(rate) => conversion.frame_rate(rate),
+        None => conversion,
+    }
+}
+
+/// The motion of a file on the robot, its report, and what is to be said of the file.
+pub(super) fn moved(
+    args: &RobotArgs,
+    robot: &Robot,
+    file: &Path,
+) -> Result<(RobotMotion, RobotReport, Vec<String>), Failure> {
+    let importer = || args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let mut scene: Scene = import_to_resample(importer, file, args.fps)?;
+    let mut said: Vec<String> = scene
+        .warnings
+        .iter()
+        .map(|warning| format!("{}: {warning}", file.display()))
+        .collect();
+    if scene.animations.is_empty() {
+        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+    }
+    if scene.animations.len() > 1 {
+        let count = scene.animations.len();
+        said.push(format!(
+            "{}: the first of {count} animations was taken; --clip names another",
+            file.display()
+        ));
+        scene.animations.truncate(1);
+    }
+    args.source.state(&mut scene);
+    let decisions = conversion(args)
+        .apply(&mut scene)
+        .map_err(|error| error.with_path(file))?;
+    said.extend(decisions.iter().map(ToString::to_string));
+    let options = RobotOptions {
+        scale: args.scale.0,
+        source: Some(mapped(humanoid(&scene), &scene, args.map.bones(), "--map")?),
+        map: args.robot_map.clone().unwrap_or_default(),
+        velocity_limits: args.velocity_limits,
+        lock_feet: args.feet == FeetArg::Lock,
+    };
+    let retargeter = RobotRetargeter::new(&scene, robot, &options);
+    let mut retargeter = retargeter.map_err(|error| error.with_path(file))?;
+    let (mut motion, mut found) = retargeter.clip(&scene, 0).map_err(|error| error.with_path(file))?;
+    motion.name = super::short_name(file);
+    found.clip.clone_from(&motion.name);
+    Ok((motion, found, said))
+}
+
+pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg) -> Vec<u8> {
+    match format {
+        RobotFormatArg::Npz => npz::write_robot(motion),
+        RobotFormatArg::Qpos => npz::write_qpos(motion),
+        RobotFormatArg::Pkl => arrays::pickle(motion),
+        RobotFormatArg::Csv => arrays::csv(motion, robot).into_bytes(),
+    }
+}
+
+pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) -> bool {
+    match wanted {
+        None => true,
+        Some(VerdictArg::Fair) => found.verdict != RobotVerdict::Poor,
+        Some(VerdictArg::Good) => found.verdict == RobotVerdict::Good,
+    }
+}
+
+fn tell(found: &RobotReport) {
+    let clip = &found.clip;
+    report::say(&format!(
+        "{clip}: limbs {:.1} degrees off in the mean, in {} frames: {}; path scaled by {:.3}",
+        found.mean_degrees,
+        found.frames,
+        found.verdict.as_str(),
+        found.scale
+    ));
+    for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
+        report::say(&format!(
+            "{clip}: {} {:.1} degrees off in the mean, {:.1} at most",
+            limb.bone.as_str(),
+            limb.mean_degrees,
+            limb.max_degrees
+        ));
+    }
+    let clamped = found.clamped.iter().filter(|joint| joint.share >= 0.01);
+    let clamped: Vec<String> = clamped
+        .map(|joint| format!("{} in {:.0} %", joint.joint, 100.0 * joint.share))
+        .collect();
+    if !clamped.is_empty() {
+        report::say(&format!("{clip}: at a limit: {} of frames", clamped.join(", ")));
+    }
+    if let (Some(skate), Some(source)) = (found.skate, found.source_skate) {
+        report::say(&format!(
+            "{clip}: feet on the ground slide {:.1} cm/s, {:.1} in the source; a sole is at most {:.1} mm below the floor",
+            100.0 * skate,
+            100.0 * source,
+            1000.0 * found.deepest
+        ));
+    }
+    report::say(&format!(
+        "{clip}: joints move at most {:.1} rad/s ({}), beyond what the robot allows in {:.2} % of samples",
+        found.max_velocity,
+        found.fastest_joint,
+        100.0 * found.share_too_fast
+    ));
+}

@@ -1,0 +1,164 @@
+//! `mocap robot` of many motions: into a folder, with a manifest.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use mocap::export::{ReplacePolicy, write_file};
+use mocap::robot::Robot;
+
+use super::convert_many::{KnownOutputs, name_outputs, remove_unfinished, summary, tell_failures};
+use super::robot::{bytes, import_robot, is_good_enough, moved};
+use crate::args::{Given, RobotArgs, RobotFormatArg};
+use crate::batch::hash::sha256;
+use crate::batch::inputs::{self, Input};
+use crate::batch::manifest::{Manifest, Record};
+use crate::batch::progress::{Outcome, Progress};
+use crate::batch::{self, thread_count};
+use crate::{Failure, report};
+
+struct Run<'a> {
+    args: &'a RobotArgs,
+    robot: &'a Robot,
+    folder: &'a Path,
+    format: RobotFormatArg,
+    /// The options and the robot as text, for the manifest.
+    options: String,
+    outputs: HashMap<String, String>,
+    former: BTreeMap<String, Record>,
+    policy: ReplacePolicy,
+}
+
+pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+    let robot = &import_robot(args)?;
+    let (folder, spread) = (args.output.as_path(), &args.spread);
+    let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
+    if args.json {
+        let message = "--json prints the report of one motion; the manifest in the folder has those of many";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    let format = args.to.unwrap_or(RobotFormatArg::Npz);
+    let known = KnownOutputs::of(folder);
+    let is_robot = |path: &Path| path == args.robot;
+    let mut inputs = inputs::find_except(&args.paths, &args.inputs, |path| known.has(path) || is_robot(path))?;
+    let outputs = name_outputs(&inputs, format.extension())?;
+    let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path).chain([&args.robot])).force(args.force);
+    inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
+    fs::create_dir_all(folder).map_err(in_folder)?;
+    let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
+    let is_input = |input: &str| names.contains(input);
+    let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
+    let hash = sha256(&args.robot).map_err(|error| Failure::Folder(args.robot.clone(), error))?;
+    let run = Run {
+        args,
+        robot,
+        folder,
+        format,
+        options: format!("{} robot-sha256={hash}", given.options),
+        outputs,
+        former: manifest.records().clone(),
+        policy,
+    };
+    let mut progress = Progress::new(spread.progress(), &inputs);
+    let (mut failures, mut worse, mut verdicts) = (Vec::new(), 0_usize, BTreeMap::<String, usize>::new());
+    let work = |input: &Input| run.one(input);
+    let panicked = |input: &Input| {
+        let mut record = Record::new(input, &run.options);
+        record.error = Some(batch::PANICKED.to_owned());
+        (Outcome::Failed, Some(record), true)
+    };
+    let add = |index: usize, (outcome, record, is_good): (Outcome, Option<Record>, bool)| {
+        progress.add(&inputs[index], outcome);
+        worse += usize::from(!is_good);
+        let Some(record) = record else { return Ok(()) };
+        if let Some(error) = &record.error {
+            failures.push((record.input.clone(), error.clone()));
+        }
+        if let Some(verdict) = record.robot.as_ref().and_then(|report| report["verdict"].as_str()) {
+            *verdicts.entry(verdict.to_owned()).or_default() += 1;
+        }
+        manifest.add(record)
+    };
+    batch::for_each(&inputs, thread_count(spread.threads), work, panicked, add).map_err(in_folder)?;
+    let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
+    let own = own.map(|output| folder.join(output));
+    let own: Vec<PathBuf> = own.chain([Manifest::path(folder, spread.shard)]).collect();
+    remove_unfinished(folder, own.into_iter()).map_err(in_folder)?;
+    let counts = progress.finish();
+    manifest.finish(is_input).map_err(in_folder)?;
+    if !spread.quiet {
+        report::say(&summary(&counts));
+        let verdicts: Vec<String> = verdicts
+            .iter()
+            .map(|(verdict, count)| format!("{count} {verdict}"))
+            .collect();
+        if !verdicts.is_empty() {
+            report::say(&format!("motions on the robot: {}", verdicts.join(", ")));
+        }
+        tell_failures(failures);
+    }
+    counts.verdict()?;
+    match worse {
+        0 => Ok(()),
+        _ => Err(Failure::Told),
+    }
+}
+
+impl Run<'_> {
+    /// Puts a motion on the robot. The last value says whether it is as good as required.
+    fn one(&self, input: &Input) -> (Outcome, Option<Record>, bool) {
+        let start = Instant::now();
+        let mut record = Record::new(input, &self.options);
+        match self.fill(input, &mut record) {
+            Ok(None) => (Outcome::Skipped, None, true),
+            Ok(Some(is_good)) => {
+                record.seconds = start.elapsed().as_secs_f64();
+                (Outcome::Done, Some(record), is_good)
+            }
+            Err(error) => {
+                record.error = Some(error);
+                record.seconds = start.elapsed().as_secs_f64();
+                (Outcome::Failed, Some(record), true)
+            }
+        }
+    }
+
+    fn fill(&self, input: &Input, record: &mut Record) -> Result<Option<bool>, String> {
+        let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
+        let file = input.path().map_err(|error| error.to_string())?;
+        record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);
+        let output = &self.outputs[&input.relative];
+        let path = self.folder.join(output);
+        let former = self.former.get(&record.input).filter(|_| self.args.resume);
+        let is_done = former.is_some_and(|former| {
+            former.error.is_none()
+                && former.sha256 == record.sha256
+                && former.options == record.options
+                && former.version == record.version
+                && former.output.as_deref() == Some(output)
+        });
+        if is_done && path.exists() {
+            return Ok(None);
+        }
+        let (motion, found, said) = moved(self.args, self.robot, file).map_err(|failure| match failure {
+            Failure::File(error) => error.to_string(),
+            Failure::Usage(message) => message,
+            _ => "the motion could not be read".to_owned(),
+        })?;
+        let folder = path.parent().unwrap_or(self.folder);
+        if !folder.is_dir() {
+            fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
+        }
+        let bytes = bytes(&motion, self.robot, self.format);
+        self.policy
+            .check_bytes(&path, &bytes)
+            .map_err(|error| error.to_string())?;
+        write_file(&path, &bytes).map_err(|error| error.to_string())?;
+        record.output = Some(output.clone());
+        record.warnings = said;
+        record.robot = serde_json::to_value(&found).ok();
+        Ok(Some(is_good_enough(&found, self.args.require)))
+    }
+}

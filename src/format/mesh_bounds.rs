@@ -1,0 +1,106 @@
+//! The extent of the mesh files that robots name: binary STL and OBJ.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::format::Source;
+use crate::limits::is_plausible;
+
+/// The least and the largest coordinates of a mesh file, if it is beside the robot and can be read.
+pub(super) fn mesh_bounds(source: &Source<'_>, folder: &str, file: &str) -> Option<[DVec3; 2]> {
+    let extension = Path::new(file).extension()?.to_ascii_lowercase();
+    let read = match extension.to_str()? {
+        "stl" => stl,
+        "obj" => obj,
+        _ => return None,
+    };
+    let beside = source.name.parent().unwrap_or(Path::new(""));
+    let candidates = candidates(folder, file).into_iter();
+    let bytes = candidates
+        .map(|path| beside.join(path))
+        .find_map(|path| (source.open)(&path).ok())?;
+    read(&bytes).filter(|[low, high]| low.is_finite() && high.is_finite())
+}
+
+/// The places at which the file may be: as written, and without the package of a `package://` address.
+fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
+    let Some(address) = file.strip_prefix("package://") else {
+        return vec![Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file))];
+    };
+    let inside = address.split_once('/').map_or(address, |(_, inside)| inside);
+    // Robots stand in the package itself, or in a folder such as `urdf` of it.
+    vec![
+        PathBuf::from(inside),
+        Path::new("..").join(inside),
+        Path::new("../..").join(address),
+    ]
+}
+
+fn extend(bounds: &mut Option<[DVec3; 2]>, point: DVec3) {
+    if !point.to_array().into_iter().all(is_plausible) {
+        return;
+    }
+    let [low, high] = bounds.unwrap_or([point; 2]);
+    *bounds = Some([low.min(point), high.max(point)]);
+}
+
+/// Binary STL: 80 bytes, the number of triangles, then 50 bytes for each.
+fn stl(bytes: &[u8]) -> Option<[DVec3; 2]> {
+    const TRIANGLE: usize = 50;
+    let count = u32::from_le_bytes(*bytes.get(80..84)?.first_chunk::<4>()?) as usize;
+    let triangles = &bytes[84..];
+    // The count is a claim.
+    if triangles.len() / TRIANGLE < count {
+        return None;
+    }
+    let mut bounds = None;
+    for triangle in triangles.chunks_exact(TRIANGLE).take(count) {
+        let (numbers, _) = triangle[12..48].as_chunks::<4>();
+        let numbers: Vec<f64> = numbers
+            .iter()
+            .map(|bytes| f64::from(f32::from_le_bytes(*bytes)))
+            .collect();
+        for corner in numbers.chunks_exact(3) {
+            extend(&mut bounds, DVec3::from_slice(corner));
+        }
+    }
+    bounds
+}
+
+/// OBJ: the lines `v x y z`.
+fn obj(bytes: &[u8]) -> Option<[DVec3; 2]> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    let mut bounds = None;
+    for line in text.lines() {
+        let mut words = line.split_ascii_whitespace();
+        if words.next() != Some("v") {
+            continue;
+        }
+        let mut number = || words.next()?.parse::<f64>().ok();
+        if let (Some(x), Some(y), Some(z)) = (number(), number(), number()) {
+            extend(&mut bounds, DVec3::new(x, y, z));
+        }
+    }
+    bounds
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_have_bounds_and_a_false_count_has_none() {
+        let low_high = [DVec3::new(-1.0, 0.0, 2.0), DVec3::new(3.0, 4.0, 5.0)];
+        assert_eq!(obj(b"v -1 4 2\nvn 9 9 9\nv 3 0 5\nf 1 2 1\n"), Some(low_high));
+        let mut bytes = vec![0; 80];
+        bytes.extend(1_u32.to_le_bytes());
+        let corners = [0.0_f32, 0.0, 1.0, -1.0, 4.0, 2.0, 3.0, 0.0, 5.0, 0.0, 1.0, 3.0];
+        bytes.extend(corners.iter().flat_map(|number| number.to_le_bytes()));
+        assert_eq!(stl(&bytes), None);
+        bytes.extend([0, 0]);
+        assert_eq!(stl(&bytes), Some(low_high));
+        bytes[80] = 200;
+        assert_eq!(stl(&bytes), None);
+    }
+}

@@ -1,0 +1,102 @@
+//! MJCF, the models of MuJoCo.
+//!
+//! ```text
+//! <mujoco model>
+//!   <compiler angle eulerseq autolimits meshdir>
+//!   <default> <joint ...> <geom ...> <default class> ... </default>
+//!   <asset> <mesh name file scale>
+//!   <worldbody>
+//!     <body name pos quat | euler | axisangle | xyaxes | zaxis childclass>
+//!       <inertial> <joint type pos axis range> | <freejoint>, <geom type size pos ... | fromto>
+//!       <body> ...
+//! ```
+//!
+//! Bodies are nested. Joints of a body are applied in their order, each about a point of the body; a body with several
+//! gets a link for each, and a ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks come from its class, else
+//! from that of the body around it, else from the outermost `<default>`. Angles are degrees unless the compiler says
+//! `radian`. Quaternions are `w x y z`.
+
+mod attributes;
+mod body;
+
+use glam::DVec3;
+
+use self::attributes::Settings;
+use self::body::Bodies;
+use super::text::quote;
+use super::warnings::Warnings;
+use super::xml::{self, Element};
+use super::{Failure, FormatInfo, ReadOptions, Source};
+use crate::error::{Code, Result};
+use crate::limits::Limits;
+use crate::robot::Robot;
+use crate::scene::{Format, Scene};
+
+pub(super) const FORMAT: FormatInfo = FormatInfo {
+    format: Format::Mjcf,
+    description: "robot, for MuJoCo",
+    // `.xml` may be anything: the contents decide.
+    extensions: &["mjcf"],
+    sniff: |bytes| xml::begins_with(bytes, "mujoco"),
+    reads_blocks: false,
+    read,
+};
+
+fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
+    let mut warnings = Warnings::default();
+    let scene = read_robot(source, &options.limits, &mut warnings).map(|robot| robot.scene());
+    super::no_motion_of_a_robot(&mut warnings);
+    warnings.attach_to(scene)
+}
+
+/// The robot of a file: the first body that has a free joint, else the first one.
+pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
+    let text = xml::text(source.bytes)?;
+    let document = xml::parse(&text, "mujoco", limits)?;
+    let root = Element::root(&document);
+    if let Some(include) = root.child("include") {
+        let message = "the model includes another file, which is not read";
+        let file = include.attribute("file").unwrap_or_default();
+        return Err(Box::new(
+            include
+                .diagnostic(Code::UnreadExtension, message)
+                .expected_found(
+                    "a model in one file",
+                    format!("<include file={}>", quote(file.as_bytes())),
+                )
+                .help("name the file with the robot itself, or save the model as one file (mj_saveLastXML)"),
+        ));
+    }
+    let settings = Settings::read(&root, limits)?;
+    let worlds: Vec<_> = root.all("worldbody").collect();
+    let bodies: Vec<_> = worlds.iter().flat_map(|world| world.all("body")).collect();
+    let is_free = |body: &&Element<'_, '_>| {
+        let free = |joint: Element<'_, '_>| joint.attribute("type") == Some("free");
+        body.child("freejoint").is_some() || body.all("joint").any(free)
+    };
+    let Some(base) = bodies.iter().find(is_free).or(bodies.first()) else {
+        return Err(Box::new(
+            root.diagnostic(Code::InvalidRobot, "the model has no <body> in a <worldbody>"),
+        ));
+    };
+    if bodies.len() > 1 {
+        warnings.push(Code::SeveralRoots, || {
+            let message = format!("the world has {} bodies: one was read", bodies.len());
+            base.diagnostic(Code::SeveralRoots, message)
+        });
+    }
+    let links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;
+    let name = root.attribute("model").unwrap_or_default();
+    Ok(Robot {
+        name: root.checked_name("model", name, limits)?,
+        links,
+        format: Some(Format::Mjcf),
+        warnings: Vec::new(),
+    })
+}
+
+/// Sizes are not negative.
+fn sizes(numbers: &[f64]) -> DVec3 {
+    let size = |index: usize| numbers.get(index).copied().unwrap_or_default().abs();
+    DVec3::new(size(0), size(1), size(2))
+}

@@ -1,0 +1,39 @@
+//! Robots, and the motion of humans on them.
+//!
+//! A [`Robot`] is links and joints with their limits, as URDF and MJCF describe them; [`Importer::import_robot`] reads
+//! one. [`RobotRetargeter`] puts the motion of any humanoid on it: positions of joints within their limits, frame by
+//! frame. `docs/robots.md` says how.
+//!
+//! [`Importer::import_robot`]: crate::Importer::import_robot
+//!
+//! ```
+//! use mocap::Importer;
+//! use mocap::robot::{RobotOptions, RobotRetargeter};
+//!
+//! let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let mut retargeter = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?;
+//! let (motion, report) = retargeter.clip(&walk, 0)?;
+//! assert_eq!(motion.dof_names.len(), 29);
+//! assert_eq!(report.limit_violations, 0);
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod bones;
+mod kinematics;
+mod model;
+mod motion;
+mod report;
+mod retargeter;
+mod scene;
+mod sole;
+mod solver;
+mod twin;
+
+pub use self::bones::{RobotBone, RobotMap};
+pub use self::model::{
+    Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};
+pub use self::motion::RobotMotion;
+pub use self::report::{BoneError, ClampedJoint, RobotReport, RobotVerdict};
+pub use self::retargeter::{RobotOptions, RobotRetargeter};

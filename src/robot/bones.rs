@@ -1,0 +1,348 @@
+//! Which links of a robot are bones of a humanoid, by the shape of its tree; names help where they can.
+//!
+//! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs; two of
+//! them that begin at one link and mirror each other are a pair; the pair that reaches lowest is the legs, the pair that
+//! begins highest the arms. In a limb the knee or elbow is the joint of that name, else the fourth.
+
+use std::collections::BTreeMap;
+
+use glam::{DMat3, DVec3};
+use serde::Serialize;
+
+use super::model::{Placement, Robot};
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// Links, by their names, that are bones; `None` for a bone that the robot does not have.
+pub type RobotMap = BTreeMap<Bone, Option<String>>;
+
+/// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotBone {
+    /// The bone.
+    pub bone: Bone,
+    /// The link that moves as the bone does, an index into [`Robot::links`].
+    pub link: usize,
+    /// The links whose joints turn it, from the body outwards. The last is `link`, or above it.
+    pub joints: Vec<usize>,
+    /// Where it begins with all joints at 0, in the frame of the base: where the axes of its joints come nearest to each
+    /// other.
+    pub at: DVec3,
+}
+
+/// How far the ends of a pair may differ in height, as a share of the height of the robot.
+const LEVEL: f64 = 0.03;
+
+/// The joints of a limb at least.
+const LIMB: usize = 3;
+
+/// A chain of moving links without a branch.
+#[derive(Clone, Debug)]
+struct Limb {
+    /// The moving link, or the base, from which it branches off.
+    from: usize,
+    links: Vec<usize>,
+}
+
+impl Robot {
+    /// The bones of the humanoid that the robot has, with those of `map` in place of what is found.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where there are no two legs; [`Code::UnknownOption`] where no link has a name of the map.
+    pub fn bones(&self, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
+        let tree = Tree::new(self);
+        let mut links: BTreeMap<Bone, usize> = match tree.find() {
+            Ok(links) => links,
+            Err(_) if map.is_some_and(|map| map.len() >= 5) => BTreeMap::new(),
+            Err(reason) => {
+                let message = format!("the robot is not a humanoid: {reason}");
+                return Err(Diagnostic::new(Code::NotHumanoid, message)
+                    .help("name the links that are its bones in a map")
+                    .into());
+            }
+        };
+        for (bone, name) in map.into_iter().flatten() {
+            let Some(name) = name else {
+                links.remove(bone);
+                continue;
+            };
+            let Some(link) = self.links.iter().position(|link| link.name == *name) else {
+                let message = format!("no link is called {name:?}, which the map names as {}", bone.as_str());
+                return Err(Diagnostic::new(Code::UnknownOption, message).into());
+            };
+            links.insert(*bone, link);
+        }
+        for bone in [
+            Bone::Hips,
+            Bone::LeftUpperLeg,
+            Bone::LeftLowerLeg,
+            Bone::LeftFoot,
+            Bone::RightUpperLeg,
+            Bone::RightLowerLeg,
+            Bone::RightFoot,
+        ] {
+            if !links.contains_key(&bone) {
+                let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
+                return Err(Diagnostic::new(Code::NotHumanoid, message)
+                    .help("name the links that are its bones in a map")
+                    .into());
+            }
+        }
+        let taken: Vec<usize> = links.values().copied().collect();
+        let bones = links.iter().map(|(&bone, &link)| {
+            let joints = tree.joints_to(link, &taken);
+            let at = tree.centre(&joints).unwrap_or(tree.places[link].translation);
+            RobotBone { bone, link, joints, at }
+        });
+        Ok(bones.collect())
+    }
+}
+
+/// The moving links of a robot.
+struct Tree<'a> {
+    robot: &'a Robot,
+    places: Vec<Placement>,
+    /// For each link the moving links that hang on it, or on a link that is fixed to it.
+    children: Vec<Vec<usize>>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(robot: &'a Robot) -> Self {
+        let moves = |link: usize| link == 0 || robot.links[link].joint.moves();
+        let mut carrier = vec![0; robot.links.len()];
+        let mut children = vec![Vec::new(); robot.links.len()];
+        for (index, link) in robot.links.iter().enumerate() {
+            let Some(parent) = link.parent else { continue };
+            carrier[index] = if moves(parent) { parent } else { carrier[parent] };
+            if moves(index) {
+                children[carrier[index]].push(index);
+            }
+        }
+        Self {
+            robot,
+            places: robot.zero_pose(),
+            children,
+        }
+    }
+
+    fn end(&self, limb: &Limb) -> DVec3 {
+        limb.links.last().map_or(DVec3::ZERO, |link| self.anchor(*link))
+    }
+
+    fn start(&self, limb: &Limb) -> DVec3 {
+        limb.links.first().map_or(DVec3::ZERO, |link| self.anchor(*link))
+    }
+
+    /// A point of the axis of a link's joint.
+    fn anchor(&self, link: usize) -> DVec3 {
+        self.places[link].point(self.robot.links[link].joint.anchor)
+    }
+
+    fn limbs(&self) -> Vec<Limb> {
+        let mut limbs = Vec::new();
+        for (from, children) in self.children.iter().enumerate() {
+            if from > 0 && children.len() < 2 {
+                continue;
+            }
+            for &first in children {
+                let mut links = vec![first];
+                let mut last = first;
+                while let [next] = self.children[last][..] {
+                    links.push(next);
+                    last = next;
+                }
+                limbs.push(Limb { from, links });
+            }
+        }
+        limbs
+    }
+
+    /// Pairs of limbs, the left one before the right one.
+    fn pairs(&self, limbs: &[Limb], height: f64) -> Vec<[Limb; 2]> {
+        let mut pairs = Vec::new();
+        let long = limbs.iter().enumerate().filter(|(_, limb)| limb.links.len() >= LIMB);
+        let long: Vec<_> = long.collect();
+        for (place, (_, a)) in long.iter().enumerate() {
+            for (_, b) in &long[place + 1..] {
+                let across = self.start(a) - self.start(b);
+                let is_level = |difference: DVec3| difference.z.abs() <= LEVEL * height;
+                let is_pair = a.from == b.from
+                    && a.links.len() == b.links.len()
+                    && is_level(across)
+                    && is_level(self.end(a) - self.end(b))
+                    && across.truncate().length() > LEVEL * height;
+                if !is_pair {
+                    continue;
+                }
+                let is_left = |limb: &Limb| self.side_by_name(limb);
+                let a_is_left = match (is_left(a), is_left(b)) {
+                    (Some(Side::Left), Some(Side::Right)) => true,
+                    (Some(Side::Right), Some(Side::Left)) => false,
+                    // +X is forward, as ROS has it.
+                    _ => across.y > 0.0,
+                };
+                let (a, b) = ((*a).clone(), (*b).clone());
+                pairs.push(if a_is_left { [a, b] } else { [b, a] });
+            }
+        }
+        pairs
+    }
+
+    fn words(&self, link: usize) -> Vec<String> {
+        let link = &self.robot.links[link];
+        let mut words = Vec::new();
+        for name in [&link.name, &link.joint.name] {
+            let mut word = String::new();
+            let mut before = ' ';
+            for letter in name.chars() {
+                let is_new = letter.is_ascii_uppercase() && before.is_ascii_lowercase();
+                if !letter.is_ascii_alphabetic() || is_new {
+                    words.push(std::mem::take(&mut word));
+                }
+                if letter.is_ascii_alphabetic() {
+                    word.push(letter.to_ascii_lowercase());
+                }
+                before = letter;
+            }
+            words.push(word);
+        }
+        words.retain(|word| !word.is_empty());
+        words
+    }
+
+    fn has_word(&self, link: usize, word: &str) -> bool {
+        self.words(link).iter().any(|found| found.contains(word))
+    }
+
+    fn side_by_name(&self, limb: &Limb) -> Option<Side> {
+        let mut left = 0_usize;
+        let mut right = 0_usize;
+        for word in limb.links.iter().flat_map(|link| self.words(*link)) {
+            left += usize::from(word == "l" || word.contains("left"));
+            right += usize::from(word == "r" || word.contains("right"));
+        }
+        match left.cmp(&right) {
+            std::cmp::Ordering::Greater => Some(Side::Left),
+            std::cmp::Ordering::Less => Some(Side::Right),
+            std::cmp::Ordering::Equal => None,
+        }
+    }
+
+    /// Which link is which bone.
+    fn find(&self) -> Result<BTreeMap<Bone, usize>, String> {
+        let heights = self.places.iter().map(|place| place.translation.z);
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
+            (low.min(z), high.max(z))
+        });
+        let height = high - low;
+        let limbs = self.limbs();
+        let pairs = self.pairs(&limbs, height);
+        let reach = |pair: &[Limb; 2]| self.end(&pair[0]).z;
+        let lowest = pairs.iter().min_by(|a, b| reach(a).total_cmp(&reach(b)));
+        let Some(legs) = lowest else {
+            return Err("no two limbs of at least three joints mirror each other".to_owned());
+        };
+        let leg = self.start(&legs[0]).z - self.end(&legs[0]).z;
+        if leg < 0.2 * height {
+            return Err("the limbs that reach lowest do not point down where all joints are at 0".to_owned());
+        }
+        let others = pairs.iter().filter(|pair| {
+            pair.iter()
+                .all(|limb| legs.iter().all(|leg| leg.links[0] != limb.links[0]))
+        });
+        let is_below_a_leg = |limb: &Limb| legs.iter().any(|leg| leg.links.contains(&limb.from));
+        let arms = others
+            .filter(|pair| !is_below_a_leg(&pair[0]))
+            .max_by(|a, b| self.start(&a[0]).z.total_cmp(&self.start(&b[0]).z));
+        if let Some(arms) = arms
+            && reach(arms) < reach(legs) + 0.2 * leg
+        {
+            return Err("it has four legs".to_owned());
+        }
+        let mut bones = BTreeMap::from([(Bone::Hips, legs[0].from)]);
+        for (side, limb) in Side::ALL.into_iter().zip(legs) {
+            let knee = self.middle(limb, "knee");
+            let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
+            add(Bone::LeftUpperLeg, knee - 1);
+            add(Bone::LeftLowerLeg, knee);
+            if knee + 1 < limb.links.len() {
+                // Three joints at most: what follows are toes.
+                add(Bone::LeftFoot, (knee + 3).min(limb.links.len() - 1));
+            }
+        }
+        let Some(arms) = arms else { return Ok(bones) };
+        for (side, limb) in Side::ALL.into_iter().zip(arms) {
+            let elbow = self.middle(limb, "elbow");
+            let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
+            add(Bone::LeftUpperArm, elbow - 1);
+            add(Bone::LeftLowerArm, elbow);
+            if elbow + 1 < limb.links.len() {
+                add(Bone::LeftHand, (elbow + 3).min(limb.links.len() - 1));
+            }
+        }
+        let chest = arms[0].from;
+        if chest != legs[0].from {
+            bones.insert(Bone::Chest, chest);
+        }
+        let is_limb = |limb: &Limb| pairs.iter().flatten().any(|other| other.links[0] == limb.links[0]);
+        let shoulders = self.start(&arms[0]).z;
+        let head = limbs.iter().find(|limb| {
+            let named = limb
+                .links
+                .iter()
+                .any(|link| self.has_word(*link, "head") || self.has_word(*link, "neck"));
+            limb.from == chest && !is_limb(limb) && (named || self.start(limb).z > shoulders)
+        });
+        if let Some(&head) = head.and_then(|limb| limb.links.last()) {
+            bones.insert(Bone::Head, head);
+        }
+        Ok(bones)
+    }
+
+    /// The place of the knee or elbow in a limb: the last joint of that name, else the fourth, or the middle of few.
+    fn middle(&self, limb: &Limb, word: &str) -> usize {
+        let named = limb.links.iter().rposition(|link| self.has_word(*link, word));
+        let usual = match limb.links.len() {
+            0..=3 => limb
+                .links
+                .len()
+                .saturating_sub(1)
+                .min(if word == "knee" { 1 } else { 2 }),
+            _ => 3,
+        };
+        named.unwrap_or(usual).max(1)
+    }
+
+    /// The joints between a link and the nearest bone above it, from above.
+    fn joints_to(&self, link: usize, bones: &[usize]) -> Vec<usize> {
+        let mut joints = Vec::new();
+        let mut at = Some(link);
+        while let Some(here) = at {
+            if here != link && bones.contains(&here) {
+                break;
+            }
+            if self.robot.links[here].joint.moves() {
+                joints.push(here);
+            }
+            at = self.robot.links[here].parent;
+        }
+        joints.reverse();
+        joints
+    }
+
+    /// The point that is nearest to the axes of some joints; along what they leave open, that of the first.
+    fn centre(&self, joints: &[usize]) -> Option<DVec3> {
+        const PULL: f64 = 1e-4;
+        let first = self.anchor(*joints.first()?);
+        let mut matrix = DMat3::from_diagonal(DVec3::splat(PULL));
+        let mut vector = PULL * first;
+        for &joint in joints {
+            let axis = self.places[joint].rotation * self.robot.links[joint].joint.axis;
+            let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+            let across = DMat3::IDENTITY - outer;
+            matrix += across;
+            vector += across * self.anchor(joint);
+        }
+        Some(matrix.inverse() * vector).filter(|centre| centre.is_finite())
+    }
+}

@@ -1,0 +1,59 @@
+//! The motion of a robot.
+
+use serde::Serialize;
+
+use super::model::Placement;
+
+/// The motion of a robot, frame by frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RobotMotion {
+    /// The name of the clip.
+    pub name: String,
+    /// Frames per second.
+    pub fps: f64,
+    /// The base in the world, in metres, +Z up; the floor is at 0.
+    pub root: Vec<Placement>,
+    /// The positions of the joints, in radians or metres: those of a frame stand together.
+    pub dof_pos: Vec<f64>,
+    /// The names of the joints, in the order of the robot's links.
+    pub dof_names: Vec<String>,
+    /// For each frame whether the left and the right foot of the source are at rest on the ground.
+    pub contacts: Vec<[bool; 2]>,
+}
+
+impl RobotMotion {
+    /// The number of frames.
+    pub fn frames(&self) -> usize {
+        self.root.len()
+    }
+
+    /// The positions of the joints in a frame.
+    pub fn dof_of(&self, frame: usize) -> &[f64] {
+        let count = self.dof_names.len();
+        &self.dof_pos[frame * count..(frame + 1) * count]
+    }
+
+    /// The positions of the base: x, y and z for each frame.
+    pub fn root_pos(&self) -> Vec<f64> {
+        let places = self.root.iter();
+        places.flat_map(|place| place.translation.to_array()).collect()
+    }
+
+    /// The rotations of the base: x, y, z and w for each frame.
+    pub fn root_rot(&self) -> Vec<f64> {
+        let places = self.root.iter();
+        places.flat_map(|place| place.rotation.to_array()).collect()
+    }
+
+    /// MuJoCo's `qpos`: for each frame the position of the base, its rotation as w, x, y and z, and the joints.
+    pub fn qpos(&self) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.frames() * (7 + self.dof_names.len()));
+        for (frame, root) in self.root.iter().enumerate() {
+            let rotation = root.rotation;
+            values.extend(root.translation.to_array());
+            values.extend([rotation.w, rotation.x, rotation.y, rotation.z]);
+            values.extend(self.dof_of(frame));
+        }
+        values
+    }
+}

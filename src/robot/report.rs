@@ -1,0 +1,186 @@
+//! How well a motion sits on a robot.
+
+use serde::Serialize;
+
+use super::model::Robot;
+use super::motion::RobotMotion;
+use crate::retarget::RetargetReport;
+use crate::scene::HumanoidBone;
+
+/// The depth below the floor that counts, in metres.
+const BELOW: f64 = 0.01;
+
+/// A joint within this of its limit is at it, in radians or metres.
+const AT_LIMIT: f64 = 1e-9;
+
+/// What a motion may do and be good: the mean angle of its limbs in degrees, the share of frames with a sole below the
+/// floor, how much faster than in the source feet on the ground may slide, in metres a second.
+const GOOD_DEGREES: f64 = 5.0;
+const FAIR_DEGREES: f64 = 10.0;
+const MOST_BELOW: f64 = 0.01;
+const MORE_SKATE: f64 = 0.005;
+
+/// How far a bone of the robot points from that of the source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BoneError {
+    /// The bone.
+    pub bone: HumanoidBone,
+    /// The mean of all frames, in degrees.
+    pub mean_degrees: f64,
+    /// The largest angle of a frame, in degrees.
+    pub max_degrees: f64,
+}
+
+/// A joint that would go beyond its limit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClampedJoint {
+    /// Its name.
+    pub joint: String,
+    /// The share of frames in which it is at its limit.
+    pub share: f64,
+}
+
+/// Whether a motion can be used as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RobotVerdict {
+    /// Limbs within 5 degrees in the mean, feet that hold and stay above the floor, joints within their velocities.
+    Good,
+    /// Limbs within 10 degrees in the mean.
+    Fair,
+    /// Limbs farther off.
+    Poor,
+}
+
+impl RobotVerdict {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Fair => "fair",
+            Self::Poor => "poor",
+        }
+    }
+}
+
+/// How well a motion sits on a robot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotReport {
+    /// The name of the motion.
+    pub clip: String,
+    /// Frames.
+    pub frames: usize,
+    /// Frames per second.
+    pub fps: f64,
+    /// How many times as long the steps of the robot are, both in metres.
+    pub scale: f64,
+    /// Arms and legs: the angles between their directions on both.
+    pub limbs: Vec<BoneError>,
+    /// The mean of all limbs and frames, in degrees.
+    pub mean_degrees: f64,
+    /// Joints that are at a limit, and how often.
+    pub clamped: Vec<ClampedJoint>,
+    /// Positions beyond a limit: always 0.
+    pub limit_violations: usize,
+    /// The mean speed over the ground of feet that stand in the source, in metres a second; absent where none stands.
+    pub skate: Option<f64>,
+    /// The same in the source.
+    pub source_skate: Option<f64>,
+    /// The share of frames in which a sole is more than 1 cm below the floor.
+    pub share_below_floor: f64,
+    /// How far below the floor a sole is at most, in metres.
+    pub deepest: f64,
+    /// The largest velocity of a joint, in radians or metres a second, and which joint it is.
+    pub max_velocity: f64,
+    /// The joint.
+    pub fastest_joint: String,
+    /// The share of samples in which a joint is faster than the robot's file allows.
+    pub share_too_fast: f64,
+    /// The largest acceleration of a joint, in radians or metres a second squared.
+    pub max_acceleration: f64,
+    /// Whether the motion can be used as it is.
+    pub verdict: RobotVerdict,
+}
+
+/// The report of a motion; `found` compares its bones with those of the source, `heights` are those of the soles.
+pub(super) fn report(robot: &Robot, motion: &RobotMotion, found: RetargetReport, heights: &[[f64; 2]]) -> RobotReport {
+    let joints = robot.moving_joints();
+    let (frames, count) = (motion.frames(), joints.len());
+    let (mut clamped, mut limit_violations) = (Vec::new(), 0);
+    let (mut max_velocity, mut fastest_joint, mut max_acceleration) = (0.0, String::new(), 0.0_f64);
+    let (mut too_fast, mut samples) = (0_usize, 0_usize);
+    for (dof, &link) in joints.iter().enumerate() {
+        let joint = &robot.links[link].joint;
+        let limits = &joint.limits;
+        let at = |frame: usize| motion.dof_pos[frame * count + dof];
+        let (mut held, mut moved) = (0_usize, false);
+        for frame in 0..frames {
+            let here = at(frame);
+            moved |= here != at(0);
+            limit_violations += usize::from(!(limits.lower..=limits.upper).contains(&here));
+            held += usize::from(here - limits.lower <= AT_LIMIT || limits.upper - here <= AT_LIMIT);
+            if frame > 0 {
+                let velocity = (here - at(frame - 1)) * motion.fps;
+                samples += 1;
+                too_fast += usize::from(limits.velocity.is_some_and(|most| velocity.abs() > most * (1.0 + 1e-9)));
+                if velocity.abs() > max_velocity {
+                    max_velocity = velocity.abs();
+                    fastest_joint.clone_from(&joint.name);
+                }
+                if frame > 1 {
+                    let change = (here - 2.0 * at(frame - 1) + at(frame - 2)) * motion.fps * motion.fps;
+                    max_acceleration = max_acceleration.max(change.abs());
+                }
+            }
+        }
+        if held > 0 && (moved || frames == 1) {
+            clamped.push(ClampedJoint {
+                joint: joint.name.clone(),
+                share: held as f64 / frames as f64,
+            });
+        }
+    }
+    clamped.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);
+    let below = heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
+    let deepest = heights.iter().map(lowest).fold(0.0_f64, f64::min);
+    let feet = found.feet.filter(|feet| feet.contact_frames > 0);
+    let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
+    let share_below_floor = share(below, frames);
+    let share_too_fast = share(too_fast, samples);
+    let slides = feet.is_some_and(|feet| feet.target.skate > feet.source.skate + MORE_SKATE);
+    let verdict = match found.mean_degrees {
+        mean if mean > FAIR_DEGREES || found.limbs.is_empty() => RobotVerdict::Poor,
+        mean if mean > GOOD_DEGREES || slides || share_below_floor > MOST_BELOW || share_too_fast > 0.0 => {
+            RobotVerdict::Fair
+        }
+        _ => RobotVerdict::Good,
+    };
+    RobotReport {
+        clip: motion.name.clone(),
+        frames,
+        fps: motion.fps,
+        scale: found.scale,
+        mean_degrees: found.mean_degrees,
+        limbs: found
+            .limbs
+            .into_iter()
+            .map(|limb| BoneError {
+                bone: limb.bone,
+                mean_degrees: limb.mean_degrees,
+                max_degrees: limb.max_degrees,
+            })
+            .collect(),
+        clamped,
+        limit_violations,
+        skate: feet.map(|feet| feet.target.skate),
+        source_skate: feet.map(|feet| feet.source.skate),
+        share_below_floor,
+        deepest: -deepest,
+        max_velocity,
+        fastest_joint,
+        share_too_fast,
+        max_acceleration,
+        verdict,
+    }
+}

@@ -1,0 +1,401 @@
+//! Robots: what is read of URDF and MJCF, which link is which bone, and motions on them.
+
+use std::fs;
+
+use mocap::glam::DVec3;
+use mocap::process::validate;
+use mocap::robot::{JointKind, Robot, RobotMap, RobotMotion, RobotOptions, RobotRetargeter, ShapeKind};
+use mocap::scene::HumanoidBone as Bone;
+use mocap::{Code, Importer, Limits, Pose};
+
+/// A leg's worth of everything that URDF has.
+const URDF: &str = r#"<?xml version="1.0"?>
+<robot name="r">
+  <link name="base"/>
+  <joint name="turn" type="revolute">
+    <origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/>
+    <parent link="base"/> <child link="arm"/>
+    <axis xyz="0 2 0"/>
+    <limit lower="-1" upper="0.5" velocity="3" effort="7"/>
+  </joint>
+  <joint name="slide" type="prismatic">
+    <parent link="arm"/> <child link="hand"/> <axis xyz="0 0 1"/> <limit lower="0" upper="0.2"/>
+  </joint>
+  <joint name="spin" type="continuous"> <parent link="hand"/> <child link="wheel"/> </joint>
+  <link name="arm">
+    <inertial><origin xyz="0 0 0.1"/><mass value="2"/><inertia ixx="1" iyy="2" izz="3" ixy="0.1" ixz="0.2" iyz="0.3"/></inertial>
+    <collision><origin xyz="1 0 0"/><geometry><box size="0.2 0.4 0.6"/></geometry></collision>
+    <visual><geometry><sphere radius="0.3"/></geometry></visual>
+  </link>
+  <link name="hand"/> <link name="wheel"/>
+</robot>"#;
+
+const MJCF: &str = r#"<mujoco model="m">
+  <compiler eulerseq="ZYX"/>
+  <default>
+    <joint range="-90 90"/>
+    <default class="c"> <joint axis="0 1 0"/> <geom type="capsule" contype="0" conaffinity="0"/> </default>
+  </default>
+  <worldbody>
+    <body name="base" pos="0 0 3" childclass="c"> <freejoint name="root"/>
+      <body name="upper" pos="0 0 -1" euler="90 0 0">
+        <joint name="a" pos="0 0 0.5"/> <joint name="b" axis="1 0 0" range="-10 20" actuatorfrcrange="-5 6"/>
+        <geom fromto="0 0 0 0 0 -2" size="0.1"/>
+        <body name="ball"> <joint name="s" type="ball" limited="false"/> </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"#;
+
+fn robot(name: &str) -> Robot {
+    Importer::new().import_robot(format!("fixtures/robots/{name}")).unwrap()
+}
+
+fn read(text: &str) -> Robot {
+    Importer::new().read_robot(text.as_bytes(), "robot.xml").unwrap()
+}
+
+fn refused(text: &str) -> String {
+    let error = Importer::new().read_robot(text.as_bytes(), "robot.xml").unwrap_err();
+    let diagnostic = error.diagnostic();
+    let line = diagnostic.location.as_ref().map_or(0, |location| location.line);
+    format!("{} {line}: {diagnostic}", diagnostic.code)
+}
+
+#[test]
+fn urdf_is_read() {
+    let robot = read(URDF);
+    let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["base", "arm", "hand", "wheel"]);
+    assert_eq!(robot.dof_names(), ["turn", "slide", "spin"]);
+    let arm = &robot.links[1];
+    assert_eq!(arm.line, 14);
+    assert_eq!(arm.joint.axis, DVec3::Y);
+    let limits = arm.joint.limits;
+    assert_eq!(
+        (limits.lower, limits.upper, limits.velocity, limits.effort),
+        (-1.0, 0.5, Some(3.0), Some(7.0))
+    );
+    // A quarter turn about Z takes the arm's +X to the base's +Y.
+    let corner = robot.zero_pose()[1].point(DVec3::X);
+    assert!(corner.abs_diff_eq(DVec3::new(0.0, 1.0, 1.0), 1e-12), "{corner}");
+    assert_eq!(arm.inertial.unwrap().inertia, [1.0, 2.0, 3.0, 0.1, 0.2, 0.3]);
+    assert_eq!(
+        arm.shapes[0].kind,
+        ShapeKind::Box {
+            half_size: DVec3::new(0.1, 0.2, 0.3)
+        }
+    );
+    assert_eq!((arm.shapes[0].collides, arm.shapes[1].collides), (true, false));
+    assert_eq!(robot.links[2].joint.kind, JointKind::Slide);
+    assert_eq!(robot.links[3].joint.limits.upper, f64::INFINITY);
+    let scene = Importer::new().read(URDF.as_bytes(), "robot.urdf").unwrap();
+    assert_eq!(validate(&scene), []);
+    assert_eq!(scene.nodes.len(), 4);
+    let hand = Pose::rest(&scene).node_to_world[2].w_axis;
+    assert_eq!(hand.truncate().to_array(), [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn mjcf_is_read() {
+    let robot = read(MJCF);
+    let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["base", "upper/a", "upper", "ball/s_x", "ball/s_y", "ball"]);
+    assert_eq!(robot.dof_names(), ["a", "b", "s_x", "s_y", "s_z"]);
+    let (a, b) = (&robot.links[1].joint, &robot.links[2].joint);
+    assert_eq!((a.axis, b.axis), (DVec3::Y, DVec3::X));
+    assert!((a.limits.upper - 90_f64.to_radians()).abs() < 1e-12);
+    assert!((b.limits.lower + 10_f64.to_radians()).abs() < 1e-12);
+    assert_eq!(b.limits.effort, Some(6.0));
+    assert_eq!(robot.links[3].joint.limits.upper, f64::INFINITY);
+    // `a` turns by 90 degrees about Y through (0, 0, 0.5): the body's origin goes from 0.5 below that to 0.5 beside it.
+    let place = a.link_to_parent(std::f64::consts::FRAC_PI_2);
+    let origin = a.origin.to_inner(place.translation);
+    assert!(origin.abs_diff_eq(DVec3::new(-0.5, 0.0, 0.5), 1e-12), "{origin}");
+    let capsule = &robot.links[2].shapes[0];
+    assert_eq!(
+        capsule.kind,
+        ShapeKind::Capsule {
+            radius: 0.1,
+            half_length: 1.0
+        }
+    );
+    assert!(!capsule.collides);
+    assert_eq!(capsule.place.translation, DVec3::new(0.0, 0.0, -1.0));
+}
+
+/// Both descriptions of a robot place its links alike: to the digits of MJCF, which has fewer.
+#[test]
+fn urdf_and_mjcf_are_one_robot() {
+    let (urdf, mjcf) = (robot("g1_29dof_rev_1_0.urdf"), robot("g1_29dof_rev_1_0_nomesh.xml"));
+    assert_eq!(urdf.dof_names(), mjcf.dof_names());
+    let (a, b) = (urdf.zero_pose(), mjcf.zero_pose());
+    for (index, link) in mjcf.links.iter().enumerate() {
+        let other = urdf.links.iter().position(|other| other.name == link.name).unwrap();
+        let apart = a[other].translation.distance(b[index].translation);
+        assert!(apart < 1e-5, "{} {apart}", link.name);
+        assert!(
+            a[other].rotation.dot(b[index].rotation).abs() > 1.0 - 1e-9,
+            "{}",
+            link.name
+        );
+        if link.joint.moves() {
+            let (limits, others) = (link.joint.limits, urdf.links[other].joint.limits);
+            assert!((limits.lower - others.lower).abs() < 1e-5, "{}", link.name);
+            assert!((limits.upper - others.upper).abs() < 1e-5, "{}", link.name);
+        }
+    }
+}
+
+#[test]
+fn the_bones_are_those_of_the_truth() {
+    let truth: serde_json::Value = serde_json::from_slice(&fs::read("fixtures/robots/truth.json").unwrap()).unwrap();
+    let mut compared = 0;
+    for name in [
+        "g1_29dof_rev_1_0.urdf",
+        "g1_29dof_rev_1_0_nomesh.xml",
+        "h1.urdf",
+        "h1_nomesh.xml",
+    ] {
+        let robot = robot(name);
+        let bones = robot.bones(None).unwrap();
+        let truth = &truth["robots"][name];
+        assert_eq!(truth["dof"], robot.dof_names().len());
+        let wanted = truth["bones"].as_object().unwrap();
+        assert_eq!(bones.len(), wanted.len(), "{name}");
+        for bone in bones {
+            let wanted = &wanted[bone.bone.as_str()];
+            assert_eq!(wanted["link"], robot.links[bone.link].name, "{name} {:?}", bone.bone);
+            let joints: Vec<&str> = bone
+                .joints
+                .iter()
+                .map(|link| robot.links[*link].joint.name.as_str())
+                .collect();
+            assert_eq!(wanted["joints"], serde_json::json!(joints), "{name} {:?}", bone.bone);
+            compared += 1;
+        }
+    }
+    assert!(compared > 50, "{compared}");
+}
+
+#[test]
+fn a_map_names_other_links() {
+    let robot = robot("h1.urdf");
+    let map = RobotMap::from([(Bone::Chest, None), (Bone::LeftFoot, Some("left_knee_link".to_owned()))]);
+    let bones = robot.bones(Some(&map)).unwrap();
+    assert!(bones.iter().all(|bone| bone.bone != Bone::Chest));
+    let foot = bones.iter().find(|bone| bone.bone == Bone::LeftFoot).unwrap();
+    assert_eq!(robot.links[foot.link].name, "left_knee_link");
+    let map = RobotMap::from([(Bone::Chest, Some("nothing".to_owned()))]);
+    assert_eq!(robot.bones(Some(&map)).unwrap_err().code(), Code::UnknownOption);
+    assert_eq!(read(URDF).bones(None).unwrap_err().code(), Code::NotHumanoid);
+}
+
+/// The motion of a file on a robot.
+fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, mocap::robot::RobotReport) {
+    let robot = robot(name);
+    let mut source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
+    conversion.frame_rate(30.0).apply(&mut source).unwrap();
+    let mut retargeter = RobotRetargeter::new(&source, &robot, options).unwrap();
+    let (motion, report) = retargeter.clip(&source, 0).unwrap();
+    (robot, motion, report)
+}
+
+#[test]
+fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
+    for name in [
+        "g1_29dof_rev_1_0.urdf",
+        "h1.urdf",
+        "g1_29dof_rev_1_0_nomesh.xml",
+        "h1_nomesh.xml",
+    ] {
+        let (robot, motion, report) = walk(name, &RobotOptions::default());
+        let joints = robot.moving_joints();
+        for frame in 0..motion.frames() {
+            for (position, link) in motion.dof_of(frame).iter().zip(&joints) {
+                let limits = robot.links[*link].joint.limits;
+                assert!((limits.lower..=limits.upper).contains(position), "{name} {frame}");
+            }
+        }
+        assert_eq!(report.limit_violations, 0, "{name}");
+        assert!(report.mean_degrees < 5.0, "{name} {}", report.mean_degrees);
+        assert_eq!(report.share_below_floor, 0.0, "{name}");
+        assert!(report.skate.unwrap() < report.source_skate.unwrap() + 0.005, "{name}");
+        // The scene with this animation stands where the numbers say.
+        let mut scene = robot.scene();
+        scene.animations.push(robot.animation(&motion));
+        assert_eq!(validate(&scene), []);
+        let pose = Pose::at_tick(&scene, 0, 20.0).unwrap();
+        let base = pose.node_to_world[0].w_axis.truncate().as_dvec3();
+        assert!(base.abs_diff_eq(motion.root[20].translation, 1e-6), "{name}");
+    }
+}
+
+#[test]
+fn velocities_stay_within_the_limits_where_that_is_asked_for() {
+    let options = RobotOptions {
+        velocity_limits: true,
+        ..RobotOptions::default()
+    };
+    let (robot, motion, report) = walk("h1.urdf", &options);
+    for (dof, link) in robot.moving_joints().into_iter().enumerate() {
+        let most = robot.links[link].joint.limits.velocity.unwrap();
+        for frame in 1..motion.frames() {
+            let velocity = (motion.dof_of(frame)[dof] - motion.dof_of(frame - 1)[dof]) * motion.fps;
+            assert!(velocity.abs() <= most * (1.0 + 1e-9), "{dof} {frame} {velocity}");
+        }
+    }
+    assert_eq!((report.limit_violations, report.share_too_fast), (0, 0.0));
+}
+
+#[test]
+fn what_is_wrong_with_a_robot_is_named_with_its_line() {
+    let changed = |from: &str, to: &str| {
+        assert!(URDF.contains(from) || MJCF.contains(from), "{from}");
+        let text = if URDF.contains(from) { URDF } else { MJCF };
+        refused(&text.replacen(from, to, 1))
+    };
+    for (from, to, expected) in [
+        (
+            "</robot>",
+            "",
+            "invalid-xml 1: the file is not valid XML: the root node was opened but never closed",
+        ),
+        (
+            "<child link=\"arm\"/>",
+            "<child link=\"arn\"/>",
+            "invalid-robot 6: no <link> is called \"arn\"; joint \"turn\"; help: did you mean arm?",
+        ),
+        (
+            "<child link=\"wheel\"/>",
+            "<child link=\"arm\"/>",
+            "invalid-robot 13: the link \"arm\" is the child of two joints; joint \"spin\"; expected one joint for each link; found also \"turn\"",
+        ),
+        (
+            "name=\"turn\" type=\"revolute\"",
+            "name=\"turn\" type=\"hinge\"",
+            "unexpected-token 4: the type of a joint is not known; joint \"turn\"; expected revolute, continuous, prismatic, fixed, floating or planar; found \"hinge\"",
+        ),
+        (
+            "xyz=\"0 2 0\"",
+            "xyz=\"0 2\"",
+            "invalid-number 7: xyz has the wrong number of values; expected 3 numbers; found 2",
+        ),
+        (
+            "xyz=\"0 2 0\"",
+            "xyz=\"0 0 0\"",
+            "invalid-robot 7: the axis of a joint has no length; joint \"turn\"; expected a direction such as 0 1 0; found \"0 0 0\"",
+        ),
+        (
+            "lower=\"-1\"",
+            "lower=\"x\"",
+            "invalid-number 8: lower has a word that is not a number; expected a number; found \"x\"",
+        ),
+        (
+            "lower=\"-1\"",
+            "lower=\"1e30\"",
+            "number-range 8: lower has a number that is not finite, or too large; expected a number of at most 1e18; found \"1e30\"",
+        ),
+        (
+            "lower=\"-1\"",
+            "lower=\"1\"",
+            "invalid-robot 8: the lower limit of a joint is above the upper one; joint \"turn\"; expected lower at most upper; found 1 and 0.5",
+        ),
+        (
+            "<link name=\"wheel\"/>",
+            "<link name=\"hand\"/>",
+            "invalid-robot 19: two links are called \"hand\"; help: rename one of them",
+        ),
+        (
+            "<parent link=\"base\"/> <child link=\"arm\"/>",
+            "<parent link=\"hand\"/> <child link=\"arm\"/>",
+            "invalid-robot 4: some joints make a circle: their links do not hang on the base; joint \"turn\"",
+        ),
+        (
+            "childclass=\"c\"",
+            "childclass=\"d\"",
+            "invalid-robot 8: no <default> has the class \"d\"",
+        ),
+        (
+            "eulerseq=\"ZYX\"",
+            "eulerseq=\"ZYw\"",
+            "unexpected-token 2: eulerseq of the compiler is not known; expected three of x, y and z, or of X, Y and Z; found \"ZYw\"",
+        ),
+        (
+            "type=\"ball\"",
+            "type=\"free\"",
+            "invalid-robot 12: a body within another has a free joint; joint \"s\"",
+        ),
+    ] {
+        assert_eq!(changed(from, to), expected);
+    }
+}
+
+fn survive(bytes: &[u8], what: &dyn Fn() -> String) {
+    let Ok(robot) = Importer::new().read_robot(bytes, "hostile.xml") else {
+        return;
+    };
+    let scene = robot.scene();
+    let violations = validate(&scene);
+    assert!(violations.is_empty(), "{}: {violations:?}", what());
+    if let Ok(bones) = robot.bones(None) {
+        assert!(bones.iter().all(|bone| bone.link < robot.links.len()));
+    }
+}
+
+#[test]
+fn damaged_robots_are_an_error_or_a_valid_scene() {
+    for text in [URDF, MJCF] {
+        for length in 0..text.len() {
+            survive(&text.as_bytes()[..length], &|| format!("the first {length} bytes"));
+        }
+        for position in 0..text.len() {
+            let mut bytes = text.as_bytes().to_vec();
+            for byte in *b"\0<>/\"' &-9e\xff" {
+                bytes[position] = byte;
+                survive(&bytes, &|| format!("byte {position} = {byte:#04x}"));
+            }
+        }
+    }
+}
+
+/// Long runs of one thing. Work that grew with the square of their length would take minutes here, not seconds.
+#[test]
+fn large_robots_are_an_error_or_a_valid_scene() {
+    let links: String = (0..20_000).map(|link| format!("<link name=\"l{link}\"/>")).collect();
+    let joints: String = (1..20_000)
+        .map(|link| {
+            format!("<joint name=\"j{link}\" type=\"fixed\"><parent link=\"l0\"/><child link=\"l{link}\"/></joint>")
+        })
+        .collect();
+    let nested = |depth: usize| {
+        let open: String = (0..depth)
+            .map(|body| format!("<body name=\"{body}\"><joint/>"))
+            .collect();
+        format!(
+            "<mujoco><worldbody>{open}{}</worldbody></mujoco>",
+            "</body>".repeat(depth)
+        )
+    };
+    for text in [
+        format!("<robot name=\"r\">{links}{joints}</robot>"),
+        format!("<robot name=\"r\">{}</robot>", "<a>".repeat(200_000)),
+        format!("<robot name=\"r\">{}</robot>", "<a/>".repeat(200_000)),
+        format!(
+            "<robot {}/>",
+            (0..20_000).map(|index| format!("a{index}=\"\" ")).collect::<String>()
+        ),
+        nested(1000),
+        nested(100_000),
+        "<!DOCTYPE a [<!ENTITY b \"b\"><!ENTITY c \"&b;&b;&b;\">]><robot name=\"&c;\"/>".to_owned(),
+    ] {
+        survive(text.as_bytes(), &|| text[..40].to_owned());
+    }
+    let tight = Importer::new().limits(Limits {
+        max_nodes: 3,
+        ..Limits::default()
+    });
+    let error = tight.read_robot(URDF.as_bytes(), "robot.urdf").unwrap_err();
+    assert_eq!(error.code(), Code::LimitExceeded);
+}
