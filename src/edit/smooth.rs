@@ -170,12 +170,10 @@ fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -
 /// The weighted mean of what is around each frame, in its tangent space.
 fn rotations(track: &[Trs], kernel: &[f32], filtered: &mut [Trs]) {
     let padded = Padded::new(track, kernel.len() - 1);
-    for (block, filtered) in filtered.chunks_mut(BLOCK).enumerate() {
-        let [x, y, z] = change(&padded, kernel, block * BLOCK, filtered.len());
-        for (place, filtered) in filtered.iter_mut().enumerate() {
-            let turn = exp(Vec3::new(x[place], y[place], z[place]));
-            filtered.rotation = (track[block * BLOCK + place].rotation * turn).normalize();
-        }
+    let [x, y, z] = change(&padded, kernel);
+    for (frame, filtered) in filtered.iter_mut().enumerate() {
+        let turn = exp(Vec3::new(x[frame], y[frame], z[frame]));
+        filtered.rotation = (track[frame].rotation * turn).normalize();
     }
 }
 
@@ -223,24 +221,52 @@ impl Padded {
     }
 }
 
-/// The changes of `count` frames from `first` on, each in its tangent space: x, y and z.
-fn change(padded: &Padded, kernel: &[f32], first: usize, count: usize) -> [Vec<f32>; 3] {
-    let mut sums = [0, 1, 2].map(|_| vec![0.0; count]);
-    let here = first + padded.pad;
-    for (offset, weight) in kernel.iter().enumerate().skip(1) {
-        add_differences(&mut sums, padded, here, here - offset, *weight);
-        add_differences(&mut sums, padded, here, here + offset, *weight);
+/// The changes of all frames, each in its tangent space: x, y and z.
+///
+/// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative is that back:
+/// each is found once, for both.
+fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
+    let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
+    let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);
+    let mut turns = [0, 1, 2].map(|_| vec![0.0; BLOCK]);
+    for block in (0..end).step_by(BLOCK) {
+        for (offset, weight) in kernel.iter().enumerate().skip(1) {
+            let here = block.max(pad - offset);
+            let count = (block + BLOCK).min(end).saturating_sub(here);
+            if count > 0 {
+                differences(&mut turns, padded, here, here + offset, count);
+                for (sums, turns) in sums.iter_mut().zip(&turns) {
+                    add(
+                        &mut sums[here..here + count],
+                        turns,
+                        &padded.sign[here + offset..],
+                        *weight,
+                    );
+                    add(
+                        &mut sums[here + offset..here + offset + count],
+                        turns,
+                        &padded.sign[here..],
+                        -weight,
+                    );
+                }
+            }
+        }
     }
-    // A reflection is twice the end less what it reflects.
+    let mut sums = sums.map(|sums| sums[pad..end].to_vec());
+    // A reflection is twice the end less what it reflects. All weights of what is farther than a number of frames:
+    let mut beyond = kernel.to_vec();
+    let mut sum = 0.0;
+    for weight in beyond.iter_mut().rev() {
+        sum += std::mem::replace(weight, sum);
+    }
     for (end, is_start) in [(0, true), (padded.last, false)] {
-        for place in 0..count {
-            let frame = first + place;
+        for frame in 0..=padded.last {
             let inside = if is_start { frame } else { padded.last - frame };
-            let beyond: f32 = kernel.iter().skip(inside + 1).sum();
+            let beyond = beyond.get(inside).copied().unwrap_or_default();
             if beyond > 0.0 {
                 let difference = log_without_branches(difference(padded.at(frame), padded.at(end)));
                 for (sum, difference) in sums.iter_mut().zip(difference) {
-                    sum[place] += 2.0 * beyond * difference;
+                    sum[frame] += 2.0 * beyond * difference;
                 }
             }
         }
@@ -249,23 +275,29 @@ fn change(padded: &Padded, kernel: &[f32], first: usize, count: usize) -> [Vec<f
 }
 
 wide::dispatch! {
-    /// Adds the weighted differences of the rotations from one place on from those from another on.
-    fn add_differences(sums: &mut [Vec<f32>; 3], padded: &Padded, here: usize, there: usize, weight: f32) {
-        let count = sums[0].len();
-        let [sum_x, sum_y, sum_z] = sums;
-        let (sum_x, sum_y, sum_z) = (&mut sum_x[..count], &mut sum_y[..count], &mut sum_z[..count]);
+    /// The differences of `count` rotations from one place on from those from another on.
+    fn differences(turns: &mut [Vec<f32>; 3], padded: &Padded, here: usize, there: usize, count: usize) {
+        let [turn_x, turn_y, turn_z] = turns;
+        let (turn_x, turn_y, turn_z) = (&mut turn_x[..count], &mut turn_y[..count], &mut turn_z[..count]);
         let [x, y, z, w] = &padded.components;
         let [ax, ay, az, aw] = [&x[here..here + count], &y[here..here + count], &z[here..here + count], &w[here..here + count]];
         let [bx, by, bz, bw] =
             [&x[there..there + count], &y[there..there + count], &z[there..there + count], &w[there..there + count]];
-        let sign = &padded.sign[there..there + count];
         for i in 0..count {
             let turn = difference([ax[i], ay[i], az[i], aw[i]], [bx[i], by[i], bz[i], bw[i]]);
             let [x, y, z] = log_without_branches(turn);
-            let factor = weight * sign[i];
-            sum_x[i] += x * factor;
-            sum_y[i] += y * factor;
-            sum_z[i] += z * factor;
+            turn_x[i] = x;
+            turn_y[i] = y;
+            turn_z[i] = z;
+        }
+    }
+}
+
+wide::dispatch! {
+    /// Adds values with their signs and a weight.
+    fn add(sums: &mut [f32], values: &[f32], signs: &[f32], weight: f32) {
+        for ((sum, value), sign) in sums.iter_mut().zip(values).zip(signs) {
+            *sum += *value * (weight * sign);
         }
     }
 }
