@@ -84,12 +84,21 @@ impl Placement {
         }
     }
 
-    /// A share of the motion.
+    /// A share of the motion, which goes along an arc: its speeds over the ground and about the axis are constant, as the
+    /// figure that is moved sees them.
     pub(super) fn part(&self, share: f32) -> Self {
+        let turn = self.turn * self.turn.w.signum();
+        let (axis, angle) = turn.to_axis_angle();
+        let chord = if angle > 1e-4 {
+            (0.5 * share * angle).sin() / (0.5 * angle).sin()
+        } else {
+            share
+        };
+        let way = Quat::from_axis_angle(axis, 0.5 * (share - 1.0) * angle) * (self.to - self.from);
         Self {
             turn: Quat::IDENTITY.slerp(self.turn, share),
             from: self.from,
-            to: self.from.lerp(self.to, share),
+            to: self.from + chord * way,
         }
     }
 

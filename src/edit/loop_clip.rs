@@ -1,5 +1,7 @@
 //! Makes a motion that can be played over and over.
 
+mod level;
+
 use serde::{Deserialize, Serialize};
 
 use super::body::{Body, metres_per_unit};
@@ -10,8 +12,8 @@ use super::inertia::{self, Seam};
 use super::pose_distance::Poses;
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::{not_negative, positive};
-use crate::pose::Trs;
-use crate::scene::Scene;
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeId, Scene};
 
 /// Options of [`loop_clip()`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,8 +61,14 @@ pub struct LoopReport {
 /// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
 const CANDIDATES: usize = 200;
 
+/// How many times the squared distance of the two poses may be that of the best, for a calmer moment of the same cycle.
+const CALM: f32 = 3.0;
+
+/// How many moments of a cycle are looked at for that, about.
+const MOMENTS: usize = 60;
+
 /// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose, speed
-/// and contacts, apart from the way that the figure went.
+/// and contacts, apart from the way that the figure went. Joints turn at the seam as fast before it as after it.
 ///
 /// # Errors
 /// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] where the motion is too short for a loop, or an
@@ -78,7 +86,7 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
         .map(|body| detect(scene, &frames, &body, &ContactOptions::default()));
     let found = match options.frames {
         Some([first, last]) => Some((first, last)),
-        None => best(&frames, &carrier, contacts.as_ref(), options),
+        None => best(scene, &frames, &carrier, contacts.as_ref(), options),
     };
     let Some((first, last)) = found else {
         let seconds = (frames.len() - 1) as f64 / frames.rate;
@@ -108,6 +116,9 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
     for (frame, row) in rows.iter_mut().enumerate().take(steps) {
         seam.apply(row, frame, steps);
     }
+    level::level(scene, &frames, &mut rows, |row, is_back| {
+        carrier.apply(&if is_back { onward.inverse() } else { onward }, row);
+    });
     if options.in_place {
         for (frame, row) in rows.iter_mut().enumerate() {
             let part = onward.part(frame as f32 / (count - 1) as f32);
@@ -129,12 +140,27 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
     Ok(report)
 }
 
+/// How fast joints move beside the carrier at a frame, summed over the squares: the least at a calm moment, as when both feet
+/// are on the ground, at which a seam is seen least.
+fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
+    let places = |frame: usize| {
+        let mut pose = Pose::rest(scene);
+        frames.pose(frame.min(frames.len() - 1), &mut pose);
+        pose
+    };
+    let (from, to) = (places(frame), places(frame + 1));
+    let step = |node: NodeId| to.position(node) - from.position(node);
+    let nodes = (0..scene.nodes.len()).map(NodeId::new);
+    nodes.map(|node| (step(node) - step(carrier)).length_squared()).sum()
+}
+
 fn agree(contacts: &DetectedContacts, a: usize, b: usize) -> bool {
     contacts.points.iter().all(|point| point.at_rest[a] == point.at_rest[b])
 }
 
 /// The two frames whose poses, speeds and contacts are most alike.
 fn best(
+    scene: &Scene,
     frames: &Frames,
     carrier: &Carrier,
     contacts: Option<&DetectedContacts>,
@@ -147,17 +173,21 @@ fn best(
     let stride = frames.len().div_ceil(CANDIDATES).max(1);
     // Speeds count as the poses to which they lead in a tenth of a second.
     let weight = (0.1 * frames.rate).powi(2) as f32;
+    let cost = |distance: f32, first: usize, last: usize| {
+        let agree = contacts.is_none_or(|contacts| agree(contacts, first, last));
+        if agree { distance } else { 4.0 * distance }
+    };
+    let poses = |chosen: &[usize]| Poses::new(frames, chosen, carrier, Some(weight));
     let mut found: Option<(f32, usize, usize)> = None;
     let mut consider = |firsts: &[usize], lasts: &[usize]| {
-        let poses = [firsts, lasts].map(|chosen| Poses::new(frames, chosen, carrier, Some(weight)));
+        let poses = [firsts, lasts].map(poses);
         for (place, &first) in firsts.iter().enumerate() {
             for (distance, &last) in poses[1].distances(&poses[0], place).into_iter().zip(lasts) {
                 let length = last.saturating_sub(first);
                 if length < least.max(2) || length > most {
                     continue;
                 }
-                let agree = contacts.is_none_or(|contacts| agree(contacts, first, last));
-                let cost = if agree { distance } else { 4.0 * distance };
+                let cost = cost(distance, first, last);
                 if found.is_none_or(|found| cost < found.0) {
                     found = Some((cost, first, last));
                 }
@@ -171,5 +201,21 @@ fn best(
     let near = |frame: usize| -> Vec<usize> {
         (frame.saturating_sub(stride)..=(frame + stride).min(frames.len() - 1)).collect()
     };
-    consider(&near(first), &near(last)).map(|(_, first, last)| (first, last))
+    let (least_cost, first, last) = consider(&near(first), &near(last))?;
+    // The same cycle from another moment on.
+    let length = last - first;
+    let step = (length / MOMENTS).max(1);
+    let earliest = first - step * (first.min(length / 2) / step);
+    let latest = (first + length / 2).min(frames.len() - 1 - length);
+    let firsts: Vec<usize> = (earliest..=latest).step_by(step).collect();
+    let lasts: Vec<usize> = firsts.iter().map(|first| first + length).collect();
+    let (from, to) = (poses(&firsts), poses(&lasts));
+    let carrier = frames.nodes()[carrier.column];
+    let alike = firsts.iter().zip(&lasts).enumerate().filter(|(place, (first, last))| {
+        let distance = to.distances(&from, *place)[*place];
+        cost(distance, **first, **last) <= CALM * least_cost
+    });
+    let speeds = alike.map(|(_, (first, last))| (squared_speeds(scene, frames, carrier, *first), *first, *last));
+    let calmest = speeds.min_by(|a, b| a.0.total_cmp(&b.0));
+    Some(calmest.map_or((first, last), |(_, first, last)| (first, last)))
 }

@@ -89,6 +89,34 @@ fn another_motion_begins_where_the_first_ends() {
     );
 }
 
+/// What animsmith asks of a loop: joints leave the first frame as fast as they come to the last, within 0.1 m/s.
+#[test]
+fn a_loop_goes_on_as_fast_as_it_ends() {
+    for file in [
+        WALK,
+        "motionbuilder_vicon_walk.bvh",
+        "additive_root_walk.bvh",
+        "makehuman_zombie_walk.bvh",
+    ] {
+        let mut scene = import(file);
+        let options = LoopOptions {
+            in_place: true,
+            ..LoopOptions::default()
+        };
+        loop_clip(&mut scene, 0, &options).unwrap();
+        let rate = scene.animations[0].ticks_per_second as f32;
+        let at = positions(&scene);
+        let last = at.len() - 1;
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let place = |frame: usize| at[frame][index];
+            let (out, into) = (place(1) - place(0), place(last) - place(last - 1));
+            let jump = out.distance(into) * rate;
+            assert!(jump < 0.1, "{file}: {}: {jump}", node.name);
+            assert!(place(0).distance(place(last)) < 1e-4, "{file}");
+        }
+    }
+}
+
 #[test]
 fn a_loop_ends_as_it_begins() {
     for (file, in_place) in [
