@@ -230,3 +230,32 @@ fn broken_bytes_are_refused_or_harmless() {
         Code::InvalidClip
     );
 }
+
+#[cfg(feature = "cli")]
+#[test]
+fn convert_writes_packed_clips() {
+    use std::fs;
+
+    use crate::program::Folder;
+
+    let folder = Folder::with(&["w.bvh", "in/w.bvh"]);
+    folder.succeeds("convert w.bvh w.mclip --max-error 0.1mm");
+    folder.succeeds("convert w.bvh again.mclip --max-error 0.1mm");
+    let bytes = folder.read("w.mclip");
+    assert_eq!(bytes, folder.read("again.mclip"));
+    let mut scene = mocap::import(folder.path("w.bvh")).unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let clip = PackedClip::new(bytes.as_slice()).unwrap();
+    assert_eq!(clip.bytes(), PackedClip::encode(&scene, 0, 0.0001).unwrap().bytes());
+    folder.succeeds("convert in -o out --to mclip");
+    assert!(PackedClip::new(fs::read(folder.path("out/w.mclip")).unwrap()).is_ok());
+    for option in [
+        "--mesh none",
+        "--compress int16",
+        "--verify",
+        "--digits 3",
+        "--out-unit cm",
+    ] {
+        folder.refuses(&format!("convert w.bvh w.mclip {option}"), 2, "error");
+    }
+}

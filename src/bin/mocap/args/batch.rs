@@ -67,6 +67,8 @@ pub(crate) enum FormatArg {
     Bvh,
     Fbx,
     Vrma,
+    /// A packed clip, which plays without being unpacked: docs/compression.md
+    Mclip,
 }
 
 impl FormatArg {
@@ -77,6 +79,7 @@ impl FormatArg {
             Self::Bvh => "bvh",
             Self::Fbx => "fbx",
             Self::Vrma => "vrma",
+            Self::Mclip => "mclip",
         }
     }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use mocap::compress::PackedClip;
 use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
@@ -45,7 +46,10 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         Some(format) => format,
         None if streams::is_standard(&output) => args.batch.to,
         None => {
-            let message = format!("{} should end in .glb, .gltf, .bvh, .fbx or .vrma", output.display());
+            let message = format!(
+                "{} should end in .glb, .gltf, .mclip, .bvh, .fbx or .vrma",
+                output.display()
+            );
             return Err(Failure::Usage(message));
         }
     };
@@ -97,6 +101,7 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
             let (bytes, written) = fbx::write(&scene, &args.fbx.options())?;
             (bytes, written.warnings)
         }
+        FormatArg::Mclip => (packed(args, &scene)?.bytes().to_vec(), Vec::new()),
         FormatArg::Vrma => {
             let (bytes, written) = vrma::write(&scene, &vrma_options(args, &scene))?;
             decisions.extend(left_out(&written.left_out));
@@ -160,8 +165,9 @@ pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
-fn choice(args: &ConvertArgs) -> Option<String> {
+fn choice(args: &ConvertArgs, format: Option<FormatArg>) -> Option<String> {
     match (args.compress.compress, args.compress.max_error) {
+        (None, Some(_)) if matches!(format, Some(FormatArg::Mclip)) => None,
         (None, Some(_)) => {
             Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
         }
@@ -171,6 +177,11 @@ fn choice(args: &ConvertArgs) -> Option<String> {
         )),
         _ => None,
     }
+}
+
+/// A packed clip of the first animation.
+fn packed(args: &ConvertArgs, scene: &Scene) -> mocap::Result<PackedClip<'static>> {
+    PackedClip::encode(scene, 0, args.compress.tolerance())
 }
 
 const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
@@ -198,6 +209,18 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
                 &["keep-constant", "embed", "compress", "max-error"],
                 "it applies to glTF; write .glb, or leave it out",
             )?;
+            (true, true)
+        }
+        FormatArg::Mclip => {
+            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
+            let why = "it applies to BVH; write .bvh, or leave it out";
+            given.refuse(&["order", "digits", "channels"], why)?;
+            let why = "a packed clip is in metres with +Y up; for another unit or axis write .bvh";
+            given.refuse(&["out-unit", "out-up"], why)?;
+            let why = "it applies to glTF; a packed clip has a form of its own, and no meshes; leave it out";
+            given.refuse(&["mesh", "keep-constant", "embed", "compress"], why)?;
+            let why = "a packed clip is not read back; write .glb, or leave it out";
+            given.refuse(&["verify"], why)?;
             (true, true)
         }
         FormatArg::Glb | FormatArg::Gltf | FormatArg::Vrma => {
@@ -343,6 +366,12 @@ pub(crate) fn convert(
     } else if matches!(format, Some(FormatArg::Vrma)) {
         written = vrma::export(&scene, output, &vrma_options(args, &scene)).map_err(|error| error.with_path(input))?;
         decisions.extend(left_out(&written.left_out));
+    } else if matches!(format, Some(FormatArg::Mclip)) {
+        let clip = packed(args, &scene).map_err(|error| error.with_path(input))?;
+        write_file(output, clip.bytes())?;
+        written.bytes = clip.bytes().len();
+        decisions.push(format!("error: {} mm at most", verify::millimetres(clip.max_error())));
+        hash = args.batch.out_dir.is_some().then(|| sha256_of(clip.bytes()));
     } else if matches!(format, Some(FormatArg::Fbx)) {
         let report = fbx::export(&scene, output, &args.fbx.options()).map_err(|error| error.with_path(input))?;
         (written.bytes, written.warnings) = (report.bytes, report.warnings);
@@ -364,10 +393,15 @@ pub(crate) fn convert(
         _ => scene.nodes.len(),
     };
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
-    if let (true, [first, _, ..]) = (is_bvh, scene.animations.as_slice()) {
+    let of_one_clip = match format {
+        Some(FormatArg::Bvh) => Some("BVH"),
+        Some(FormatArg::Mclip) => Some("a packed clip"),
+        _ => None,
+    };
+    if let (Some(output), [first, _, ..]) = (of_one_clip, scene.animations.as_slice()) {
         let count = scene.animations.len();
         decisions.push(format!(
-            "clip: 0 \"{}\" of {count}, because BVH has one; --clip takes another",
+            "clip: 0 \"{}\" of {count}, because {output} has one; --clip takes another",
             first.name
         ));
     }
@@ -389,7 +423,7 @@ pub(crate) fn convert(
         warnings,
         verification: verifier.map(|verifier| verifier.files(input, output)).transpose()?,
         hash,
-        choice: choice(args),
+        choice: choice(args, format),
         decisions,
         renamed: written.renamed,
         dropped_keys: written.dropped_keys,
