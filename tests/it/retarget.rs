@@ -700,3 +700,34 @@ fn heads_are_upright_on_the_average() {
         assert!(mean > 0.6, "{file}: {mean}");
     }
 }
+
+/// Collar bones hang from a chest all alike. A rest pose that had to be computed says nothing about how their joints are
+/// turned; the motion does.
+#[test]
+fn shoulders_are_on_the_average_as_at_rest() {
+    let target = character("human_default");
+    let joint = joints(&target);
+    let rest = Pose::rest(&target);
+    for (file, source) in motions() {
+        let moved = retargeted(&source, &target);
+        let binding = Binding::new(&moved, &moved.animations[0]);
+        let mut pose = Pose::rest(&target);
+        for bone in [Bone::LeftShoulder, Bone::RightShoulder] {
+            let shoulder = joint(bone).unwrap();
+            let chest = target.nodes[shoulder.index()].parent.unwrap();
+            let to_chest = |pose: &Pose| {
+                let rotation = |node: NodeId| pose.node_to_world[node.index()].to_scale_rotation_translation().1;
+                rotation(chest).inverse() * rotation(shoulder)
+            };
+            let mut sum = Vec3::ZERO;
+            for tick in frames(&source, 40) {
+                pose.sample(&binding, &moved.animations[0], tick);
+                let turn = to_chest(&pose) * to_chest(&rest).inverse();
+                let (axis, angle) = if turn.w < 0.0 { -turn } else { turn }.to_axis_angle();
+                sum += axis * angle;
+            }
+            let mean = (sum / 40.0).length().to_degrees();
+            assert!(mean < 25.0, "{file}: {} is turned by {mean} degrees", bone.as_str());
+        }
+    }
+}
