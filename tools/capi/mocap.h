@@ -1,5 +1,5 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
- * put poses on another skeleton.
+ * put poses on another skeleton, play packed clips.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -72,6 +72,11 @@ typedef enum mocap_status {
 } mocap_status;
 
 /*
+ An open packed clip. Only pointers to it leave the library.
+ */
+typedef struct mocap_clip mocap_clip;
+
+/*
  Moves poses of one skeleton onto another. Only pointers to it leave the library.
  */
 typedef struct mocap_retargeter mocap_retargeter;
@@ -131,6 +136,7 @@ const char *mocap_error_text(void);
  - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
  - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
    metres, +Y up.
+ - Robots (URDF `.urdf`, MJCF `.xml` and `.mjcf`): the skeleton alone.
 
  3ds Max `.bip` is refused, with advice on what to export instead.
 
@@ -314,6 +320,65 @@ enum mocap_status mocap_rest_local_matrices(const struct mocap_scene *scene,
 enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
                                             float *matrices,
                                             size_t count);
+
+/*
+ Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are copied.
+
+ Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees it.
+
+ # Safety
+ `bytes` points to `size` bytes.
+ */
+struct mocap_clip *mocap_clip_open(const uint8_t *bytes,
+                                   size_t size);
+
+/*
+ Frees a packed clip. NULL is allowed.
+
+ # Safety
+ `clip` comes from `mocap_clip_open`, was not freed before, and is used by no other thread.
+ */
+void mocap_clip_close(struct mocap_clip *clip);
+
+/*
+ How many nodes a packed clip has, in the order of the file that it was made from; 0 for NULL.
+
+ # Safety
+ `clip` is NULL or an open packed clip.
+ */
+uint32_t mocap_clip_node_count(const struct mocap_clip *clip);
+
+/*
+ The last tick of a packed clip; 0 for NULL.
+
+ # Safety
+ `clip` is NULL or an open packed clip.
+ */
+double mocap_clip_duration(const struct mocap_clip *clip);
+
+/*
+ Ticks per second of a packed clip; 0 for NULL.
+
+ # Safety
+ `clip` is NULL or an open packed clip.
+ */
+double mocap_clip_ticks_per_second(const struct mocap_clip *clip);
+
+/*
+ The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to the
+ world to `world`; either may be NULL. `count` is how many matrices there is room for, at least `mocap_clip_node_count`.
+
+ Nothing is allocated. One thread at a time may use a packed clip.
+
+ # Safety
+ `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x `count`
+ floats, which do not overlap.
+ */
+enum mocap_status mocap_clip_pose(struct mocap_clip *clip,
+                                  double tick,
+                                  float *local,
+                                  float *world,
+                                  size_t count);
 
 /*
  A copy of a scene in metres with +Y up, as `mocap convert` makes it. `conversion` says what is known about the file;

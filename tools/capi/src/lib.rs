@@ -9,6 +9,7 @@
 #![warn(clippy::unwrap_used)]
 
 mod border;
+mod clip;
 mod convert;
 mod handle;
 mod retarget;
@@ -24,6 +25,10 @@ use crate::border::{Failure, guard};
 use crate::handle::Animation;
 
 pub use crate::border::Status;
+pub use crate::clip::{
+    Clip, mocap_clip_close, mocap_clip_duration, mocap_clip_node_count, mocap_clip_open, mocap_clip_pose,
+    mocap_clip_ticks_per_second,
+};
 pub use crate::convert::{
     Conversion, MOCAP_UP_AUTO, MOCAP_UP_NEG_Y, MOCAP_UP_NEG_Z, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count,
     mocap_assumption_text, mocap_convert,
@@ -74,6 +79,7 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 /// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
 /// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
 ///   metres, +Y up.
+/// - Robots (URDF `.urdf`, MJCF `.xml` and `.mjcf`): the skeleton alone.
 ///
 /// 3ds Max `.bip` is refused, with advice on what to export instead.
 ///

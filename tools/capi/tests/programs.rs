@@ -128,3 +128,17 @@ fn a_c_program_puts_poses_on_another_skeleton() {
     ];
     assert_eq!(run(&program, &prefix, &files), "the limbs point where they should\n");
 }
+
+#[test]
+fn a_c_program_plays_a_packed_clip() {
+    let source = "../../fixtures/real/cmu_12_01_walk.bvh";
+    let mut scene = mocap::import(source).unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let packed = mocap::compress::PackedClip::encode(&scene, 0, 0.00099).unwrap();
+    let prefix = installed("clip");
+    let (program, file) = (prefix.join("clip"), prefix.join("walk.mclip"));
+    std::fs::write(&file, packed.bytes()).unwrap();
+    compile(C, "tests/clip.c", &program, &flags(&prefix, &[]));
+    let files = [source, file.to_str().unwrap()];
+    assert_eq!(run(&program, &prefix, &files), "every joint is where it should be\n");
+}
