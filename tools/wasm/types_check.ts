@@ -16,7 +16,10 @@ try {
   walk(new Uint8Array());
   const motion = mocap.read([{ name: "01.asf", bytes: "" }, { name: "01_01.amc", bytes: new ArrayBuffer(0) }]);
   const character = mocap.readCharacter(new Uint8Array(), "hero.vrm");
-  motion.retarget(character, { scale: 1.1, feet: "free" }).write("vrma").warnings.map((warning) => warning.code);
+  const moved = motion.retarget(character, { scale: 1.1, feet: "free", limbAngles: true });
+  const picture: Uint8Array = moved.toPng({ name: "walk" });
+  moved.toPlayer("walk").blocks.map(([id, block]) => `${id}: ${block.length}, ${picture.length}`);
+  moved.write("vrma").warnings.map((warning) => warning.code);
 } catch (error) {
   if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);
 }
