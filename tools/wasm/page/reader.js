@@ -51,10 +51,11 @@ export class Reader {
     this.progress(this.working.request, "starting");
   }
 
-  take({ ready, id, stage, share, answer, error }) {
+  take({ ready, warm, id, stage, share, answer, error }) {
     if (ready) this.isReady = true;
+    if (warm) this.isWarm = true;
     if (stage && this.working?.request.id === id) this.progress(this.working.request, stage, share);
-    if (ready || stage) return this.next();
+    if (ready || warm || stage) return this.next();
     if (ENDED.has(error?.code)) return this.end(error);
     if (error) this.fail(error);
     else this.settle((working) => working.done(answer));

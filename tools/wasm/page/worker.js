@@ -11,8 +11,10 @@
 //   retarget    options of Scene.retarget()
 
 import { load } from "../package/index.js";
+import { warmUp } from "./warm_up.js";
 
 let mocap;
+let isAsked = false;
 
 /** How many scenes stay, so that a change of the last files does not read them again. */
 const KEPT = 6;
@@ -120,8 +122,11 @@ onmessage = async ({ data }) => {
   if (data.wasm) {
     mocap = await load(data.wasm);
     postMessage({ ready: true });
+    await warmUp(mocap, () => !isAsked);
+    postMessage({ warm: true });
     return;
   }
+  isAsked = true;
   const { id } = data;
   const report = (stage, share) => postMessage({ id, stage, share });
   try {
