@@ -185,7 +185,7 @@ fn every_choice_gives_the_same_motion() {
             ..usual.clone()
         },
         FbxOptions {
-            rest: FbxRest::Rotation,
+            rest: FbxRest::PreRotation,
             ..usual.clone()
         },
         FbxOptions {

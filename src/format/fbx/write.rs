@@ -6,7 +6,7 @@
 //! | a group | a model `Null`; that of an FBX file's root is the root that every file has |
 //! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
 //! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
-//! | the rotation of the rest pose | `PreRotation`, or `Lcl Rotation`, as [`FbxRest`] says |
+//! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |
 //! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
@@ -73,11 +73,12 @@ impl FbxVersion {
 /// Where the rotations of the rest pose are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FbxRest {
-    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero.
+    /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
     #[default]
-    PreRotation,
-    /// In `Lcl Rotation`: the curves have all of a rotation.
     Rotation,
+    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 turns animated
+    /// joints by it twice.
+    PreRotation,
 }
 
 /// What stands above a root joint.
@@ -177,15 +178,23 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let binds = mesh::binds(scene, &space);
     let placed = skeleton::write(scene, &space, options, &binds, &mut names, &mut document, &mut report)?;
     let skinned = mesh::write(scene, &space, &placed, &mut names, &mut document, &mut report)?;
+    let clips = animation::write(scene, &space, &placed, &mut document, &mut report)?;
     let nodes = placed
         .iter()
         .enumerate()
         .filter(|(_, place)| place.id != document::SCENE_ROOT);
-    let nodes = nodes.map(|(index, place)| (place.id, *binds.get(&index).unwrap_or(&place.world)));
+    let nodes = nodes.map(|(index, place)| {
+        let parent = scene.nodes[index].parent.map(|parent| &placed[parent.index()]);
+        let at_rest = match parent.filter(|_| clips.moving.contains(&index)) {
+            Some(parent) => skeleton::beside_the_tail(place, parent),
+            None => place.world,
+        };
+        (place.id, *binds.get(&index).unwrap_or(&at_rest))
+    });
     let meshes = skinned.into_iter().map(|mesh| (mesh, DMat4::IDENTITY));
     let pose: Vec<_> = nodes.chain(meshes).collect();
     skeleton::bind_pose(&mut document, &pose);
-    let clips = animation::write(scene, &space, &placed, &mut document, &mut report)?;
+    let clips = clips.ends;
     let provenance = Provenance {
         up: Some(options.up).filter(|up| *up != UpAxis::Y),
         ..Provenance::of(scene)

@@ -10,7 +10,7 @@ pub(crate) struct FbxArgs {
     #[arg(long, value_name = "VERSION", default_value = "7.5")]
     fbx_version: VersionArg,
     /// Where the rotations of the rest pose are
-    #[arg(long, value_name = "PLACE", default_value = "pre-rotation")]
+    #[arg(long, value_name = "PLACE", default_value = "rotation")]
     fbx_rest: RestArg,
 }
 

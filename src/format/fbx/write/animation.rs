@@ -3,6 +3,8 @@
 //! A curve has a key at every tick of its track. Between two keys it goes straight, as positions of a scene do; rotations
 //! of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame.
 
+use std::collections::BTreeSet;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 
 use super::document::{Document, Id};
@@ -24,16 +26,25 @@ const LINEAR: i32 = 4;
 /// The weights of tangents, two numbers of 16 bits of which 9,999 is 1, as other programs write them of lines.
 const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
 
-/// Adds the clips of `scene`. Returns their names and ends.
+/// What was written of the clips.
+#[derive(Default)]
+pub(super) struct Clips {
+    /// Their names and ends.
+    pub(super) ends: Vec<(String, i64)>,
+    /// The nodes whose position is animated.
+    pub(super) moving: BTreeSet<usize>,
+}
+
+/// Adds the clips of `scene`.
 pub(super) fn write(
     scene: &Scene,
     space: &Space,
     placed: &[Placed],
     document: &mut Document<'_>,
     report: &mut FbxReport,
-) -> Result<Vec<(String, i64)>> {
+) -> Result<Clips> {
     let mut names = Names::default();
-    let mut clips = Vec::new();
+    let mut clips = Clips::default();
     for animation in &scene.animations {
         let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
         let source = scene.metadata.origin.as_ref().map(Origin::stem);
@@ -63,8 +74,8 @@ pub(super) fn write(
             last: duration,
             whole: None,
         };
-        clip.curves(animation, placed)?;
-        clips.push((name, end));
+        clip.curves(animation, placed, &mut clips.moving)?;
+        clips.ends.push((name, end));
     }
     Ok(clips)
 }
@@ -120,7 +131,7 @@ struct Track {
 }
 
 impl Clip<'_, '_, '_> {
-    fn curves(&mut self, animation: &Animation, placed: &[Placed]) -> Result<()> {
+    fn curves(&mut self, animation: &Animation, placed: &[Placed], moving: &mut BTreeSet<usize>) -> Result<()> {
         let binding = Binding::new(self.scene, animation);
         let mut is_empty = true;
         let mut first = None;
@@ -132,7 +143,11 @@ impl Clip<'_, '_, '_> {
             let channel = &animation.channels[channel];
             for track in self.tracks(place, channel)? {
                 first.get_or_insert((place.id, track.rest));
-                is_empty &= !self.write(place.id, &track, false)?;
+                let says_more = self.write(place.id, &track, false)?;
+                is_empty &= !says_more;
+                if says_more && matches!(track.part, Part::Translation) {
+                    moving.insert(node.index());
+                }
             }
         }
         // A clip in which everything is as at rest has a curve that says so.

@@ -250,6 +250,20 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
         .child(Element::of("Culling", "CullingOff"))
 }
 
+/// The place at rest of a joint that moves against its parent, for the bind pose.
+///
+/// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it, and then
+/// does not move against it. A hundred-thousandth of the way beside it, it is not.
+pub(super) fn beside_the_tail(place: &Placed, parent: &Placed) -> DMat4 {
+    const SHARE: f64 = 1e-5;
+    let origin = place.world.w_axis.truncate();
+    let way = SHARE * f64::max(origin.length(), place.translation.length());
+    let side = parent.world.x_axis.truncate().normalize_or_zero();
+    let mut matrix = place.world;
+    matrix.w_axis = (origin + way * side).extend(1.0);
+    matrix
+}
+
 /// Adds the bind pose: the matrices to the world of these objects.
 pub(super) fn bind_pose(document: &mut Document<'_>, matrices: &[(Id, DMat4)]) {
     let (_, element) = document.object("Pose", ["BindPose", "Pose", "BindPose"]);

@@ -1,0 +1,281 @@
+"""The judge of `check`."""
+
+import json
+import math
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from array import array
+from ast import literal_eval
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MOCAP = os.environ["MOCAP"]
+BLENDER = os.environ.get("BLENDER_PYTHON")
+# In metres. Assimp prints six digits, and sums them along chains.
+ALLOWED = 5e-5
+SAMPLE = 10
+TIMES = 8
+# Fixtures of which a joint is so far away that single precision has no more of it: allowed as a share of that.
+SINGLE = 4e-6
+# Blender keeps a bone as the places of its head and its tail in single precision. A bone that is short and far from the
+# origin is therefore turned a little, and with it the way of a root along it.
+BLENDER_ALLOWED = {"run.fbx": 2e-4}
+
+
+def read_npz(path):
+    """The arrays of an archive that numpy would read: names, places and times."""
+    found = {}
+    with zipfile.ZipFile(path) as archive:
+        for name in archive.namelist():
+            data = archive.read(name)
+            length = int.from_bytes(data[8:10], "little")
+            header = literal_eval(data[10 : 10 + length].decode("latin-1"))
+            found[name.removesuffix(".npy")] = (header["descr"], header["shape"], data[10 + length :])
+    return found
+
+
+def numbers(entry):
+    descr, shape, data = entry
+    values = array({"<f4": "f", "<f8": "d"}[descr])
+    values.frombytes(data[: values.itemsize * math.prod(shape)])
+    return values, shape
+
+
+def texts(entry):
+    descr, shape, data = entry
+    size = 4 * int(descr.removeprefix("<U"))
+    parts = [data[size * index : size * (index + 1)] for index in range(shape[0])]
+    return [part.decode("utf-32-le").rstrip("\0") for part in parts]
+
+
+def unique(names):
+    """The names in the file: each once."""
+    taken, last, made = set(), {}, []
+    for name in names:
+        name = "".join("_" if ord(c) < 32 or 127 <= ord(c) < 160 else c for c in name)
+        wanted = name
+        while name in taken:
+            last[wanted] = last.get(wanted, 1) + 1
+            name = f"{wanted}_{last[wanted]}"
+        taken.add(name)
+        made.append(name)
+    return made
+
+
+def run(*args):
+    return subprocess.run([str(arg) for arg in args], capture_output=True, text=True)
+
+
+def multiply(a, b):
+    """Of matrices of four rows, as lists of 16 numbers."""
+    return [sum(a[4 * row + k] * b[4 * k + column] for k in range(4)) for row in range(4) for column in range(4)]
+
+
+def matrix(position, rotation, scale):
+    w, x, y, z = rotation
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    made = []
+    for row, place in zip(rows, position):
+        made += [value * factor for value, factor in zip(row, scale)] + [place]
+    return [*made, 0, 0, 0, 1]
+
+
+def key_at(keys, time):
+    """The key next to a time."""
+    return min(keys, key=lambda key: abs(key[0] - time))[1]
+
+
+def assimp(path, folder, seconds):
+    """The places of all nodes by name at these times, the end in seconds, and the rate, as Assimp has them."""
+    out = folder / "assimp.json"
+    out.unlink(missing_ok=True)
+    ran = run("assimp", "export", path, out, "-fassjson")
+    if not out.exists():
+        return {"refusal": ran.stdout.strip().splitlines()[-1:]}
+    scene = json.loads(out.read_text())
+    clips = scene.get("animations", [])
+    channels, rate, end = {}, None, 0.0
+    if clips:
+        rate = clips[0]["tickspersecond"]
+        end = clips[0]["duration"] / rate
+        channels = {channel["name"]: channel for channel in clips[0]["channels"]}
+    places = []
+    for time in seconds:
+        found = {}
+        open_nodes = [(scene["rootnode"], matrix((0, 0, 0), (1, 0, 0, 0), (1, 1, 1)))]
+        while open_nodes:
+            node, above = open_nodes.pop()
+            channel = channels.get(node["name"])
+            local = node["transformation"]
+            if channel:
+                tick = time * rate
+                local = matrix(
+                    key_at(channel["positionkeys"], tick),
+                    key_at(channel["rotationkeys"], tick),
+                    key_at(channel["scalingkeys"], tick),
+                )
+            world = multiply(above, local)
+            # Assimp keeps the centimetres of the file.
+            found[node["name"]] = [world[3] / 100, world[7] / 100, world[11] / 100]
+            open_nodes += [(child, world) for child in node.get("children", [])]
+        places.append(found)
+    return {"places": places, "end": end, "rate": rate}
+
+
+class Fixture:
+    """A file that was converted, and where its joints are."""
+
+    def __init__(self, path, folder):
+        self.path, self.folder = path, folder
+        self.output = folder / f"{path.parent.name}_{path.name.replace('.', '_')}.fbx"
+        self.failures = []
+        self.notes = []
+
+    def prepare(self):
+        made = run(MOCAP, "convert", "--quiet", self.path, self.output)
+        if made.returncode:
+            return False
+        truth = self.folder / "truth.npz"
+        made = run(MOCAP, "fk", self.path, "-o", truth, "--out-unit", "m", "--out-up", "y")
+        if made.returncode:
+            self.failures.append(f"fk: {made.stderr.strip().splitlines()[-1]}")
+            return True
+        arrays = read_npz(truth)
+        self.names = unique(texts(arrays["names"]))
+        values, (self.frames, joints, _) = numbers(arrays["positions"])
+        step = 3 * joints
+        # A file without a motion has no rate.
+        self.rate = numbers(arrays["frame_rate"])[0][0] or 30.0
+        # Without a frame there are bones to count alone.
+        last = self.frames - 1
+        chosen = sorted({round(index * last / (TIMES - 1)) for index in range(TIMES if self.frames else 0)})
+        self.seconds = [frame / self.rate for frame in chosen]
+        self.places = [
+            [list(values[step * frame + 3 * joint : step * frame + 3 * joint + 3]) for joint in range(joints)]
+            for frame in chosen
+        ]
+        farthest = max((abs(value) for frame in self.places for place in frame for value in place), default=0)
+        self.allowed = max(ALLOWED, SINGLE * farthest)
+        return True
+
+    def compare(self, who, frames, seconds_end, allowed):
+        """Places by name, at each time."""
+        worst = 0.0
+        for ours, theirs in zip(self.places, frames):
+            for name, place in zip(self.names, ours):
+                if name not in theirs:
+                    self.failures.append(f"{who}: no {name}")
+                    return
+                worst = max(worst, math.dist(place, theirs[name]))
+        if worst > allowed:
+            self.failures.append(f"{who}: {1000 * worst:.4f} mm off, {1000 * allowed:.4f} allowed")
+        self.notes.append(f"{who} {1000 * worst:.4f} mm")
+        end = max(self.frames - 1, 0) / self.rate
+        if abs(seconds_end - end) > 1e-4 * max(end, 1) and self.moves():
+            self.failures.append(f"{who}: ends at {seconds_end:.5f} s, and not at {end:.5f}")
+
+    def moves(self):
+        return any(frame != self.places[0] for frame in self.places[1:])
+
+    def judge_ufbx(self):
+        made = run(MOCAP, "verify", self.path, self.output, "--max-error", f"{self.allowed}", "--json")
+        try:
+            found = json.loads(made.stdout)
+        except json.JSONDecodeError:
+            self.failures.append(f"ufbx: {made.stderr.strip()}")
+            return
+        self.notes.append(f"ufbx {1000 * found['max_error']:.4f} mm")
+        if made.returncode:
+            self.failures.append(f"ufbx: {found['max_error']} {found['findings'][:3]}")
+
+    def judge_assimp(self):
+        found = assimp(self.output, self.folder, self.seconds)
+        if "refusal" in found:
+            self.failures.append(f"assimp: {found['refusal']}")
+            return
+        self.compare("assimp", found["places"], found["end"], 4 * self.allowed)
+
+    def judge_blender(self, found):
+        if "refusal" in found:
+            self.failures.append(f"blender: {found['refusal']}")
+            return
+        if found["console"]:
+            self.failures.append(f"blender prints {found['console'][:3]}")
+        # Names are cut there.
+        names = [name.encode()[:63].decode(errors="ignore") for name in self.names]
+        if sorted(found["bones"]) != sorted(names):
+            self.failures.append(f"blender: {len(found['bones'])} bones, and not {len(names)}")
+            return
+        frames = [dict(zip(found["bones"], frame)) for frame in found["places"]]
+        frames = [{name: frame[short] for name, short in zip(self.names, names)} for frame in frames]
+        self.compare("blender", frames, found["end"], BLENDER_ALLOWED.get(self.path.name, self.allowed))
+        if self.frames > 1 and abs(found["rate"] / self.rate - 1) > 1e-5:
+            self.failures.append(f"blender: {found['rate']} frames a second, and not {self.rate}")
+
+
+def choose(arguments):
+    files = []
+    for folder in ["real", "dialects", "skeletons", "made", "characters"]:
+        files += sorted((ROOT / "fixtures" / folder).iterdir())
+    files = [file for file in files if file.suffix in {".bvh", ".amc", ".c3d", ".fbx", ".glb", ".gltf", ".vrm"}]
+    names = [argument for argument in arguments if not argument.startswith("--")]
+    if names:
+        return [file for file in files if any(name in str(file) for name in names)]
+    if "--all" in arguments:
+        return files
+    commit = run("git", "-C", ROOT, "rev-parse", "HEAD").stdout.strip()
+    return sorted(random.Random(os.environ.get("MOCAP_SEED", commit)).sample(files, SAMPLE))
+
+
+def main(arguments):
+    keep = None
+    if "--keep" in arguments:
+        place = arguments.index("--keep")
+        keep = Path(arguments[place + 1])
+        keep.mkdir(parents=True, exist_ok=True)
+        del arguments[place : place + 2]
+    folder = keep or Path(tempfile.mkdtemp())
+    fixtures = []
+    for path in choose(arguments):
+        fixture = Fixture(path, folder)
+        if fixture.prepare():
+            fixtures.append(fixture)
+            if not fixture.failures:
+                fixture.judge_ufbx()
+                fixture.judge_assimp()
+        else:
+            print(f"left out, because convert refuses it: {path.name}")
+    sound = [fixture for fixture in fixtures if hasattr(fixture, "seconds")]
+    if BLENDER:
+        requests = [{"file": str(fixture.output), "seconds": fixture.seconds} for fixture in sound]
+        script = Path(__file__).with_name("blender.py")
+        ran = subprocess.run([BLENDER, script], input=json.dumps(requests), capture_output=True, text=True)
+        if ran.returncode:
+            sys.exit(f"Blender: {ran.stderr}")
+        for fixture, found in zip(sound, json.loads(ran.stdout.splitlines()[-1])):
+            fixture.judge_blender(found)
+    else:
+        print("left out: Blender, because BLENDER_PYTHON names no Python")
+    failed = 0
+    for fixture in fixtures:
+        failed += bool(fixture.failures)
+        verdict = "FAILED" if fixture.failures else "ok"
+        print(f"{verdict} {fixture.path.relative_to(ROOT)}: {', '.join(fixture.notes)}")
+        for failure in fixture.failures:
+            print(f"    {failure}")
+    if not keep:
+        shutil.rmtree(folder)
+    print(f"{len(fixtures) - failed} passed, {failed} failed")
+    return 1 if failed or not fixtures else 0
+
+
+sys.exit(main(sys.argv[1:]))
