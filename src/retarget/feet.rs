@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::body::Body;
 use super::ground;
 use super::root::Root;
-use super::skin::Skin;
+use super::skin::{Skin, Vertex};
 use crate::edit::{DetectedContacts, Followed, SolePoint};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
@@ -58,6 +58,46 @@ pub(super) fn followed<'a>(
     })
 }
 
+/// The outermost vertices of the sole of a foot, as the skin shows it.
+fn skin(body: &Body, scene: &Scene, side: Side) -> Vec<Vertex> {
+    let Some(ankle) = body.joint(Bone::LeftFoot.on(side)) else {
+        return Vec::new();
+    };
+    // Without a joint for the toes, the foot does not bend.
+    let toes = body.joint(Bone::LeftToes.on(side)).unwrap_or(ankle);
+    let floor = ground::floor(body);
+    Skin { ankle, toes, floor }.sole(body, scene)
+}
+
+/// The skin of both soles: how low it comes below where it is in a standing body.
+pub(super) struct Soles {
+    vertices: Vec<Vertex>,
+    up: Vec3,
+    /// For each vertex how high it is in a standing body, and the floor itself at most.
+    standing: Vec<f32>,
+}
+
+impl Soles {
+    /// `ankle` is the height of the ankles of a body that stands.
+    pub(super) fn new(body: &Body, scene: &Scene, ankle: f32) -> Self {
+        let vertices: Vec<Vertex> = Side::ALL.into_iter().flat_map(|side| skin(body, scene, side)).collect();
+        let floor = ankle - ground::ankle(body);
+        let standing = |vertex: &Vertex| floor + (vertex.place.dot(body.up()) - ground::floor(body)).min(0.0);
+        Self {
+            standing: vertices.iter().map(standing).collect(),
+            up: body.up(),
+            vertices,
+        }
+    }
+
+    /// The height of the lowest vertex over where it stands; infinity without a skin.
+    pub(super) fn lowest(&self, pose: &Pose) -> f32 {
+        let heights = self.vertices.iter().map(|vertex| vertex.at(pose).dot(self.up));
+        let above = heights.zip(&self.standing).map(|(height, standing)| height - standing);
+        above.fold(f32::INFINITY, f32::min)
+    }
+}
+
 /// The points of a foot that stay above the floor: its joints at the heights that they have in a standing body, and its
 /// sole, which the skin shows. Without a skin, heel, ball and tip of the toes are guessed.
 fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
@@ -95,12 +135,7 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
         true => (Some(ankle), ANKLE_TURNS),
         false => (Some(node), TOES_TURN),
     };
-    let skin = Skin {
-        ankle,
-        toes: bends,
-        floor,
-    };
-    for vertex in skin.sole(body, scene) {
+    for vertex in skin(body, scene, side) {
         let is_in_front = (vertex.place - here).dot(forward) > 0.0;
         let (pivot, most) = if is_in_front { pivot(vertex.of) } else { (None, 0.0) };
         points.push(SolePoint {

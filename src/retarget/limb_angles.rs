@@ -26,7 +26,7 @@ impl Retargeter {
     ) -> Vec<LimbAngles> {
         let ticks = ticks(animation);
         let (from, to) = self.moving(source, animation, target, moved);
-        let angles = measure::angles(&from.track(&ticks), &to.track(&ticks));
+        let angles = measure::angles(&from.track(&ticks, None), &to.track(&ticks, None));
         let limbs = angles.into_iter().filter_map(|(bone, degrees)| {
             let node = self.target.joint(bone)?;
             Some(LimbAngles { bone, node, degrees })

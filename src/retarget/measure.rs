@@ -4,6 +4,7 @@ use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use super::body::{Body, limb_end};
+use super::feet::Soles;
 use super::plan::Unmapped;
 use super::root::Root;
 use crate::edit::{FootLockReport, contacts_of};
@@ -20,8 +21,9 @@ const MORE_SKATE: f64 = 0.005;
 /// The share of frames in which they may be below the floor.
 const MOST_BELOW: f64 = 0.01;
 
-/// The largest difference between feet that move alike, in metres or metres a second.
-const SAME_FEET: f64 = 1e-4;
+/// The largest differences between feet that move alike, in metres a second and in metres.
+const SAME_SKATE: f64 = 1e-4;
+const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two skeletons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,9 +43,9 @@ pub struct LimbError {
 pub struct FootMotion {
     /// The mean speed over the ground of feet that stand, in metres a second.
     pub skate: f64,
-    /// The share of frames in which a foot is more than 1 cm below the floor.
+    /// The share of frames in which a joint of a foot, or a sole of the skin, is more than 1 cm below the floor.
     pub share_below_floor: f64,
-    /// How far below the floor a joint of a foot is at most, in metres.
+    /// How far below the floor one of them is at most, in metres.
     pub deepest: f64,
 }
 
@@ -56,6 +58,8 @@ pub struct FeetReport {
     pub source: FootMotion,
     /// The feet of the target, at the same frames.
     pub target: FootMotion,
+    /// The largest difference between heights of a joint of the feet over where it stands, in metres.
+    pub height_difference: f64,
 }
 
 /// A leg that could not do what was asked of it.
@@ -160,9 +164,8 @@ impl RetargetReport {
 
     /// Whether the feet do what those of the source do, as on a body of the same size.
     pub fn feet_move_alike(&self) -> bool {
-        self.feet.is_some_and(|FeetReport { source, target, .. }| {
-            let is_same = |a: f64, b: f64| (a - b).abs() < SAME_FEET;
-            is_same(source.skate, target.skate) && is_same(source.deepest, target.deepest)
+        self.feet.is_some_and(|feet| {
+            (feet.source.skate - feet.target.skate).abs() < SAME_SKATE && feet.height_difference < SAME_HEIGHT
         })
     }
 }
@@ -180,13 +183,16 @@ pub(super) struct Track {
     limbs: Vec<(Bone, Vec<Vec3>)>,
     /// The joints of both feet in metres in the axes of the figure; +Y is up.
     feet: Vec<(Bone, Vec<Vec3>)>,
+    /// How high the lowest place of the soles is over where it stands, in metres; infinite without a skin.
+    soles: Vec<f32>,
 }
 
 /// The joints of a foot that are looked at.
 const FOOT: [Bone; 4] = [Bone::LeftFoot, Bone::LeftToes, Bone::RightFoot, Bone::RightToes];
 
 impl Moving<'_> {
-    pub(super) fn track(&self, ticks: &[f64]) -> Track {
+    /// With the `soles` of the skin, where these are looked at.
+    pub(super) fn track(&self, ticks: &[f64], soles: Option<&Soles>) -> Track {
         let limb = |bone: Bone| {
             let ends = self
                 .body
@@ -203,6 +209,7 @@ impl Moving<'_> {
         let mut track = Track {
             limbs: ends.iter().map(|(bone, _)| of_bone(bone)).collect(),
             feet: joints.iter().map(|(bone, _)| of_bone(bone)).collect(),
+            soles: Vec::with_capacity(ticks.len()),
         };
         let world_to_frame: Quat = self.body.axes.inverse();
         let metres = self.body.metres_per_unit as f32;
@@ -217,6 +224,9 @@ impl Moving<'_> {
             for ((_, places), (_, joint)) in track.feet.iter_mut().zip(&joints) {
                 places.push(metres * (world_to_frame * pose.position(*joint)));
             }
+            track
+                .soles
+                .push(soles.map_or(f32::INFINITY, |soles| metres * soles.lowest(&pose)));
         }
         track
     }
@@ -241,7 +251,8 @@ pub(super) fn measure(
     root: &Root,
     unmapped: &[Unmapped],
 ) -> RetargetReport {
-    let (was, is) = (source.track(ticks), target.track(ticks));
+    let soles = Soles::new(target.body, target.scene, root.target_ankle);
+    let (was, is) = (source.track(ticks, None), target.track(ticks, Some(&soles)));
     let mut limbs = Vec::new();
     let (mut sum, mut count) = (0.0, 0);
     for (bone, angles) in angles(&was, &is) {
@@ -322,13 +333,27 @@ fn feet(
             }
         }
     }
-    let motion = |moving: &Moving<'_>, track: &Track, ankle: f32, speeds: f64| {
-        let above_standing = |(bone, places): &(Bone, Vec<Vec3>), frame: usize| {
-            places[frame].y - moving.body.metres_per_unit as f32 * moving.body.standing_height(*bone, ankle)
+    let above_standing = |moving: &Moving<'_>, ankle: f32, bone: Bone, place: Vec3| {
+        place.y - moving.body.metres_per_unit as f32 * moving.body.standing_height(bone, ankle)
+    };
+    let mut height_difference = 0.0_f32;
+    for (bone, was) in &was.feet {
+        let Some((_, is)) = is.feet.iter().find(|(other, _)| other == bone) else {
+            continue;
         };
+        for (was, is) in was.iter().zip(is) {
+            let was = above_standing(source, root.source_ankle, *bone, *was);
+            let is = above_standing(target, root.target_ankle, *bone, *is);
+            height_difference = height_difference.max((was - is).abs());
+        }
+    }
+    let motion = |moving: &Moving<'_>, track: &Track, ankle: f32, speeds: f64| {
         let lowest = |frame: usize| {
-            let heights = track.feet.iter().map(|joint| above_standing(joint, frame));
-            heights.fold(f32::INFINITY, f32::min)
+            let heights = track
+                .feet
+                .iter()
+                .map(|(bone, places)| above_standing(moving, ankle, *bone, places[frame]));
+            heights.fold(track.soles[frame], f32::min)
         };
         let below = (0..ticks.len()).filter(|frame| lowest(*frame) < -BELOW).count();
         let deepest = (0..ticks.len()).map(lowest).fold(0.0, f32::min);
@@ -342,5 +367,6 @@ fn feet(
         contact_frames,
         source: motion(source, was, root.source_ankle, before),
         target: motion(target, is, root.target_ankle, after),
+        height_difference: f64::from(height_difference),
     })
 }

@@ -38,6 +38,16 @@ pub(super) struct Vertex {
     pub(super) of: NodeId,
 }
 
+impl Vertex {
+    /// Where it is at a pose.
+    pub(super) fn at(&self, pose: &Pose) -> Vec3 {
+        let part = |(node, share, place): &(NodeId, f32, Vec3)| {
+            *share * pose.node_to_world[node.index()].transform_point3(*place)
+        };
+        self.parts.iter().map(part).sum()
+    }
+}
+
 impl Skin {
     /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes. Meshes that
     /// were made to show a skeleton have no name, and no sole.
