@@ -131,7 +131,8 @@ const OUT_OF_REACH: f32 = 0.001;
 ///
 /// # Errors
 /// As [`contacts()`](crate::edit::contacts()); [`Code::NotHumanoid`] also where a leg lacks a joint, and
-/// [`Code::UnknownOption`] where known contacts have another number of frames. `scene` is then unchanged.
+/// [`Code::UnknownOption`] where known contacts have another number of frames, or the floor is more than a leg above the
+/// feet. `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
     not_negative(Code::UnknownOption, "blend", options.blend)?;
@@ -148,11 +149,20 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         }
         None => detected(&held),
     };
-    let floor = options.floor.unwrap_or_else(|| match options.known {
+    let rests = match options.known {
         // Contacts may be those of another body, whose floor is elsewhere.
         Some(_) => detected(&held).floor,
         None => contacts.floor,
-    });
+    };
+    let floor = options.floor.unwrap_or(rests);
+    let leg = held.leg_length(scene) * body.metres;
+    // One below the feet is far from none of them.
+    if !floor.is_finite() || floor - rests > leg {
+        let message = format!(
+            "floor must be finite and at most {leg:.3} m, the length of a leg, above where the feet rest, {rests:.3} m, got {floor}"
+        );
+        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+    }
     let limit = options
         .largest_change
         .map_or(f32::INFINITY, |metres| metres as f32 / body.metres);
@@ -246,6 +256,16 @@ impl Held {
             turned,
             moved: false,
         })
+    }
+
+    /// The length of the longer leg at rest.
+    fn leg_length(&self, scene: &Scene) -> f32 {
+        let rest = Pose::rest(scene);
+        let length = |(_, leg): &(Side, Leg)| {
+            let [thigh, knee, ankle] = [leg.thigh, leg.knee, leg.ankle].map(|node| rest.position(node));
+            thigh.distance(knee) + knee.distance(ankle)
+        };
+        self.legs.iter().map(length).fold(0.0, f32::max)
     }
 
     fn check(&self, contacts: &DetectedContacts) -> Result<()> {

@@ -79,24 +79,30 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
     not_negative(Code::UnknownOption, "blend", options.blend)?;
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
-    let too_short = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
+    let refused = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
     let carrier = Carrier::new(scene, &frames);
     let contacts = Body::new(scene, None)
         .ok()
         .map(|body| detect(scene, &frames, &body, &ContactOptions::default()));
+    if options.frames.is_none() && options.longest < options.shortest {
+        return refused(format!(
+            "the longest loop, {} s, must not be shorter than the shortest, {} s",
+            options.longest, options.shortest
+        ));
+    }
     let found = match options.frames {
         Some([first, last]) => Some((first, last)),
         None => best(scene, &frames, &carrier, contacts.as_ref(), options),
     };
     let Some((first, last)) = found else {
         let seconds = (frames.len() - 1) as f64 / frames.rate;
-        return too_short(format!(
+        return refused(format!(
             "the motion of {seconds:.3} s is too short for a loop of {} s",
             options.shortest
         ));
     };
     if first + 2 > last || last >= frames.len() {
-        return too_short(format!(
+        return refused(format!(
             "a loop from frame {first} to frame {last} is not possible: the motion has frames 0 to {}",
             frames.len() - 1
         ));

@@ -413,11 +413,12 @@ fn parsed(key: &str, value: &str) -> Value {
     let number = |text: &str| {
         text.parse::<u64>()
             .map(Value::from)
-            .or_else(|_| text.parse::<f64>().map(Value::from))
+            .ok()
+            .or_else(|| serde_json::Number::from_f64(text.parse().ok()?).map(Value::Number))
     };
     let numbers = |texts: std::str::Split<'_, &str>| {
         texts
-            .map(|text| number(text.trim()).unwrap_or(Value::from(text)))
+            .map(|text| number(text.trim()).unwrap_or_else(|| Value::from(text)))
             .collect()
     };
     match value {
@@ -425,7 +426,7 @@ fn parsed(key: &str, value: &str) -> Value {
         "false" => Value::Bool(false),
         _ if value.contains("..") => Value::Array(numbers(value.split(".."))),
         _ if key == "keys" => Value::Array(numbers(value.split("+"))),
-        _ => number(value).unwrap_or_else(|_| Value::from(value)),
+        _ => number(value).unwrap_or_else(|| Value::from(value)),
     }
 }
 
@@ -475,6 +476,7 @@ mod tests {
             refused("smooth:cutoff=8").starts_with("the step \"smooth:cutoff=8\": unknown field `cutoff`, expected")
         );
         assert!(refused("fill:longest=soon").contains("invalid type: string \"soon\""));
+        assert!(refused("foot-lock:floor=nan").contains("invalid type: string \"nan\""));
         assert!(refused("warp:speed=0").ends_with("warp:speed=FACTOR above 0, or warp:path=..."));
         for text in [
             "mirror:axis=x",

@@ -306,7 +306,7 @@ impl LegTrack {
     /// How far the points in contact slide, all steps together.
     pub(super) fn slide(&self, up: Vec3) -> f64 {
         let steps = (0..self.shifts.len()).filter_map(|frame| self.step(frame, up));
-        steps.map(|step| f64::from(step.length())).sum()
+        steps.fold(0.0, |sum, step| sum + f64::from(step.length()))
     }
 
     /// The number of contacts of the foot.

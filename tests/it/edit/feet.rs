@@ -223,6 +223,17 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         refused(&mut walk, 0, endless),
         "blend must be finite and not negative, got NaN"
     );
+    let high = |floor| FootLockOptions {
+        floor: Some(floor),
+        ..FootLockOptions::default()
+    };
+    for floor in [1e30, f32::INFINITY, f32::NAN, 1.5] {
+        let refused = refused(&mut walk, 0, high(floor));
+        assert!(
+            refused.ends_with(&format!("above where the feet rest, 0.035 m, got {floor}")),
+            "{refused}"
+        );
+    }
     assert_eq!(walk, before);
 }
 /// Clean clips in which the whole figure slides: when that is found, and what is left of it.
