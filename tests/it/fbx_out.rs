@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxVersion, write};
+use crate::sample::Sample;
+use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxVersion, write};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
@@ -460,4 +461,85 @@ fn textures_are_embedded() {
     assert_eq!(again.warnings, []);
     assert_eq!(again.textures[0].bytes, scene.textures[0].bytes);
     assert_eq!(again.meshes[0].texture_coords.len(), again.meshes[0].vertices.len());
+}
+
+#[test]
+fn targets_have_their_unit_axes_root_and_rate() {
+    let scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    for (target, unit, up, above, rate) in [
+        (FbxTarget::Unreal, 0.01, ufbx::CoordinateAxis::PositiveZ, "", 120.0),
+        (
+            FbxTarget::Unity,
+            1.0,
+            ufbx::CoordinateAxis::PositiveY,
+            "Armature",
+            1.0 / 0.008_333_3,
+        ),
+        (
+            FbxTarget::Maya,
+            0.01,
+            ufbx::CoordinateAxis::PositiveY,
+            "Armature",
+            1.0 / 0.008_333_3,
+        ),
+        (
+            FbxTarget::MotionBuilder,
+            0.01,
+            ufbx::CoordinateAxis::PositiveY,
+            "Reference",
+            120.0,
+        ),
+    ] {
+        let (bytes, _) = write(&scene, &FbxOptions::of_target(target)).unwrap();
+        let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+        assert_eq!(
+            (file.settings.unit_meters, file.settings.axes.up),
+            (unit, up),
+            "{target:?}"
+        );
+        assert!((file.settings.frames_per_second - rate).abs() < 1e-9, "{target:?}");
+        let hips = file.nodes.iter().find(|node| &*node.element.name == "Hips").unwrap();
+        assert_eq!(&*hips.parent.as_ref().unwrap().element.name, above, "{target:?}");
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path().join("a.fbx");
+        fs::write(&output, &bytes).unwrap();
+        let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output).unwrap();
+        assert!(verified.is_within(5e-5), "{target:?}: {verified:?}");
+    }
+}
+
+/// Whatever scene a damaged file gives: an error, or a file that ufbx reads.
+#[test]
+fn damaged_files_give_an_error_or_a_valid_file() {
+    let mut random = Sample::new();
+    let mut written = 0;
+    for path in [
+        "dialects/all_six_rotation_orders.bvh",
+        "dialects/names_equal.bvh",
+        "dialects/scale_channels.bvh",
+        "made/tiny.fbx",
+        "made/two_bones_textured.gltf",
+        "real/lecture_Test.bvh",
+    ] {
+        let whole = fs::read(format!("fixtures/{path}")).unwrap();
+        for _ in 0..150 {
+            let mut bytes = whole.clone();
+            for _ in 0..=random.below(3) {
+                let place = random.below(bytes.len());
+                bytes[place] = b"0123456789.-e {\xff"[random.below(16)];
+            }
+            let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).gltf_meshes(true);
+            let Ok(scene) = importer.read(&bytes, path) else {
+                continue;
+            };
+            for options in [FbxOptions::default(), FbxOptions::of_target(FbxTarget::Unreal)] {
+                if let Ok((bytes, _)) = write(&scene, &options) {
+                    written += 1;
+                    let refusal = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).err();
+                    assert!(refusal.is_none(), "{path}: {}", refusal.unwrap().description);
+                }
+            }
+        }
+    }
+    assert!(written > 100, "{written}");
 }

@@ -110,6 +110,58 @@ pub struct FbxOptions {
     pub metres_per_unit: f64,
     /// The axis that points up in the file. Default: +Y.
     pub up: UpAxis,
+    /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number. Default:
+    /// `false`.
+    pub whole_rate: bool,
+}
+
+/// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FbxTarget {
+    /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
+    Unreal,
+    /// Unity: metres with +Y up.
+    Unity,
+    /// Maya: centimetres with +Y up, the rest pose as joint orient.
+    Maya,
+    /// MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+    MotionBuilder,
+}
+
+impl FbxOptions {
+    /// The conventions of a program.
+    ///
+    /// ```
+    /// use mocap::fbx::{FbxOptions, FbxRoot, FbxTarget};
+    /// use mocap::scene::UpAxis;
+    ///
+    /// let options = FbxOptions::of_target(FbxTarget::Unreal);
+    /// assert_eq!((options.root, options.up), (FbxRoot::None, UpAxis::Z));
+    /// ```
+    pub fn of_target(target: FbxTarget) -> Self {
+        let usual = Self::default();
+        match target {
+            FbxTarget::Unreal => Self {
+                root: FbxRoot::None,
+                up: UpAxis::Z,
+                whole_rate: true,
+                ..usual
+            },
+            FbxTarget::Unity => Self {
+                metres_per_unit: 1.0,
+                ..usual
+            },
+            FbxTarget::Maya => Self {
+                rest: FbxRest::PreRotation,
+                ..usual
+            },
+            FbxTarget::MotionBuilder => Self {
+                root: FbxRoot::Null("Reference".to_owned()),
+                whole_rate: true,
+                ..usual
+            },
+        }
+    }
 }
 
 impl Default for FbxOptions {
@@ -120,6 +172,7 @@ impl Default for FbxOptions {
             root: FbxRoot::default(),
             metres_per_unit: 0.01,
             up: UpAxis::Y,
+            whole_rate: false,
         }
     }
 }
@@ -178,7 +231,7 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let binds = mesh::binds(scene, &space);
     let placed = skeleton::write(scene, &space, options, &binds, &mut names, &mut document, &mut report)?;
     let skinned = mesh::write(scene, &space, &placed, &mut names, &mut document, &mut report)?;
-    let clips = animation::write(scene, &space, &placed, &mut document, &mut report)?;
+    let clips = animation::write(scene, &space, &placed, options, &mut document, &mut report)?;
     let nodes = placed
         .iter()
         .enumerate()
@@ -203,7 +256,7 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
         version: options.version,
         up: options.up,
         metres_per_unit: unit,
-        rate: Rate::of(scene)?,
+        rate: Rate::of(scene, options)?,
         end: clips.iter().map(|clip| clip.1).max().unwrap_or(0),
         clips,
         provenance: serde_json::to_string(&provenance).unwrap_or_default(),

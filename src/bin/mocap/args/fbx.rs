@@ -1,7 +1,7 @@
 //! Options of the FBX writer.
 
 use clap::ValueEnum;
-use mocap::fbx::{FbxOptions, FbxRest, FbxVersion};
+use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxVersion};
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Writing FBX")]
@@ -9,20 +9,25 @@ pub(crate) struct FbxArgs {
     /// Version of the file
     #[arg(long, value_name = "VERSION", default_value = "7.5")]
     fbx_version: VersionArg,
-    /// Where the rotations of the rest pose are
-    #[arg(long, value_name = "PLACE", default_value = "rotation")]
-    fbx_rest: RestArg,
+    /// Where the rotations of the rest pose are [default: rotation; for --target maya pre-rotation]
+    #[arg(long, value_name = "PLACE")]
+    fbx_rest: Option<RestArg>,
+    /// The program whose conventions the file is to have: unit, axes, root, frame rate
+    #[arg(long, value_name = "PROGRAM")]
+    target: Option<TargetArg>,
 }
 
 /// The names of these options.
-pub(crate) const FBX_OPTIONS: [&str; 2] = ["fbx-version", "fbx-rest"];
+pub(crate) const FBX_OPTIONS: [&str; 3] = ["fbx-version", "fbx-rest", "target"];
 
 impl FbxArgs {
     pub(crate) fn options(&self) -> FbxOptions {
+        let target = self.target.map(FbxTarget::from);
+        let options = target.map(FbxOptions::of_target).unwrap_or_default();
         FbxOptions {
             version: self.fbx_version.into(),
-            rest: self.fbx_rest.into(),
-            ..FbxOptions::default()
+            rest: self.fbx_rest.map_or(options.rest, FbxRest::from),
+            ..options
         }
     }
 }
@@ -59,6 +64,29 @@ impl From<RestArg> for FbxRest {
         match arg {
             RestArg::PreRotation => Self::PreRotation,
             RestArg::Rotation => Self::Rotation,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum TargetArg {
+    /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate
+    Unreal,
+    /// Unity: metres with +Y up
+    Unity,
+    /// Maya: the rest pose as joint orient
+    Maya,
+    /// MotionBuilder: a root called Reference, a whole frame rate
+    Motionbuilder,
+}
+
+impl From<TargetArg> for FbxTarget {
+    fn from(arg: TargetArg) -> Self {
+        match arg {
+            TargetArg::Unreal => Self::Unreal,
+            TargetArg::Unity => Self::Unity,
+            TargetArg::Maya => Self::Maya,
+            TargetArg::Motionbuilder => Self::MotionBuilder,
         }
     }
 }

@@ -13,8 +13,8 @@ use super::names::Names;
 use super::properties::Properties;
 use super::skeleton::Placed;
 use super::space::Space;
-use super::time::time;
-use super::{FbxReport, unrepresentable};
+use super::time::{Rate, time};
+use super::{FbxOptions, FbxReport, unrepresentable};
 use crate::error::{Code, Result};
 use crate::limits::{self, FARTHEST, is_plausible};
 use crate::pose::Binding;
@@ -40,13 +40,14 @@ pub(super) fn write(
     scene: &Scene,
     space: &Space,
     placed: &[Placed],
+    options: &FbxOptions,
     document: &mut Document<'_>,
     report: &mut FbxReport,
 ) -> Result<Clips> {
     let mut names = Names::default();
     let mut clips = Clips::default();
     for animation in &scene.animations {
-        let rate = limits::frame_rate(Code::FrameTime, animation.ticks_per_second)?;
+        let rate = Rate::new(animation.ticks_per_second, options)?.frames_per_second();
         let source = scene.metadata.origin.as_ref().map(Origin::stem);
         let name = [animation.name.as_str(), source.unwrap_or_default()];
         let name = name.into_iter().find(|name| !name.trim().is_empty());

@@ -1,5 +1,6 @@
 //! Frame rates, and FBX's units of time.
 
+use super::FbxOptions;
 use crate::error::{Code, Result};
 use crate::limits;
 use crate::scene::Scene;
@@ -16,12 +17,19 @@ pub(super) struct Rate(f64);
 
 impl Rate {
     /// That of the first clip.
-    pub(super) fn of(scene: &Scene) -> Result<Self> {
-        let rate = scene
-            .animations
-            .first()
-            .map_or(POSE_FRAME_RATE, |animation| animation.ticks_per_second);
-        Ok(Self(limits::frame_rate(Code::FrameTime, rate)?))
+    pub(super) fn of(scene: &Scene, options: &FbxOptions) -> Result<Self> {
+        let rate = scene.animations.first().map(|animation| animation.ticks_per_second);
+        Self::new(rate.unwrap_or(POSE_FRAME_RATE), options)
+    }
+
+    /// A rate, made whole where that is wanted and next to it.
+    pub(super) fn new(ticks_per_second: f64, options: &FbxOptions) -> Result<Self> {
+        /// As a share of the rate: that of a frame time with four digits.
+        const NEAR: f64 = 1e-4;
+        let rate = limits::frame_rate(Code::FrameTime, ticks_per_second)?;
+        let whole = rate.round();
+        let is_near = options.whole_rate && whole > 0.0 && (rate - whole).abs() <= NEAR * whole;
+        Ok(Self(if is_near { whole } else { rate }))
     }
 
     pub(super) fn frames_per_second(self) -> f64 {
