@@ -82,9 +82,10 @@ pub struct RobotReport {
     pub clamped: Vec<ClampedJoint>,
     /// Positions beyond a limit: always 0.
     pub limit_violations: usize,
-    /// The mean speed over the ground of feet that stand in the source, in metres a second; absent where none stands.
+    /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a second;
+    /// absent where none stands.
     pub skate: Option<f64>,
-    /// The same in the source.
+    /// The mean speed of the slowest joint of a foot that stands in the source.
     pub source_skate: Option<f64>,
     /// The share of frames in which a sole is more than 1 cm below the floor.
     pub share_below_floor: f64,
@@ -102,8 +103,15 @@ pub struct RobotReport {
     pub verdict: RobotVerdict,
 }
 
-/// The report of a motion; `found` compares its bones with those of the source, `heights` are those of the soles.
-pub(super) fn report(robot: &Robot, motion: &RobotMotion, found: RetargetReport, heights: &[[f64; 2]]) -> RobotReport {
+/// The report of a motion; `found` compares its bones with those of the source, `heights` are those of the soles,
+/// and `skate` is the speed of soles that stand.
+pub(super) fn report(
+    robot: &Robot,
+    motion: &RobotMotion,
+    found: RetargetReport,
+    skate: Option<f64>,
+    heights: &[[f64; 2]],
+) -> RobotReport {
     let joints = robot.moving_joints();
     let (frames, count) = (motion.frames(), joints.len());
     let (mut clamped, mut limit_violations) = (Vec::new(), 0);
@@ -148,7 +156,10 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, found: RetargetReport,
     let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
     let share_below_floor = share(below, frames);
     let share_too_fast = share(too_fast, samples);
-    let slides = feet.is_some_and(|feet| feet.target.skate > feet.source.skate + MORE_SKATE);
+    let source_skate = feet.map(|feet| feet.source.skate);
+    let slides = skate
+        .zip(source_skate)
+        .is_some_and(|(skate, source)| skate > source + MORE_SKATE);
     let verdict = match found.mean_degrees {
         mean if mean > FAIR_DEGREES || found.limbs.is_empty() => RobotVerdict::Poor,
         mean if mean > GOOD_DEGREES || slides || share_below_floor > MOST_BELOW || share_too_fast > 0.0 => {
@@ -173,8 +184,8 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, found: RetargetReport,
             .collect(),
         clamped,
         limit_violations,
-        skate: feet.map(|feet| feet.target.skate),
-        source_skate: feet.map(|feet| feet.source.skate),
+        skate,
+        source_skate,
         share_below_floor,
         deepest: -deepest,
         max_velocity,

@@ -1,6 +1,6 @@
 //! Puts the motion of a humanoid on a robot.
 
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, DVec2, DVec3, Quat, Vec3};
 
 use super::bones::RobotMap;
 use super::kinematics::{Kinematics, RobotPose};
@@ -56,9 +56,21 @@ const NOT_DRIVEN: f64 = 0.01;
 const TRUNK: f64 = 1.0;
 const HAND: f64 = 0.2;
 const HEAD: f64 = 0.3;
-const FOOT_TURN: f64 = 4.0;
-const FOOT_PLACE: f64 = 1600.0;
-const HIPS_PLACE: f64 = 16.0;
+const FOOT_TURN: f64 = 0.3;
+/// How many times as much the turn of a foot counts that stands, less 1.
+const STANDING: f64 = 12.0;
+const FOOT_PLACE: f64 = 10_000.0;
+const HIPS_PLACE: f64 = 9.0;
+
+/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often the
+/// interval is halved in which the turn is looked for.
+const RAISED: f64 = 0.02;
+const HALVINGS: usize = 12;
+
+/// How far a foot that stands is held away from where the twin has it at most, in metres, and how long it takes to come
+/// back, in seconds.
+const FARTHEST_HELD: f64 = 0.1;
+const RETURN: f64 = 0.12;
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 const LIFT: f64 = 0.15;
@@ -69,14 +81,29 @@ struct Follower {
     node: NodeId,
     /// The body to the figure's axes in the T-pose.
     body_to_frame: DQuat,
+    /// Squares of the weights, of a foot in the air.
+    weights: DVec3,
 }
 
 /// A point of the robot that goes where a joint of the twin is.
 #[derive(Clone, Debug)]
 struct Reached {
     node: NodeId,
+    /// The joint, in the frame of the body.
+    point: DVec3,
     /// Of an ankle: the turn of its foot, and the sole in the frame of the foot's body.
-    foot: Option<(usize, Vec<SoleBall>)>,
+    foot: Option<(usize, Vec<SoleBall>, Side)>,
+}
+
+/// A foot from frame to frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stand {
+    /// How far the goal of the ankle is from where the twin has it, over the ground.
+    shift: DVec2,
+    /// The lowest ball of the sole in the frame before, and where it was.
+    lowest: Option<(usize, DVec3)>,
+    /// From 0 in the air to 1 on the ground, smoothly.
+    grip: f64,
 }
 
 /// Puts the motions of one source on a robot.
@@ -114,15 +141,17 @@ impl RobotRetargeter {
         for bone in &twin.bones {
             let (body, place) = kinematics.body_of(bone.link);
             let body_to_frame = (bone.link_to_frame * place.rotation.inverse()).normalize();
+            let weights = weights(&twin, bone, robot);
             goals.turns.push(Turn {
                 body,
                 weight_axes: body_to_frame.inverse(),
-                weights: weights(&twin, bone, robot),
+                weights,
                 target: DQuat::IDENTITY,
             });
             turns.push(Follower {
                 node: bone.node,
                 body_to_frame,
+                weights,
             });
             let weight = match bone.bone.on(Side::Left) {
                 Bone::LeftFoot => FOOT_PLACE,
@@ -138,12 +167,13 @@ impl RobotRetargeter {
             let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
             reaches.push(Reached {
                 node: bone.node,
+                point: place.point(bone.start),
                 foot: side.map(|side| {
                     let balls = twin.soles[side as usize].iter().map(|ball| SoleBall {
                         centre: place.point(ball.centre),
                         ..*ball
                     });
-                    (turns.len() - 1, balls.collect())
+                    (turns.len() - 1, balls.collect(), side)
                 }),
             });
         }
@@ -177,18 +207,19 @@ impl RobotRetargeter {
         if self.options.lock_feet {
             self.retargeter.lock_feet(source, index, &self.twin.scene, &mut held)?;
         }
-        let mut motion = self.follow(&held, animation);
+        let contacts = self.contacts_of(source, index, animation.frame_count());
+        let mut motion = self.follow(&held, animation, contacts);
         self.lift(&mut motion);
-        motion.contacts = self.contacts_of(source, index, motion.frames());
         let as_twin = self.as_twin(&motion);
         let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
         let heights = self.sole_heights(&motion);
-        let report = report::report(&self.robot, &motion, found, &heights);
+        let skate = self.sole_speed(&motion);
+        let report = report::report(&self.robot, &motion, found, skate, &heights);
         Ok((motion, report))
     }
 
     /// The robot at each frame of a motion of the twin.
-    fn follow(&mut self, held: &Animation, animation: &Animation) -> RobotMotion {
+    fn follow(&mut self, held: &Animation, animation: &Animation, contacts: Vec<[bool; 2]>) -> RobotMotion {
         let frames = animation.frame_count();
         let binding = Binding::new(&self.twin.scene, held);
         let mut twin = Pose::rest(&self.twin.scene);
@@ -200,11 +231,17 @@ impl RobotRetargeter {
             root: Vec::with_capacity(frames),
             dof_pos: Vec::with_capacity(frames * pose.positions.len()),
             dof_names: self.robot.dof_names(),
-            contacts: Vec::new(),
+            contacts,
         };
+        let mut stands = [Stand::default(); 2];
+        let returned = (-1.0 / (RETURN * animation.ticks_per_second)).exp();
         for frame in 0..frames {
             twin.sample(&binding, held, frame as f64);
             self.aim(&twin);
+            for (side, stand) in stands.iter_mut().enumerate() {
+                let is_held = self.options.lock_feet && frame > 0 && motion.contacts[frame][side];
+                self.hold(side, stand, is_held && motion.contacts[frame - 1][side], returned);
+            }
             let bounds = match frame {
                 0 => {
                     self.begin(&mut pose);
@@ -231,13 +268,64 @@ impl RobotRetargeter {
         }
         for (reach, reached) in self.goals.reaches.iter_mut().zip(&self.reaches) {
             reach.target = to_world * twin.position(reached.node).as_dvec3();
-            let Some((turn, sole)) = &reached.foot else { continue };
-            // An ankle is at least as high as its foot needs to stand above the floor.
-            let rotation = self.goals.turns[*turn].target;
-            let depth = |ball: &SoleBall| ball.radius - (rotation * (ball.centre - reach.point)).z;
-            let needed = sole.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
-            reach.target.z = reach.target.z.max(needed);
+            reach.point = reached.point;
+            let Some((turn, sole, _)) = &reached.foot else { continue };
+            let depth = |rotation: DQuat| {
+                let depths = sole
+                    .iter()
+                    .map(|ball| ball.radius - (rotation * (ball.centre - reach.point)).z);
+                depths.fold(f64::NEG_INFINITY, f64::max)
+            };
+            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the rest.
+            let goal = &mut self.goals.turns[*turn];
+            let tilted = goal.target;
+            let upright = tilted * self.turns[*turn].body_to_frame.inverse() * DVec3::Y;
+            let flat = DQuat::from_rotation_arc(upright.normalize(), DVec3::Z) * tilted;
+            let most = reach.target.z + RAISED;
+            if depth(tilted) > most {
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (low + high);
+                    match depth(tilted.slerp(flat, middle)) > most {
+                        true => low = middle,
+                        false => high = middle,
+                    }
+                }
+                goal.target = tilted.slerp(flat, high);
+            }
+            reach.target.z = reach.target.z.max(depth(goal.target));
         }
+    }
+
+    /// The ankle of a side: its place among the reaches, the turn of the foot, and the sole.
+    fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
+        let feet = self.reaches.iter().enumerate();
+        let mut feet = feet.filter_map(|(reach, reached)| reached.foot.as_ref().map(|foot| (reach, foot)));
+        let (reach, (turn, sole, _)) = feet.find(|(_, foot)| foot.2 as usize == side)?;
+        Some((reach, *turn, sole))
+    }
+
+    /// Moves the goal of an ankle so that the point on which the foot stands stays where it is: the foot may roll over it. A
+    /// foot that does not stand comes back to where the twin has it. All of it by the goals: what a pose misses would add up.
+    fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
+        let Some((reach, turn, sole)) = self.ankle(side) else {
+            return;
+        };
+        let rotation = self.goals.turns[turn].target;
+        let goal = &self.goals.reaches[reach];
+        let way = |ball: usize| rotation * (sole[ball].centre - goal.point);
+        let held = stand.lowest.filter(|_| is_held);
+        let held = held.map(|(ball, place)| (place - way(ball) - goal.target).truncate());
+        stand.shift = held.unwrap_or(returned * stand.shift).clamp_length_max(FARTHEST_HELD);
+        let place = goal.target + stand.shift.extend(0.0);
+        let height = |ball: usize| way(ball).z - sole[ball].radius;
+        let lowest = (0..sole.len()).min_by(|a, b| height(*a).total_cmp(&height(*b)));
+        stand.lowest = lowest.map(|ball| (ball, place + way(ball)));
+        // A foot that stands is turned as it should be; one in the air gives way to the leg.
+        let grip = f64::from(u8::from(is_held));
+        stand.grip = grip + returned * (stand.grip - grip);
+        self.goals.reaches[reach].target = place;
+        self.goals.turns[turn].weights = self.turns[turn].weights * (1.0 + STANDING * stand.grip);
     }
 
     /// Puts the base where the hips should be.
@@ -300,6 +388,34 @@ impl RobotRetargeter {
             })
         });
         frames.collect()
+    }
+
+    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot may
+    /// roll. `None` where none rests.
+    fn sole_speed(&self, motion: &RobotMotion) -> Option<f64> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
+        let mut pose = self.kinematics.rest();
+        let mut before: [Vec<DVec3>; 2] = Default::default();
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for frame in 0..motion.frames() {
+            self.pose(motion, frame, &mut pose);
+            for (side, before) in before.iter_mut().enumerate() {
+                let Some(link) = feet[side] else { continue };
+                let foot = self.kinematics.link(&pose, link);
+                let soles = &self.twin.soles[side];
+                let places: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
+                if frame > 0 && motion.contacts[frame][side] && motion.contacts[frame - 1][side] {
+                    let steps = places.iter().zip(&*before);
+                    let steps = steps.map(|(place, before)| (*place - *before).truncate().length());
+                    sum += steps.fold(f64::INFINITY, f64::min) * motion.fps;
+                    count += 1;
+                }
+                *before = places;
+            }
+        }
+        (count > 0)
+            .then(|| sum / count as f64)
+            .filter(|speed| speed.is_finite())
     }
 
     fn pose(&self, motion: &RobotMotion, frame: usize, pose: &mut RobotPose) {
@@ -428,7 +544,7 @@ fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
             };
             let weight = |direction| if drives(direction) { FOOT_TURN } else { NOT_DRIVEN };
             // A foot is turned about the up axis by the hip.
-            DVec3::new(weight(DVec3::X), 0.1 * FOOT_TURN, weight(DVec3::Z))
+            DVec3::new(weight(DVec3::X), 0.3 * FOOT_TURN, weight(DVec3::Z))
         }
         _ => DVec3::splat(TRUNK),
     }

@@ -18,6 +18,9 @@ pub(crate) struct ViewArgs {
     /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a humanoid
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
+    /// Show the motions on this robot too, a .urdf file or an .xml file of MuJoCo, each beside its source
+    #[arg(long, value_name = "FILE", conflicts_with = "character")]
+    pub(crate) robot: Option<PathBuf>,
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TrimArg>,

@@ -16,7 +16,7 @@ pub(crate) struct RobotArgs {
     /// The robot: a .urdf file, or an .xml file of MuJoCo
     #[arg(long, value_name = "FILE")]
     pub(crate) robot: PathBuf,
-    /// The file to write, .npz, .pkl or .csv, or - for standard output; of several motions the folder to write into
+    /// The file to write, .npz, .pkl, .csv or .glb, or - for standard output; of several motions the folder to write into
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Format of the outputs [default: what the name of the output says, else npz]
@@ -84,6 +84,8 @@ pub(crate) enum RobotFormatArg {
     Csv,
     /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
     Qpos,
+    /// The links of the robot as an animated skeleton, in glTF
+    Glb,
 }
 
 impl RobotFormatArg {
@@ -92,13 +94,14 @@ impl RobotFormatArg {
             Self::Npz | Self::Qpos => "npz",
             Self::Pkl => "pkl",
             Self::Csv => "csv",
+            Self::Glb => "glb",
         }
     }
 
     /// The format that the extension of a file names.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        let formats = [Self::Npz, Self::Pkl, Self::Csv].into_iter();
+        let formats = [Self::Npz, Self::Pkl, Self::Csv, Self::Glb].into_iter();
         formats
             .into_iter()
             .find(|format| extension.eq_ignore_ascii_case(format.extension()))

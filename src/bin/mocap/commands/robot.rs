@@ -9,7 +9,7 @@ use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargete
 use mocap::skeleton::humanoid;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
-use super::{check_json, import_to_resample, mapped, print_json, unknown_extension, write_output};
+use super::{check_json, import_to_resample, mapped, print_json, scene_bytes, unknown_extension, write_output};
 use crate::args::{FeetArg, Given, RobotArgs, RobotFormatArg, VerdictArg};
 use crate::{Failure, report, streams};
 
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         (Some(to), _) => to,
         (None, Some(named)) => named,
         (None, None) if streams::is_standard(&args.output) => RobotFormatArg::Npz,
-        (None, None) => return Err(unknown_extension(&args.output, ".npz, .pkl or .csv")),
+        (None, None) => return Err(unknown_extension(&args.output, ".npz, .pkl, .csv or .glb")),
     };
     let policy = ReplacePolicy::new(args.paths.iter().chain([&args.robot])).force(args.force);
     if !streams::is_standard(&args.output) {
@@ -36,7 +36,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     }
     let (motion, found, warnings) = moved(args, &robot, &args.paths[0])?;
     warnings.iter().for_each(|warning| report::say(warning));
-    write_output(&policy, &args.output, &bytes(&motion, &robot, format))?;
+    write_output(&policy, &args.output, &bytes(&motion, &robot, format)?)?;
     match args.json {
         true => print_json(&found)?,
         false => tell(&found),
@@ -116,13 +116,23 @@ pub(super) fn moved(
     Ok((motion, found, said))
 }
 
-pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg) -> Vec<u8> {
-    match format {
+pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg) -> mocap::Result<Vec<u8>> {
+    Ok(match format {
         RobotFormatArg::Npz => npz::write_robot(motion),
         RobotFormatArg::Qpos => npz::write_qpos(motion),
         RobotFormatArg::Pkl => arrays::pickle(motion),
         RobotFormatArg::Csv => arrays::csv(motion, robot).into_bytes(),
-    }
+        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb")?,
+    })
+}
+
+/// The robot as a scene with its motion, in metres with +Y up.
+pub(super) fn moving(robot: &Robot, motion: &RobotMotion) -> mocap::Result<Scene> {
+    let mut scene = robot.scene();
+    scene.animations = vec![robot.animation(motion)];
+    mocap::process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+    Conversion::new().apply(&mut scene)?;
+    Ok(scene)
 }
 
 pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) -> bool {

@@ -151,7 +151,7 @@ impl Run<'_> {
         if !folder.is_dir() {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
-        let bytes = bytes(&motion, self.robot, self.format);
+        let bytes = bytes(&motion, self.robot, self.format).map_err(|error| error.to_string())?;
         self.policy
             .check_bytes(&path, &bytes)
             .map_err(|error| error.to_string())?;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
+use mocap::robot::{Robot, RobotOptions, RobotRetargeter};
 use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
@@ -37,6 +38,10 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
             let message = "--character shows files, not the clips of a folder: name the files";
             Err(Failure::Usage(message.to_owned()))
         }
+        [folder] if folder.is_dir() && args.robot.is_some() => {
+            let message = "--robot shows files, not the clips of a folder: name the files";
+            Err(Failure::Usage(message.to_owned()))
+        }
         [folder] if folder.is_dir() => view_folder(args, folder, &output),
         files => view_files(args, files, &output),
     };
@@ -57,17 +62,26 @@ fn temporary_folder() -> Result<PathBuf, Failure> {
 
 fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), Failure> {
     let character = args.character.as_deref().map(read_character).transpose()?;
+    let robot = args
+        .robot
+        .as_ref()
+        .map(|file| Importer::new().import_robot(file))
+        .transpose()?;
     let mut clips = Vec::new();
     for file in files {
         let read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
         report::clip_taken(&read.scene);
-        clips.push(match &character {
-            Some(character) => on_character(&read, character, file)?,
-            None => read,
-        });
+        match (&character, &robot) {
+            (Some(character), _) => clips.push(on_character(&read, character, file)?),
+            (None, Some(robot)) => {
+                let moved = on_robot(&read, robot).map_err(|error| error.with_path(file))?;
+                clips.extend([read, moved]);
+            }
+            (None, None) => clips.push(read),
+        }
     }
-    if let ([source, target], None) = (clips.as_mut_slice(), &character) {
+    if let ([source, target], None, None) = (clips.as_mut_slice(), &character, &robot) {
         target.limb_angles = compare(source, target);
         if let Some(limbs) = &target.limb_angles {
             tell_limbs(target, source, limbs);
@@ -264,6 +278,25 @@ fn on_character(source: &Read, character: &Read, file: &Path) -> Result<Read, Fa
         limb_angles: Some(limb_angles),
         ..read
     })
+}
+
+/// A motion on a robot.
+fn on_robot(source: &Read, robot: &Robot) -> mocap::Result<Read> {
+    let options = RobotOptions {
+        source: Some(source.skeleton.humanoid.clone()),
+        ..RobotOptions::default()
+    };
+    let (motion, found) = RobotRetargeter::new(&source.scene, robot, &options)?.clip(&source.scene, 0)?;
+    let name = format!("{} on {}", source.name, robot.name);
+    report::say(&format!(
+        "{name}: limbs {:.1} degrees off in the mean",
+        found.mean_degrees
+    ));
+    let mut scene = robot.scene();
+    scene.animations = vec![robot.animation(&motion)];
+    mocap::process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+    let skeleton = Skeleton::new(&scene);
+    Read::new(name, scene, skeleton, HumanoidMap::default())
 }
 
 fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {

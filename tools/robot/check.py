@@ -1,0 +1,235 @@
+"""Judges `mocap robot` by MuJoCo: for each robot and each motion the kinematics of our positions, soles and floor, feet that
+slide, limits, and where the limbs point. One line a clip; exit code 1 where a bound is not kept."""
+
+import argparse
+import json
+import os
+import pathlib
+import resource
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+
+HERE = pathlib.Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+ROBOTS = {"g1": ("g1_29dof_rev_1_0.urdf", "g1_29dof_rev_1_0_nomesh.xml"), "h1": ("h1.urdf", "h1_nomesh.xml")}
+SAMPLE = ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "rokoko_dance.bvh"]
+LIMBS = {
+    "UpperLeg": "LowerLeg",
+    "LowerLeg": "Foot",
+    "UpperArm": "LowerArm",
+    "LowerArm": "Hand",
+}
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def rotate(quats, vector):
+    """Rotations (w x y z, one a frame) of a vector."""
+    w, xyz = quats[:, :1], quats[:, 1:]
+    t = 2 * np.cross(xyz, vector)
+    return vector + w * t + np.cross(xyz, t)
+
+
+def soles(urdf):
+    """Points of the soles in the frames of the feet, from the collision shapes of the URDF: (link, centre, radius)."""
+    found = {}
+    for link in ET.parse(urdf).getroot().findall("link"):
+        name = link.get("name")
+        if not name.endswith(("ankle_roll_link", "ankle_link")):
+            continue
+        for shape in link.findall("collision"):
+            origin = shape.find("origin")
+            at = np.array([float(x) for x in origin.get("xyz").split()])
+            assert not any(float(x) for x in origin.get("rpy", "0 0 0").split())
+            sphere, box = shape.find("geometry/sphere"), shape.find("geometry/box")
+            points = found.setdefault(name, [])
+            if sphere is not None:
+                points.append((at, float(sphere.get("radius"))))
+            elif box is not None:
+                half = 0.5 * np.array([float(x) for x in box.get("size").split()])
+                signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
+                points.extend((at + sign * half, 0.0) for sign in signs)
+    assert len(found) == 2 and all(found.values()), found
+    return found
+
+
+def run(mocap, *arguments):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    done = subprocess.run([mocap, *map(str, arguments)], capture_output=True, text=True)
+    return done, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+
+
+class Judge:
+    def __init__(self, mocap, key):
+        self.mocap, (urdf, mjcf) = mocap, ROBOTS[key]
+        self.key = key
+        self.urdf, self.mjcf = ROOT / "fixtures/robots" / urdf, ROOT / "fixtures/robots" / mjcf
+        self.model = mujoco.MjModel.from_xml_path(str(self.mjcf))
+        joints = [mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in range(1, self.model.njnt)]
+        self.joints = joints
+        self.data = mujoco.MjData(self.model)
+        self.soles = soles(self.urdf)
+        self.truth = json.loads((ROOT / "fixtures/robots/truth.json").read_text())["robots"][urdf]
+
+    def body(self, name):
+        return mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, name)
+
+    def poses(self, qpos):
+        """Places and rotations of all bodies in all frames, by MuJoCo."""
+        places = np.empty((len(qpos), self.model.nbody, 3))
+        rotations = np.empty((len(qpos), self.model.nbody, 4))
+        for frame, values in enumerate(qpos):
+            self.data.qpos[:] = values
+            mujoco.mj_kinematics(self.model, self.data)
+            places[frame], rotations[frame] = self.data.xpos, self.data.xquat
+        return places, rotations
+
+    def links(self, motion, folder):
+        """Where `mocap` says that the links are, by the skeleton that it writes: names, and places with +Z up."""
+        done, _ = run(self.mocap, "robot", motion, "--robot", self.urdf, "-o", folder / "links.glb")
+        assert done.returncode == 0, done.stderr
+        done, _ = run(self.mocap, "fk", folder / "links.glb", "-o", folder / "links.npz")
+        assert done.returncode == 0, done.stderr
+        arrays = np.load(folder / "links.npz")
+        places = arrays["positions"].astype(float)
+        return list(arrays["names"]), np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)
+
+    def limits(self, written):
+        """Positions beyond the limits of the URDF. Those of the MJCF have fewer digits."""
+        beyond = 0
+        limits = {joint.get("name"): joint.find("limit") for joint in ET.parse(self.urdf).getroot().findall("joint")}
+        for index, name in enumerate(written["dof_names"]):
+            low, high = float(limits[name].get("lower")), float(limits[name].get("upper"))
+            values = written["dof_pos"][:, index]
+            beyond += int(((values < low) | (values > high)).sum())
+        return beyond
+
+    def feet(self, places, rotations, contacts, fps):
+        """The share of frames with a sole more than 10 mm below the floor, the deepest, and the speed of soles that stand."""
+        lowest, speeds = [], []
+        for side, foot in enumerate(sorted(self.soles)):
+            assert foot.startswith(["left", "right"][side])
+            body = self.body(foot)
+            points = np.stack(
+                [places[:, body] + rotate(rotations[:, body], at) for at, _ in self.soles[foot]], axis=1
+            )
+            heights = points[:, :, 2] - np.array([radius for _, radius in self.soles[foot]])
+            lowest.append(heights.min(axis=1))
+            steps = np.linalg.norm(np.diff(points[:, :, :2], axis=0), axis=2) * fps
+            # Of a foot that rolls, the slowest point of the sole stands.
+            both = contacts[:-1, side] & contacts[1:, side]
+            speeds.append(steps.min(axis=1)[both])
+        lowest = np.min(lowest, axis=0)
+        speeds = np.concatenate(speeds)
+        return float((lowest < -0.01).mean()), float(-lowest.min()), float(speeds.mean()) if len(speeds) else None
+
+    def limbs(self, rotations, source):
+        """The mean angle of each limb between the robot in MuJoCo and the source, as its joints stand."""
+        angles = {}
+        zero = self.truth["zero_pose_directions"]
+        frames = min(len(rotations), len(next(iter(source.values()))))
+        for side in ["left", "right"]:
+            for bone, end in LIMBS.items():
+                start = f"{side}{bone}"
+                finish = f"{side}{end}"
+                if start not in source or finish not in source or start not in zero:
+                    continue
+                # Legs stand along -Z where all joints are at 0; the truth has where arms point.
+                at_rest = DOWN if "Leg" in bone else np.array(zero[start])
+                is_link = rotate(rotations[:frames, self.body(self.truth["bones"][start]["link"])], at_rest)
+                way = source[finish][:frames] - source[start][:frames]
+                way = way / np.linalg.norm(way, axis=1, keepdims=True)
+                cosine = np.clip((is_link * way).sum(axis=1) / np.linalg.norm(is_link, axis=1), -1, 1)
+                angles[start] = float(np.degrees(np.arccos(cosine)).mean())
+        return angles
+
+
+def source_joints(mocap, motion, folder):
+    """Where the bones of the source begin, in metres, +Y up: by the arrays of `mocap fk`."""
+    done, _ = run(mocap, "convert", motion, folder / "source.glb", "--drop-first-frame", "auto", "--force")
+    assert done.returncode == 0, done.stderr
+    done, _ = run(mocap, "fk", folder / "source.glb", "-o", folder / "source.npz")
+    assert done.returncode == 0, done.stderr
+    done, _ = run(mocap, "skeleton", folder / "source.glb", "--json")
+    found = json.loads(done.stdout)
+    arrays = np.load(folder / "source.npz")
+    names = list(arrays["names"])
+    # Forward, left and up become +X, +Y and +Z.
+    facing = found["facing"]["value"]
+    facing = facing if facing in ("x", "-x", "z", "-z") else "z"
+    forward = (-1.0 if facing.startswith("-") else 1.0) * np.eye(3)["xyz".index(facing[-1])]
+    up = np.array([0.0, 1.0, 0.0])
+    axes = np.stack([forward, np.cross(up, forward), up])
+    places = {}
+    for bone, joint in found["humanoid"]["bones"].items():
+        if names.count(joint["joint"]) == 1:
+            places[bone] = arrays["positions"][:, names.index(joint["joint"])].astype(float) @ axes.T
+    return places
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--all", action="store_true", help="every motion of the folders")
+    args = parser.parse_args()
+    mocap = os.environ["MOCAP"]
+    folders = os.environ.get("MOCAP_MOTIONS", str(ROOT / "fixtures/real")).split(":")
+    motions = [path for folder in folders for path in sorted(pathlib.Path(folder).iterdir())]
+    kinds = {".bvh", ".amc", ".fbx"}
+    motions = [path for path in motions if path.suffix in kinds and (args.all or path.name in SAMPLE)]
+    assert motions, folders
+    failures = []
+    for key in ROBOTS:
+        judge = Judge(mocap, key)
+        for motion in motions:
+            with tempfile.TemporaryDirectory() as folder:
+                line = check(judge, mocap, motion, pathlib.Path(folder), failures)
+            if line:
+                print(f"{key} {motion.name:36} {line}", flush=True)
+    for failure in failures:
+        print("FAIL", failure)
+    sys.exit(bool(failures))
+
+
+def check(judge, mocap, motion, folder, failures):
+    done, seconds = run(mocap, "robot", motion, "--robot", judge.urdf, "-o", folder / "a.npz", "--json")
+    if done.returncode:
+        return None if "not a humanoid" in done.stderr or "no motion" in done.stderr else f"refused: {done.stderr[:120]}"
+    report = json.loads(done.stdout)
+    written = np.load(folder / "a.npz")
+    assert list(written["dof_names"]) == judge.joints, "the joints stand in another order than MuJoCo's"
+    root = np.concatenate([written["root_pos"], written["root_rot"][:, [3, 0, 1, 2]]], axis=1)
+    places, rotations = judge.poses(np.concatenate([root, written["dof_pos"]], axis=1))
+    names, ours = judge.links(motion, folder)
+    apart = 0.0
+    for index in range(1, judge.model.nbody):
+        link = ours[:, names.index(mujoco.mj_id2name(judge.model, mujoco.mjtObj.mjOBJ_BODY, index))]
+        apart = max(apart, float(np.linalg.norm(places[:, index] - link, axis=1).max()))
+    beyond = judge.limits(written)
+    share, deepest, skate = judge.feet(places, rotations, written["contacts"], float(written["fps"]))
+    angles = judge.limbs(rotations, source_joints(mocap, motion, folder))
+    mean = float(np.mean(list(angles.values()))) if angles else float("nan")
+    source = report["source_skate"]
+    what = f"{judge.key} {motion.name}"
+    if apart > 1e-4:
+        failures.append(f"{what}: a link is {1000 * apart:.3f} mm from MuJoCo's")
+    if beyond:
+        failures.append(f"{what}: {beyond} positions beyond a limit")
+    if share > 0.01:
+        failures.append(f"{what}: soles below the floor in {100 * share:.1f} % of frames")
+    if skate is not None and source is not None and skate > source + 0.005:
+        failures.append(f"{what}: feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}")
+    if "walk" in motion.name and mean > 5:
+        failures.append(f"{what}: limbs are {mean:.1f} degrees off")
+    slide = "-" if skate is None or source is None else f"{100 * skate:5.2f} of {100 * source:5.2f} cm/s"
+    return (
+        f"links {1000 * apart:.4f} mm, limbs {mean:5.2f} deg, below {100 * share:4.1f} % (deepest {1000 * deepest:6.1f} mm), "
+        f"slide {slide}, limits {beyond}, {report['verdict']}, {report['frames'] / max(seconds, 1e-9):.0f} poses/s"
+    )
+
+
+if __name__ == "__main__":
+    main()
