@@ -12,8 +12,10 @@ use crate::scene::{Mesh, NodeId, Scene};
 /// The highest that a vertex of a sole is above the floor, as a share of the leg.
 const SOLE: f32 = 0.025;
 
-/// The directions over the ground in which the outermost vertices are looked for.
-const DIRECTIONS: usize = 12;
+/// The directions over the ground in which the outermost vertices are looked for, and how steeply they point down: the edge
+/// of a foot that is tilted or points down is lower than its outline.
+const DIRECTIONS: usize = 36;
+const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
 /// The least share of a vertex that moves with the foot.
 const OF_FOOT: f32 = 0.9;
@@ -62,19 +64,23 @@ impl Skin {
         } else {
             vec![self.ankle, self.toes]
         } {
-            let mut outermost: Vec<Option<(f32, &Vertex)>> = vec![None; DIRECTIONS];
-            for vertex in vertices.iter().filter(is_low).filter(|vertex| vertex.of == joint) {
-                for (direction, outermost) in outermost.iter_mut().enumerate() {
+            let low: Vec<&Vertex> = vertices
+                .iter()
+                .filter(is_low)
+                .filter(|vertex| vertex.of == joint)
+                .collect();
+            let mut outermost: Vec<usize> = Vec::new();
+            for slope in SLOPES {
+                for direction in 0..DIRECTIONS {
                     let (sin, cos) = (TAU * direction as f32 / DIRECTIONS as f32).sin_cos();
-                    let far = vertex.place.dot(body.axes * Vec3::new(cos, 0.0, sin));
-                    if outermost.is_none_or(|(farthest, _)| far > farthest) {
-                        *outermost = Some((far, vertex));
-                    }
+                    let out = body.axes * Vec3::new(cos, -slope, sin);
+                    let far = |vertex: &usize| low[*vertex].place.dot(out);
+                    outermost.extend((0..low.len()).max_by(|a, b| far(a).total_cmp(&far(b))));
                 }
             }
-            let mut found: Vec<&Vertex> = outermost.into_iter().flatten().map(|(_, vertex)| vertex).collect();
-            found.dedup_by(|a, b| a.place == b.place);
-            sole.extend(found.into_iter().cloned());
+            outermost.sort_unstable();
+            outermost.dedup();
+            sole.extend(outermost.into_iter().map(|vertex| low[vertex].clone()));
         }
         sole
     }
