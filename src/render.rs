@@ -27,4 +27,4 @@ pub use self::plot::{PlotOptions, plot};
 pub use self::sheet::{SheetOptions, sheet};
 pub use self::t_pose::{TPoseClip, t_pose_sheet};
 pub use self::terminal::{ScreenOptions, screen};
-pub use self::view::{ListingEntry, PackedClip, PageClip, PageReport, listing, packed_clip, page, page_with_report};
+pub use self::view::{ListingEntry, PageClip, PageReport, PlayerClip, listing, page, page_with_report, player_clip};

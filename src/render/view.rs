@@ -7,7 +7,7 @@
 //! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
 //! space and most of the loading time. `pack.rs` says how, and how exact they are.
 //!
-//! The drop page of `tools/wasm` is the same template and the same player; its clips come from [`packed_clip`].
+//! The drop page of `tools/wasm` is the same template and the same player; its clips come from [`player_clip`].
 
 mod data;
 mod image_size;
@@ -129,7 +129,7 @@ pub struct PageReport {
 
 /// A clip as the player takes it: text in JSON, and the numbers that it names as blocks of bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct PackedClip {
+pub struct PlayerClip {
     /// One of the `clips` of a page: JSON, with the ids of the blocks.
     pub description: String,
     /// The id and the bytes of each block.
@@ -141,18 +141,18 @@ pub struct PackedClip {
 /// Packs a clip for a player that is there already.
 ///
 /// ```
-/// use mocap::render::{Clip, PageClip, packed_clip};
+/// use mocap::render::{Clip, PageClip, player_clip};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let packed = packed_clip(&PageClip::new(Clip { name: "Test", scene: &scene }));
+/// let packed = player_clip(&PageClip::new(Clip { name: "Test", scene: &scene }));
 /// assert!(packed.description.starts_with("{\"name\":\"Test\",\"facts\":\"0.9 s, 10 frames at 10 fps, 3 joints\""));
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn packed_clip(clip: &PageClip<'_>) -> PackedClip {
+pub fn player_clip(clip: &PageClip<'_>) -> PlayerClip {
     let mut blocks = Vec::new();
     let put = &mut |_: BlockKind, id: &str, bytes: Cow<'_, [u8]>| blocks.push((id.to_owned(), bytes.into_owned()));
     let (description, left_out) = pack_clip(clip, 0, &mut SharedBlocks::default(), put);
-    PackedClip {
+    PlayerClip {
         description: json(&description),
         blocks,
         left_out,

@@ -290,7 +290,7 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     };
     // Only a humanoid with a motion has contacts.
     let found = contacts(scene, 0, Some(&skeleton.humanoid), &ContactOptions::default()).ok();
-    let packed = render::packed_clip(&PageClip {
+    let packed = render::player_clip(&PageClip {
         clip: Clip { name, scene },
         skeleton: Some(&skeleton),
         glb: None,
