@@ -167,17 +167,20 @@ fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
     (key, offset, next)
 }
 
-/// The stored components of eight rotations, in steps, and the number of the component that is not stored.
+/// The stored components of eight rotations, in steps, and the number of the component that is not stored. Each is a list
+/// of lanes, so that what is computed of them becomes vector instructions.
 #[derive(Clone, Copy)]
 struct Points {
-    lines: [[(i32, i32); 3]; LANES],
+    numbers: [[i32; LANES]; 3],
+    rises: [[i32; LANES]; 3],
     above: [[i32; LANES]; 3],
     dropped: [usize; LANES],
 }
 
 impl Points {
     const ZERO: Self = Self {
-        lines: [[(0, 0); 3]; LANES],
+        numbers: [[0; LANES]; 3],
+        rises: [[0; LANES]; 3],
         above: [[0; LANES]; 3],
         dropped: [0; LANES],
     };
@@ -195,8 +198,8 @@ impl Points {
         for axis in 0..3 {
             self.above[axis][lane] = lowest(bits, block.widths[axis]) as i32;
             bits >>= block.widths[axis];
+            (self.numbers[axis][lane], self.rises[axis][lane]) = block.lines[axis];
         }
-        self.lines[lane] = block.lines;
     }
 
     /// The components, that which is not stored first.
@@ -205,8 +208,8 @@ impl Points {
         let mut stored = [Lanes::ZERO; 3];
         for (axis, stored) in stored.iter_mut().enumerate() {
             for lane in 0..LANES {
-                let point = on_line(self.lines[lane][axis], offset, log2).wrapping_add(self.above[axis][lane]);
-                stored.0[lane] = point as f32;
+                let line = (self.numbers[axis][lane], self.rises[axis][lane]);
+                stored.0[lane] = on_line(line, offset, log2).wrapping_add(self.above[axis][lane]) as f32;
             }
             *stored = *stored * step;
         }

@@ -110,7 +110,7 @@ int main(int count, char **arguments) {
   std::FILE *output = std::fopen(arguments[3], "wb");
   if (!output) return 1;
   for (uint32_t sample = 0; sample < samples; ++sample) {
-    context.seek(static_cast<float>(sample) / rate, acl::sample_rounding_policy::nearest);
+    context.seek(static_cast<float>(sample) / rate, acl::sample_rounding_policy::none);
     context.decompress_tracks(writer);
     std::fwrite(writer.pose.data(), sizeof(Transform), tracks, output);
   }

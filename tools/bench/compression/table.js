@@ -67,13 +67,18 @@ function compressWithAcl(source, bound) {
   return { said, lossy: { parents, times, at: (_, frame) => poseOf(frame) } };
 }
 
+/** Frames of a file at its own rate. @type {Map<string, number>} */
+const framesOf = new Map();
+
 async function measure(file, fps) {
   const clip = `${basename(file)}${fps ? ` at ${fps}` : ""}`;
   const rate = fps ? ["--fps", String(fps)] : [];
   const plain = join(folder, "plain.glb");
   mocap("convert", file, plain, "--force", "--quiet", "--mesh", "none", ...rate);
   const source = await openGlb(plain);
-  if (source.times.length < 2) return;
+  // A clip at 30 frames a second is the same at its own rate.
+  if (source.times.length < 2 || (fps && source.times.length === framesOf.get(file))) return;
+  framesOf.set(file, source.times.length);
   const raw = RAW * source.parents.length * source.times.length;
   const add = (writer, bound, bytes, lossy, extra) => rows.push({ clip, bound, writer, bytes, raw, ...errorsOf(source, lossy), extra });
   for (const bound of BOUNDS) {
