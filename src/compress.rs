@@ -5,15 +5,15 @@
 //! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>. `docs/compression.md`
 //! explains it. In the order of use:
 //!
-//! 1. [`raw_clip`] samples the animation at every frame; [`object_space`] is where errors count.
-//! 2. [`constant_tracks`]: a track that hardly moves anything becomes constant.
-//! 3. [`shared_key_frames`] and [`key_frames`]: key frame reduction, for the pose or for each track alone.
-//! 4. [`encode`] encodes joint by joint from the root on. The [`error_metric`] says what a rotation error moves, with
-//!    lever arms and a shell distance; [`compensation`] what rotation a joint needs below its lossy parent;
-//!    [`bit_rate`] how many bits, and which of the [`candidates`] around that rotation. [`quantize`] has the formats.
-//! 5. [`measure`] decodes the result in double precision as readers [`decode`] it: slerp, nlerp, unnormalized.
-//! 6. [`refinement`] adds keys or shrinks tolerances until the error is within the bound.
-//! 7. [`clip`] is the result. [`stream_size`] says how large it becomes in meshopt's streams.
+//! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
+//! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
+//! 3. `shared_key_frames` and `key_frames`: key frame reduction, for the pose or for each track alone.
+//! 4. `encode` encodes joint by joint from the root on. The `error_metric` says what a rotation error moves, with
+//!    lever arms and a shell distance; `compensation` what rotation a joint needs below its lossy parent;
+//!    `bit_rate` how many bits, and which of the `candidates` around that rotation. `quantize` has the formats.
+//! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
+//! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
+//! 7. `clip` is the result. `stream_size` says how large it becomes in meshopt's streams.
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
