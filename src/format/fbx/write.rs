@@ -228,24 +228,28 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let mut document = Document::new();
     let mut report = FbxReport::default();
     let mut names = Names::default();
-    let binds = mesh::binds(scene, &space);
-    let placed = skeleton::write(scene, &space, options, &binds, &mut names, &mut document, &mut report)?;
-    let skinned = mesh::write(scene, &space, &placed, &mut names, &mut document, &mut report)?;
+    let bones = mesh::bound_nodes(scene);
+    let placed = skeleton::write(scene, &space, options, &bones, &mut names, &mut document, &mut report)?;
+    let binds = mesh::binds(scene, &space, &placed);
     let clips = animation::write(scene, &space, &placed, options, &mut document, &mut report)?;
+    // The place of a node in the bind pose.
+    let bound = |index: usize, bind: DMat4| {
+        let parent = scene.nodes[index].parent.filter(|_| clips.moving.contains(&index));
+        match parent {
+            Some(parent) => skeleton::beside_the_tail(bind, &placed[index], &placed[parent.index()]),
+            None => bind,
+        }
+    };
+    let skinned = mesh::write(scene, &space, &placed, &bound, &mut names, &mut document, &mut report)?;
     let nodes = placed
         .iter()
         .enumerate()
         .filter(|(_, place)| place.id != document::SCENE_ROOT);
     let nodes = nodes.map(|(index, place)| {
-        let parent = scene.nodes[index].parent.map(|parent| &placed[parent.index()]);
-        let at_rest = match parent.filter(|_| clips.moving.contains(&index)) {
-            Some(parent) => skeleton::beside_the_tail(place, parent),
-            None => place.world,
-        };
-        (place.id, *binds.get(&index).unwrap_or(&at_rest))
+        let bind = *binds.get(&index).unwrap_or(&place.world);
+        (place.id, bound(index, bind))
     });
-    let meshes = skinned.into_iter().map(|mesh| (mesh, DMat4::IDENTITY));
-    let pose: Vec<_> = nodes.chain(meshes).collect();
+    let pose: Vec<_> = nodes.chain(skinned).collect();
     skeleton::bind_pose(&mut document, &pose);
     let clips = clips.ends;
     let provenance = Provenance {

@@ -3,7 +3,7 @@
 //! FBX meshes have several materials, those of a scene one. Meshes of one node that follow each other and have the same name
 //! and the same bones become one again.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::{DMat4, DVec3};
 
@@ -12,35 +12,57 @@ use super::encode::{Array, Element};
 use super::material::Materials;
 use super::names::Names;
 use super::properties::Properties;
-use super::skeleton::{Placed, model};
+use super::skeleton::{Placed, euler, model};
 use super::space::Space;
 use super::{FbxReport, unrepresentable};
 use crate::error::Result;
 use crate::limits::is_plausible;
-use crate::scene::{Mesh, Primitive, Scene};
+use crate::scene::{Mesh, Primitive, RotationOrder, Scene};
 
 /// The nodes that meshes are bound to, each with its matrix to the world in the bind pose of the first such mesh.
-pub(super) fn binds(scene: &Scene, space: &Space) -> HashMap<usize, DMat4> {
+pub(super) fn binds(scene: &Scene, space: &Space, placed: &[Placed]) -> HashMap<usize, DMat4> {
     let mut binds = HashMap::new();
     for mesh in scene.meshes.iter().filter(|mesh| is_written(mesh)) {
+        let to_world = to_world(mesh, space, placed);
         for bone in &mesh.bones {
             binds
                 .entry(bone.node.index())
-                .or_insert_with(|| space.map(bone.offset_matrix.as_dmat4()).inverse());
+                .or_insert_with(|| to_world * space.map(bone.offset_matrix.as_dmat4()).inverse());
         }
     }
     binds
 }
 
-/// Adds the meshes of `scene`. Returns the models of those with bones.
+/// Whether a node is one that a mesh is bound to.
+pub(super) fn bound_nodes(scene: &Scene) -> BTreeSet<usize> {
+    let meshes = scene.meshes.iter().filter(|mesh| is_written(mesh));
+    let bones = meshes.flat_map(|mesh| &mesh.bones);
+    bones.map(|bone| bone.node.index()).collect()
+}
+
+/// Where a mesh with bones is: in the world, unless it has another size there. Blender takes the bind pose for that of the
+/// skeleton in the world.
+fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
+    let Some(bone) = mesh.bones.first() else {
+        return DMat4::IDENTITY;
+    };
+    let at_rest = placed[bone.node.index()].world * space.map(bone.offset_matrix.as_dmat4());
+    let size = at_rest.determinant().abs().cbrt();
+    let is_other = at_rest.is_finite() && size > 1e-9 && (size - 1.0).abs() > 1e-3;
+    if is_other { at_rest } else { DMat4::IDENTITY }
+}
+
+/// Adds the meshes of `scene`. Returns the models of those with bones. `bound` has the place of a node in the bind pose, from
+/// that which a mesh says.
 pub(super) fn write<'a>(
     scene: &'a Scene,
     space: &Space,
     placed: &[Placed],
+    bound: &dyn Fn(usize, DMat4) -> DMat4,
     names: &mut Names,
     document: &mut Document<'a>,
     report: &mut FbxReport,
-) -> Result<Vec<Id>> {
+) -> Result<Vec<(Id, DMat4)>> {
     let mut materials = Materials::new(scene);
     let mut skinned = Vec::new();
     for (index, node) in scene.nodes.iter().enumerate() {
@@ -63,7 +85,8 @@ pub(super) fn write<'a>(
             let element = shape(element, parts, space, &name, report)?;
             document.add("Geometry", element);
             let (id, element) = document.object("Model", [&name, "Model", "Mesh"]);
-            document.add("Model", model(element, at_origin()));
+            let place = to_world(first, space, placed);
+            document.add("Model", model(element, placed_at(place)));
             document.connect(geometry, id);
             // Bones move a skinned mesh from where it is, which is the world.
             let parent = if first.bones.is_empty() {
@@ -81,8 +104,8 @@ pub(super) fn write<'a>(
                 }
             }
             if !first.bones.is_empty() {
-                skin(geometry, &name, parts, space, placed, document)?;
-                skinned.push(id);
+                skin(geometry, &name, parts, space, (placed, bound), document)?;
+                skinned.push((id, place));
             }
         }
     }
@@ -115,14 +138,15 @@ fn has_materials(scene: &Scene, parts: &[&Mesh]) -> bool {
     parts.iter().any(surface)
 }
 
-fn at_origin<'a>() -> Properties<'a> {
+fn placed_at<'a>(place: DMat4) -> Properties<'a> {
+    let (scale, rotation, translation) = place.to_scale_rotation_translation();
     Properties::new()
         .flag("RotationActive", true)
         .choice("InheritType", 1)
         .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
-        .own("Lcl Translation", DVec3::ZERO)
-        .own("Lcl Rotation", DVec3::ZERO)
-        .own("Lcl Scaling", DVec3::ONE)
+        .own("Lcl Translation", translation)
+        .own("Lcl Rotation", euler(rotation, RotationOrder::Zyx, DVec3::ZERO))
+        .own("Lcl Scaling", scale)
 }
 
 /// Vertices, polygons and what layers have of them.
@@ -245,7 +269,7 @@ fn skin(
     name: &str,
     parts: &[&Mesh],
     space: &Space,
-    placed: &[Placed],
+    (placed, bound): (&[Placed], &dyn Fn(usize, DMat4) -> DMat4),
     document: &mut Document<'_>,
 ) -> Result<()> {
     let (skin, element) = document.object("Deformer", [name, "Deformer", "Skin"]);
@@ -255,6 +279,7 @@ fn skin(
     document.add("Deformer", element);
     document.connect(skin, geometry);
     let bones = &parts[0].bones;
+    let place = to_world(parts[0], space, placed);
     let mut ties: Vec<(Vec<i32>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); bones.len()];
     let mut start = 0;
     for part in parts {
@@ -279,7 +304,7 @@ fn skin(
     }
     for (bone, (vertices, weights)) in std::iter::zip(bones, ties) {
         let to_bone = space.map(bone.offset_matrix.as_dmat4());
-        let to_world = to_bone.inverse();
+        let to_world = bound(bone.node.index(), place * to_bone.inverse());
         if !to_bone.is_finite() || !to_world.is_finite() {
             let message = format!("its bind pose in the mesh \"{name}\" has no inverse");
             return Err(unrepresentable(&bone.name, message));

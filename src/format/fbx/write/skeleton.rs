@@ -3,7 +3,7 @@
 //! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order, its
 //! scale. Offsets, pivots and the post-rotation are left at zero.
 
-use std::collections::HashMap;
+use std::collections::BTreeSet;
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
 
@@ -49,7 +49,7 @@ impl Placed {
 }
 
 /// Angles about x, y and z.
-fn euler(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
+pub(super) fn euler(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
     let axes = order.axes();
     let mut angles = DVec3::ZERO;
     let found = to_euler(rotation, order, axes.map(|axis| before[axis]));
@@ -71,12 +71,12 @@ fn rotation_order(order: RotationOrder) -> i32 {
     }
 }
 
-/// Adds the nodes of `scene`. `binds` has those that a mesh is bound to, each with its matrix to the world.
+/// Adds the nodes of `scene`. `binds` has those that a mesh is bound to.
 pub(super) fn write<'a>(
     scene: &Scene,
     space: &Space,
     options: &FbxOptions,
-    binds: &HashMap<usize, DMat4>,
+    binds: &BTreeSet<usize>,
     names: &mut Names,
     document: &mut Document<'a>,
     report: &mut FbxReport,
@@ -133,7 +133,7 @@ pub(super) fn write<'a>(
         if node.kind == NodeKind::EndSite {
             properties = properties.user_flag(super::super::END_SITE);
         }
-        let is_bone = node.kind != NodeKind::Group || binds.contains_key(&index);
+        let is_bone = node.kind != NodeKind::Group || binds.contains(&index);
         report.bones += usize::from(is_bone);
         place.id = add_model(document, &name, parent_id, is_bone, properties);
         placed.push(place);
@@ -170,7 +170,7 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
 
 /// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or, where
 /// no root is wanted above the skeleton, all that do nothing but group.
-fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &HashMap<usize, DMat4>) -> usize {
+fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {
         let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
@@ -188,10 +188,7 @@ fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &HashMap<usize, D
     };
     let is_plain = |index: usize| {
         let node = &nodes[index];
-        node.kind == NodeKind::Group
-            && node.transform == Mat4::IDENTITY
-            && !binds.contains_key(&index)
-            && is_still(index)
+        node.kind == NodeKind::Group && node.transform == Mat4::IDENTITY && !binds.contains(&index) && is_still(index)
     };
     let children = |index: usize| {
         let parent = Some(NodeId::new(index));
@@ -250,18 +247,18 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
         .child(Element::of("Culling", "CullingOff"))
 }
 
-/// The place at rest of a joint that moves against its parent, for the bind pose.
+/// The place in the bind pose of a joint that moves against its parent.
 ///
 /// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it, and then
 /// does not move against it. A hundred-thousandth of the way beside it, it is not.
-pub(super) fn beside_the_tail(place: &Placed, parent: &Placed) -> DMat4 {
+pub(super) fn beside_the_tail(mut bind: DMat4, place: &Placed, parent: &Placed) -> DMat4 {
     const SHARE: f64 = 1e-5;
-    let origin = place.world.w_axis.truncate();
-    let way = SHARE * f64::max(origin.length(), place.translation.length());
+    let origin = bind.w_axis.truncate();
+    let link = place.world.w_axis.distance(parent.world.w_axis);
+    let way = SHARE * f64::max(origin.length(), link);
     let side = parent.world.x_axis.truncate().normalize_or_zero();
-    let mut matrix = place.world;
-    matrix.w_axis = (origin + way * side).extend(1.0);
-    matrix
+    bind.w_axis = (origin + way * side).extend(1.0);
+    bind
 }
 
 /// Adds the bind pose: the matrices to the world of these objects.
