@@ -11,6 +11,7 @@ mod convert;
 mod edit;
 mod errors;
 mod retarget;
+mod robot;
 mod scene;
 
 use std::path::PathBuf;
@@ -36,6 +37,8 @@ mod _mocap {
     use super::edit::{contacts, edit, prepare, write};
     #[pymodule_export]
     use super::retarget::{add_motions, retarget};
+    #[pymodule_export]
+    use super::robot::Robot;
     #[pymodule_export]
     use super::scene::{Node, Scene};
     #[pymodule_export]

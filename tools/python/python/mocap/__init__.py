@@ -20,6 +20,7 @@ from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitErr
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
 from ._retarget import Retargeted, add_motions, retarget
+from ._robot import Robot, RobotMotion
 from ._scene import Motion, Scene
 
 __all__ = [
@@ -36,6 +37,8 @@ __all__ = [
     "Options",
     "ReadOptions",
     "Retargeted",
+    "Robot",
+    "RobotMotion",
     "Scene",
     "add_motions",
     "convert",

@@ -11,6 +11,7 @@ from ._options import ReadOptions
 __all__ = [
     "ArrowTable",
     "Node",
+    "Robot",
     "Scene",
     "add_motions",
     "contacts",
@@ -48,6 +49,17 @@ class Scene:
     def pose_matrices(self, tick: float, world: bool) -> NDArray[np.float32]: ...
     def arrays(self, options: str) -> dict[str, Any]: ...
     def arrow(self, options: str, clip: str) -> ArrowTable: ...
+
+@final
+class Robot:
+    def __new__(cls, path: str | os.PathLike[str]) -> Robot: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def dof_names(self) -> list[str]: ...
+    def retarget(
+        self, source: Scene, fps: float | None, lock_feet: bool, velocity_limits: bool
+    ) -> tuple[dict[str, Any], str]: ...
 
 @final
 class ArrowTable:

@@ -1,0 +1,89 @@
+"""Motions on robots."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _mocap
+from ._retarget import Feet, _locks
+from ._scene import Scene
+
+
+@dataclass(frozen=True, repr=False)
+class RobotMotion:
+    """A motion of a robot with F frames and J joints; float64, in metres and radians, +Z up.
+
+    Attributes:
+        fps: Frames a second.
+        root_pos: (F, 3): the base.
+        root_rot: (F, 4): x, y, z, w.
+        dof_pos: (F, J): the joints, within their limits.
+        dof_names: The names of the joints.
+        contacts: bool, (F, 2): whether the left and the right foot of the source are at rest.
+        qpos: (F, 7 + J): MuJoCo's order, with rotations as w, x, y, z.
+        report: How well the motion sits on the robot, and a verdict.
+    """
+
+    fps: float
+    root_pos: NDArray[np.float64]
+    root_rot: NDArray[np.float64]
+    dof_pos: NDArray[np.float64]
+    dof_names: list[str]
+    contacts: NDArray[np.bool_]
+    qpos: NDArray[np.float64]
+    report: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<mocap.RobotMotion of {len(self.qpos)} frames and {len(self.dof_names)} joints at {self.fps:g} a second>"
+
+
+class Robot:
+    """A robot of a URDF file, or of an XML file of MuJoCo.
+
+    >>> robot = mocap.Robot("g1.urdf")                               # doctest: +SKIP
+    >>> motion = robot.retarget(mocap.read("walk.bvh"), fps=50)      # doctest: +SKIP
+    >>> motion.report["verdict"], motion.dof_pos.shape               # doctest: +SKIP
+    ('good', (218, 29))
+
+    Raises:
+        MocapError: Where the file cannot be read.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._native = _mocap.Robot(path)
+
+    def __repr__(self) -> str:
+        return f"<mocap.Robot {self.name!r} of {len(self.dof_names)} joints>"
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._native.name
+
+    @property
+    def dof_names(self) -> list[str]:
+        """The names of the joints, in the order of ``dof_pos``."""
+        return self._native.dof_names
+
+    def retarget(
+        self, source: Scene, *, fps: float | None = None, feet: Feet = "lock", velocity_limits: bool = False
+    ) -> RobotMotion:
+        """The first motion of a scene on the robot.
+
+        Args:
+            source: A motion of a humanoid, with any names, rest pose, unit and axes.
+            fps: Frames a second; ``None`` for those of the source.
+            feet: ``"lock"`` holds feet still while those of the source stand.
+            velocity_limits: Whether joints keep within the velocities of the robot's file, too.
+
+        Raises:
+            MocapError: Where the source or the robot is not a humanoid, with the reason.
+        """
+        arrays, report = self._native.retarget(source._native, fps, _locks(feet), velocity_limits)
+        return RobotMotion(dof_names=self.dof_names, report=json.loads(report), **arrays)
