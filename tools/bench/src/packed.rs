@@ -71,7 +71,7 @@ fn error(scene: &Scene, clip: &PackedClip<'_>) -> f64 {
     let parents: Vec<Option<usize>> = scene
         .nodes
         .iter()
-        .map(|node| node.parent.map(|parent| parent.index()))
+        .map(|node| node.parent.map(mocap::scene::NodeId::index))
         .collect();
     let rest: Vec<Trs> = scene
         .nodes
