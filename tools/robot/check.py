@@ -17,7 +17,7 @@ import numpy as np
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 ROBOTS = {"g1": ("g1_29dof_rev_1_0.urdf", "g1_29dof_rev_1_0_nomesh.xml"), "h1": ("h1.urdf", "h1_nomesh.xml")}
-SAMPLE = ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "rokoko_dance.bvh"]
+SAMPLE = ["cmu_12_01_walk.bvh", "motionbuilder_vicon_walk.bvh", "mocopi_jump_six_channels.bvh"]
 LIMBS = {
     "UpperLeg": "LowerLeg",
     "LowerLeg": "Foot",
