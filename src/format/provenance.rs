@@ -68,6 +68,18 @@ impl Provenance {
         }
     }
 
+    /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What was
+    /// done to the skeleton is a part of that.
+    pub fn record(&self, scene: &mut Scene) {
+        let metadata = &mut scene.metadata;
+        let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
+        metadata.origin.clone_from(&self.source);
+        metadata.root_offset.clone_from(&self.root_offset);
+        if let Some(AppliedStep::Retarget { onto, .. }) = metadata.steps.last_mut() {
+            onto.steps = onto_steps;
+        }
+    }
+
     /// The skeleton onto which the motion was put, where it is not that of the source.
     pub(crate) fn onto(&self) -> Option<&SecondMotion> {
         self.steps.iter().rev().find_map(|step| match step {

@@ -7,7 +7,7 @@ use mocap::convert::FirstFrame;
 use mocap::export::ReplacePolicy;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, AppliedStep, Scene, Topic};
+use mocap::scene::{Animation, Scene, Topic};
 use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
@@ -290,7 +290,9 @@ fn write(
             let mut scene = target.into_scene();
             scene.animations = clips.iter().map(|(clip, _)| clip.clone()).collect();
             Conversion::new().apply(&mut scene)?;
-            state_source(&mut scene, clips.first());
+            if let Some((_, provenance)) = clips.first() {
+                provenance.record(&mut scene);
+            }
             if format == "fbx" {
                 return Ok(scene_bytes(&scene, format)?);
             }
@@ -311,22 +313,11 @@ fn write(
             if format != "bvh" {
                 Conversion::new().apply(&mut scene)?;
             }
-            state_source(&mut scene, clips.first());
+            if let Some((_, provenance)) = clips.first() {
+                provenance.record(&mut scene);
+            }
             Ok(scene_bytes(&scene, format)?)
         }
-    }
-}
-
-/// Records in a scene that is written where its first motion comes from, and that it was put on this skeleton. What was done
-/// to the skeleton is a part of that.
-fn state_source(scene: &mut Scene, first: Option<&(Animation, Provenance)>) {
-    let Some((_, provenance)) = first else { return };
-    let onto_steps = std::mem::take(&mut scene.metadata.steps);
-    scene.metadata.origin.clone_from(&provenance.source);
-    scene.metadata.root_offset.clone_from(&provenance.root_offset);
-    scene.metadata.steps.clone_from(&provenance.steps);
-    if let Some(AppliedStep::Retarget { onto, .. }) = scene.metadata.steps.last_mut() {
-        onto.steps = onto_steps;
     }
 }
 
