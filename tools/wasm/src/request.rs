@@ -3,9 +3,10 @@
 use std::rc::Rc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
+use mocap::convert::FirstFrame;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
-use mocap::gltf::{self, Character};
+use mocap::gltf::{self, Provenance};
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retarget::{RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Assumption, RootOffsetUsed, UpAxis};
@@ -198,6 +199,15 @@ fn in_metres(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
     Ok((scene, assumptions))
 }
 
+/// The scene in metres with +Y up, with a record of the motion that was put onto its skeleton.
+fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
+    let (mut scene, assumptions) = in_metres(entry)?;
+    if let Some(provenance) = entry.provenance.first() {
+        provenance.record(&mut scene);
+    }
+    Ok((scene, assumptions))
+}
+
 /// What is said about a file that was written.
 #[derive(Default, Serialize)]
 struct Written<'a> {
@@ -212,10 +222,11 @@ fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer
     match format {
         Output::Glb => {
             if let Some(character) = &entry.character {
-                let bytes = character.with_animations(added(entry, character), false)?;
+                let added: Vec<_> = std::iter::zip(scene.animations.clone(), entry.provenance.clone()).collect();
+                let bytes = character.with_clips(&added, false)?;
                 return Ok((json(&Written::default())?, bytes));
             }
-            let (scene, assumptions) = in_metres(entry)?;
+            let (scene, assumptions) = on_skeleton(entry)?;
             let document = gltf::Document::new(&scene, &options.gltf())?;
             let written = Written {
                 assumptions,
@@ -225,11 +236,7 @@ fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer
             Ok((json(&written)?, document.to_glb()?))
         }
         Output::Vrma => {
-            let (mut scene, assumptions) = in_metres(entry)?;
-            if entry.humanoid.is_some() {
-                // The origin is that of the character, which is not the source of the motion.
-                scene.metadata.origin = None;
-            }
+            let (scene, assumptions) = on_skeleton(entry)?;
             let options = vrma::VrmaOptions {
                 humanoid: entry.humanoid.clone(),
                 gltf: options.gltf(),
@@ -319,12 +326,6 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     Ok((json(&view)?, bytes.concat()))
 }
 
-/// The animations that the file of the character does not have.
-fn added<'a>(entry: &'a Entry, character: &Character) -> &'a [Animation] {
-    let (ours, theirs) = (&entry.scene.animations, &character.scene().animations);
-    if ours == theirs { &[] } else { ours }
-}
-
 fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &RetargetOptions) -> Result<Answer, Failure> {
     #[derive(Serialize)]
     struct Retargeted<'a> {
@@ -333,7 +334,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
         reports: Vec<RetargetReport>,
     }
     let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
-    let (source, assumptions) = in_metres(entry)?;
+    let (mut source, assumptions) = in_metres(entry)?;
     let file = target.character.clone();
     let stated = file.as_ref().and_then(|file| file.humanoid().cloned());
     let bones = stated.unwrap_or_else(|| humanoid(&target.scene));
@@ -348,23 +349,24 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
             target: Some(bones.clone()),
         },
     )?;
+    // A rest pose before the motion is no part of it. By now it has shown where the T-pose is.
+    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
+    conversion.apply(&mut source)?;
+    let step = retargeter.step(&target.scene, options.feet == Feet::Lock);
+    let mut provenance = Vec::new();
     let present = file.as_ref().map_or(&[][..], |file| &file.scene().animations);
     let mut animations: Vec<Animation> = Vec::new();
     let mut reports = Vec::new();
     let mut limb_angles = None;
     for (index, animation) in source.animations.iter().enumerate() {
-        let mut moved = retargeter.animation(&source, animation);
         let taken: Vec<&Animation> = present.iter().chain(&animations).collect();
-        moved.name = free_name(clip_name(&source, animation, options), &taken);
-        let mut found = retargeter.measure(&source, animation, &target.scene, &moved);
-        if options.feet == Feet::Lock && found.slides() {
-            let mut locked = moved.clone();
-            retargeter.lock_feet(&source, index, &target.scene, &mut locked)?;
-            let after = retargeter.measure(&source, animation, &target.scene, &locked);
-            if after.is_better_locked_than(&found) {
-                (moved, found) = (locked, after);
-            }
-        }
+        let name = free_name(clip_name(&source, animation, options), &taken);
+        let (mut moved, mut found) = retargeter.clip(&source, index, &target.scene, options.feet == Feet::Lock)?;
+        found.clip.clone_from(&name);
+        moved.name = name;
+        let mut from = Provenance::of_clip(&source, index);
+        from.steps.push(step.clone());
+        provenance.push(from);
         if options.limb_angles && limb_angles.is_none() {
             limb_angles = Some(retargeter.limb_angles(&source, animation, &target.scene, &moved));
         }
@@ -376,6 +378,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     let number = scenes.add(
         Entry::new(scene, file)
             .with_humanoid(bones)
+            .with_provenance(provenance)
             .with_limb_angles(limb_angles),
     )?;
     let answer = json(&Retargeted {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use mocap::glam::Mat4;
-use mocap::gltf::Character;
+use mocap::gltf::{Character, Provenance};
 use mocap::retarget::LimbAngles;
 use mocap::skeleton::Humanoid;
 use mocap::{Binding, Pose, Scene};
@@ -22,6 +22,8 @@ pub(crate) struct Entry {
     pub(crate) is_converted: bool,
     /// How far the limbs of its first animation point from those of the motion it was made from, where that was asked for.
     limb_angles: Option<Vec<LimbAngles>>,
+    /// Where each animation comes from, where they were put onto this skeleton.
+    pub(crate) provenance: Vec<Provenance>,
     bindings: Vec<Option<Binding>>,
     rest: Vec<Mat4>,
     pose: Pose,
@@ -38,6 +40,7 @@ impl Entry {
             humanoid: None,
             is_converted: false,
             limb_angles: None,
+            provenance: Vec::new(),
         }
     }
 
@@ -48,6 +51,11 @@ impl Entry {
 
     pub(crate) fn with_limb_angles(mut self, angles: Option<Vec<LimbAngles>>) -> Self {
         self.limb_angles = angles;
+        self
+    }
+
+    pub(crate) fn with_provenance(mut self, provenance: Vec<Provenance>) -> Self {
+        self.provenance = provenance;
         self
     }
 
