@@ -172,7 +172,7 @@ fn tell(found: &RobotReport) {
             "{clip}: feet on the ground slide {:.1} cm/s, {:.1} in the source; a sole is at most {:.1} mm below the floor",
             100.0 * skate,
             100.0 * source,
-            1000.0 * found.deepest
+            1000.0 * found.deepest.max(0.0)
         ));
     }
     report::say(&format!(
