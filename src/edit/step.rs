@@ -19,7 +19,7 @@ use crate::scene::{AppliedStep, Scene, SecondMotion};
 pub const EDIT_STEPS: &[(&str, &str)] = &[
     (
         "foot-lock",
-        "hold feet still in contact and above the floor: blend=S, height=M, speed=M/S, release=TIMES, shortest=S, gap=S, floor=M",
+        "hold feet still in contact and above the floor: blend=S, height=M, speed=M/S, release=TIMES, shortest=S, gap=S, floor=M, largest-change=M",
     ),
     ("mirror", "exchange left and right"),
     (
