@@ -103,7 +103,7 @@ impl ReplacePolicy {
         if is_replaceable {
             return Ok(());
         }
-        let message = "the output would replace a file that this program did not write";
+        let message = "the output would replace a file that this program did not write from these inputs";
         let diagnostic = Diagnostic::new(Code::OutputExists, message)
             .help("name another output (for several inputs a folder, with -o), or replace the file with --force");
         Err(Error::from(diagnostic).with_path(path))
