@@ -504,6 +504,19 @@ impl Conversion {
     }
 }
 
+/// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes stay.
+///
+/// A [`Retargeter`](crate::retarget::Retargeter) is made before, for it sees in that frame where the T-pose is.
+///
+/// # Errors
+/// As [`Conversion::apply`].
+pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
+    let steps = scene.metadata.steps.len();
+    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
+    conversion.apply(scene)?;
+    Ok(scene.metadata.steps.len() > steps)
+}
+
 /// Whether resampling uses the exact rate of a rounded frame time.
 fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
     animation.is_some_and(|animation| {

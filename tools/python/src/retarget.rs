@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use mocap::Importer;
+use mocap::convert::leave_out_rest_pose;
 use mocap::export::{ReplacePolicy, write_file};
 use mocap::gltf::Provenance;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, Scale};
@@ -26,8 +27,10 @@ pub(crate) fn retarget(
     let mut changed = target.scene().clone();
     let done = py.detach(|| {
         let retargeter = retargeter(source.scene(), target.scene(), None, scale)?;
-        retargeter.record(source.scene(), &mut changed, lock_feet);
-        moved(retargeter, source.scene(), target.scene(), lock_feet)
+        let mut source = source.scene().clone();
+        leave_out_rest_pose(&mut source)?;
+        retargeter.record(&source, &mut changed, lock_feet);
+        moved(retargeter, &source, target.scene(), lock_feet)
     });
     let (animations, reports) = done.map_err(|error| to_python(py, &error))?;
     changed.animations = animations;
@@ -51,10 +54,11 @@ pub(crate) fn add_motions(
         let character = Importer::new().gltf_meshes(true).import_character(&character)?;
         let (mut added, mut reports) = (Vec::new(), Vec::new());
         for (name, motion) in &motions {
-            let motion = motion.get().scene();
-            let retargeter = retargeter(motion, character.scene(), character.humanoid(), scale)?;
+            let mut motion = motion.get().scene().clone();
+            let retargeter = retargeter(&motion, character.scene(), character.humanoid(), scale)?;
+            leave_out_rest_pose(&mut motion)?;
             let step = retargeter.step(character.scene(), lock_feet);
-            let (mut clips, mut found) = moved(retargeter, motion, character.scene(), lock_feet)?;
+            let (mut clips, mut found) = moved(retargeter, &motion, character.scene(), lock_feet)?;
             for (number, (clip, report)) in clips.iter_mut().zip(&mut found).enumerate() {
                 clip.name = match number {
                     0 => name.clone(),
@@ -63,7 +67,7 @@ pub(crate) fn add_motions(
                 report.clip.clone_from(&clip.name);
             }
             for (index, clip) in clips.into_iter().enumerate() {
-                let mut provenance = Provenance::of_clip(motion, index);
+                let mut provenance = Provenance::of_clip(&motion, index);
                 provenance.steps.push(step.clone());
                 added.push((clip, provenance));
             }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
-use mocap::convert::FirstFrame;
+use mocap::convert::leave_out_rest_pose;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
 use mocap::gltf::{self, Provenance};
@@ -349,9 +349,7 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
             target: Some(bones.clone()),
         },
     )?;
-    // A rest pose before the motion is no part of it. By now it has shown where the T-pose is.
-    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
-    conversion.apply(&mut source)?;
+    leave_out_rest_pose(&mut source)?;
     let step = retargeter.step(&target.scene, options.feet == Feet::Lock);
     let mut provenance = Vec::new();
     let present = file.as_ref().map_or(&[][..], |file| &file.scene().animations);

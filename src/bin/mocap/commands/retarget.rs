@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use mocap::convert::FirstFrame;
+use mocap::convert::leave_out_rest_pose;
 use mocap::export::ReplacePolicy;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
@@ -80,7 +80,10 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         };
         let retargeter = Retargeter::new(&source, target.scene(), &options);
         let mut retargeter = retargeter.map_err(|error| error.with_path(motion))?;
-        leave_out_rest_pose(&mut source, motion)?;
+        if leave_out_rest_pose(&mut source).map_err(|error| error.with_path(motion))? {
+            let file = motion.display();
+            report::say(&format!("{file}: the first frame, a rest pose, is left out"));
+        }
         let step = retargeter.step(target.scene(), args.feet == FeetArg::Lock);
         for (index, animation) in source.animations.iter().enumerate() {
             let name = names.of(motion, &source, animation);
@@ -185,20 +188,6 @@ fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
     args.source.state(&mut scene);
     convert_aloud(&Conversion::new().bones(args.map.bones()), &mut scene, motion)?;
     Ok(scene)
-}
-
-/// Leaves out a rest pose before the motion, which is no part of it. By now it has shown where the T-pose is.
-fn leave_out_rest_pose(source: &mut Scene, motion: &Path) -> Result<(), Failure> {
-    let steps = source.metadata.steps.len();
-    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
-    conversion.apply(source).map_err(|error| error.with_path(motion))?;
-    if source.metadata.steps.len() > steps {
-        report::say(&format!(
-            "{}: the first frame, a rest pose, is left out",
-            motion.display()
-        ));
-    }
-    Ok(())
 }
 
 /// Names for clips that no other clip of the file has.
