@@ -30,7 +30,7 @@ def retarget(source: Scene, target: Scene, *, scale: Scale = "auto", feet: Feet 
     ('good', 0.01)
 
     Args:
-        source: A motion.
+        source: A motion. A rest pose in its first frame is left out.
         target: A skeleton.
         scale: Length of the steps: ``"auto"``, in the proportion of the legs; ``"none"``, as those of the source in metres;
             or a factor.
