@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use mocap::convert::leave_out_rest_pose;
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
 use mocap::robot::{Robot, RobotOptions, RobotRetargeter};
+use mocap::scene::Animation;
 use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
@@ -69,20 +71,20 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         .transpose()?;
     let mut clips = Vec::new();
     for file in files {
-        let read = read(args, file)?;
+        let mut read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
         report::clip_taken(&read.scene);
         match (&character, &robot) {
             (Some(character), _) => clips.push(on_character(&read, character, file)?),
             (None, Some(robot)) => {
-                let moved = on_robot(&read, robot).map_err(|error| error.with_path(file))?;
+                let moved = on_robot(&mut read, robot, args).map_err(|error| error.with_path(file))?;
                 clips.extend([read, moved]);
             }
             (None, None) => clips.push(read),
         }
     }
     if let ([source, target], None, None) = (clips.as_mut_slice(), &character, &robot) {
-        target.limb_angles = compare(source, target);
+        target.limb_angles = compare(source, target, args.map.bones())?;
         if let Some(limbs) = &target.limb_angles {
             tell_limbs(target, source, limbs);
         }
@@ -194,18 +196,44 @@ struct Read {
 
 impl Read {
     fn new(name: String, scene: Scene, skeleton: Skeleton, bones: HumanoidMap) -> mocap::Result<Self> {
-        let is_short = key_bytes(&scene) <= LARGEST_GLB;
-        let glb = is_short.then(|| glb(&scene, bones)).transpose()?;
-        // Only a humanoid with a motion has contacts.
-        let contacts = contacts(&scene, 0, Some(&skeleton.humanoid), &ContactOptions::default()).ok();
-        Ok(Self {
+        let mut read = Self {
             name,
             scene,
             skeleton,
-            glb,
-            contacts,
+            glb: None,
+            contacts: None,
             limb_angles: None,
-        })
+        };
+        read.derive(bones)?;
+        Ok(read)
+    }
+
+    /// Sets what depends on the motion.
+    fn derive(&mut self, bones: HumanoidMap) -> mocap::Result<()> {
+        let is_short = key_bytes(&self.scene) <= LARGEST_GLB;
+        self.glb = is_short.then(|| glb(&self.scene, bones)).transpose()?;
+        // Only a humanoid with a motion has contacts.
+        self.contacts = contacts(
+            &self.scene,
+            0,
+            Some(&self.skeleton.humanoid),
+            &ContactOptions::default(),
+        )
+        .ok();
+        Ok(())
+    }
+
+    /// Leaves out a rest pose before the motion. It has shown where the T-pose is.
+    fn leave_out_rest_pose(&mut self, bones: HumanoidMap) -> mocap::Result<()> {
+        if leave_out_rest_pose(&mut self.scene)? {
+            report::say(&format!("{}: the first frame, a rest pose, is left out", self.name));
+            self.derive(bones)?;
+        }
+        Ok(())
+    }
+
+    fn frame_count(&self) -> usize {
+        self.scene.animations.first().map_or(0, Animation::frame_count)
     }
 
     fn page_clip(&self) -> PageClip<'_> {
@@ -281,12 +309,14 @@ fn on_character(source: &Read, character: &Read, file: &Path) -> Result<Read, Fa
 }
 
 /// A motion on a robot.
-fn on_robot(source: &Read, robot: &Robot) -> mocap::Result<Read> {
+fn on_robot(source: &mut Read, robot: &Robot, args: &ViewArgs) -> mocap::Result<Read> {
     let options = RobotOptions {
         source: Some(source.skeleton.humanoid.clone()),
         ..RobotOptions::default()
     };
-    let (motion, found) = RobotRetargeter::new(&source.scene, robot, &options)?.clip(&source.scene, 0)?;
+    let mut retargeter = RobotRetargeter::new(&source.scene, robot, &options)?;
+    source.leave_out_rest_pose(args.map.bones())?;
+    let (motion, found) = retargeter.clip(&source.scene, 0)?;
     let name = format!("{} on {}", source.name, robot.name);
     report::say(&format!(
         "{name}: limbs {:.1} degrees off in the mean",
@@ -324,17 +354,25 @@ fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
     ));
 }
 
-/// The limbs of the second clip against those of the first, where both are humanoids with the same frames.
-fn compare(source: &Read, target: &Read) -> Option<Vec<LimbAngles>> {
+/// The limbs of the second clip against those of the first, where both are humanoids with the same frames. A rest pose
+/// before the first, which `mocap retarget` leaves out, is left out.
+fn compare(source: &mut Read, target: &Read, bones: HumanoidMap) -> mocap::Result<Option<Vec<LimbAngles>>> {
     /// As a share: frame rates of one take are written with few digits.
     const SAME_RATE: f64 = 1e-3;
-    let (from, to) = (source.scene.animations.first()?, target.scene.animations.first()?);
+    let Ok(retargeter) = retargeter(source, target) else {
+        return Ok(None);
+    };
+    if source.frame_count() == target.frame_count() + 1 {
+        source.leave_out_rest_pose(bones)?;
+    }
+    let ([from, ..], [to, ..]) = (&source.scene.animations[..], &target.scene.animations[..]) else {
+        return Ok(None);
+    };
     let rates = to.ticks_per_second / from.ticks_per_second;
     if from.frame_count() != to.frame_count() || (rates - 1.0).abs() > SAME_RATE {
-        return None;
+        return Ok(None);
     }
-    let retargeter = retargeter(source, target).ok()?;
-    Some(retargeter.limb_angles(&source.scene, from, &target.scene, to))
+    Ok(Some(retargeter.limb_angles(&source.scene, from, &target.scene, to)))
 }
 
 /// In metres with +Y up.
