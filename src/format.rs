@@ -125,12 +125,19 @@ impl ReadOptions {
     }
 }
 
-/// What a robot lacks.
-fn no_motion_of_a_robot(warnings: &mut warnings::Warnings) {
+/// Reads a robot as a scene, with the warning that it has no motion.
+fn read_robot_scene(
+    source: &Source<'_>,
+    options: &ReadOptions,
+    read: impl FnOnce(&Source<'_>, &Limits, &mut warnings::Warnings) -> Result<Robot, Failure>,
+) -> Result<Scene> {
+    let mut warnings = warnings::Warnings::default();
+    let scene = read(source, &options.limits, &mut warnings).map(|robot| robot.scene());
     warnings.push(Code::NoMotion, || {
         let message = "a robot has no motion: the scene has a skeleton and no animation";
         Diagnostic::new(Code::NoMotion, message).help("mocap robot MOTION --robot FILE -o OUT puts a motion on it")
     });
+    warnings.attach_to(scene)
 }
 
 /// The robot of a file; it has the warnings of its reader.

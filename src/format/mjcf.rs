@@ -43,10 +43,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
 };
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let mut warnings = Warnings::default();
-    let scene = read_robot(source, &options.limits, &mut warnings).map(|robot| robot.scene());
-    super::no_motion_of_a_robot(&mut warnings);
-    warnings.attach_to(scene)
+    super::read_robot_scene(source, options, read_robot)
 }
 
 /// The robot of a file: the first body that has a free joint, else the first one.
