@@ -368,9 +368,13 @@ impl Importer {
     /// # Errors
     /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
     pub fn import_character(&self, path: impl AsRef<Path>) -> Result<Character> {
-        let path = path.as_ref();
+        self.with_file(path.as_ref(), |source| self.character(source))
+    }
+
+    /// Reads a file that names the other files that it needs.
+    fn with_file<T>(&self, path: &Path, read: impl FnOnce(&Source<'_>) -> Result<T>) -> Result<T> {
         let bytes = self.open(path)?;
-        self.character(&Source {
+        read(&Source {
             bytes: &bytes,
             blocks: None,
             name: path,
@@ -408,16 +412,7 @@ impl Importer {
     /// # Errors
     /// [`Code::UnknownFormat`] where the file is another format, and whatever [`Importer::import`] returns.
     pub fn import_robot(&self, path: impl AsRef<Path>) -> Result<Robot> {
-        let path = path.as_ref();
-        let bytes = self.open(path)?;
-        self.robot(&Source {
-            bytes: &bytes,
-            blocks: None,
-            name: path,
-            release: &|_| {},
-            open: &|other| self.open(other),
-            list: &|_| Vec::new(),
-        })
+        self.with_file(path.as_ref(), |source| self.robot(source))
     }
 
     /// The same from bytes; `name` is for errors. Meshes are not looked for.
