@@ -75,7 +75,7 @@ pub struct Clamped {
     pub reason: String,
 }
 
-/// Whether the motion can be used as it is.
+/// Whether the motion is good enough to use unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -119,7 +119,7 @@ pub struct RetargetReport {
     pub clamped: Vec<Clamped>,
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
-    /// Whether the motion can be used as it is.
+    /// Whether the motion is good enough to use unchanged.
     pub verdict: Verdict,
 }
 

@@ -35,8 +35,8 @@ pub(super) fn rotation_of(matrix: &Mat4) -> Quat {
     }
 }
 
-/// The shortest rotation from one direction to another; none where one has no length. That of glam is none where they are
-/// within 0.04 degrees.
+/// The shortest rotation from one direction to another, or the identity if one of them has no length. glam's gives the
+/// identity for directions within 0.04 degrees.
 pub(super) fn arc(from: Vec3, to: Vec3) -> Quat {
     from.try_normalize().map_or(Quat::IDENTITY, |from| {
         let arc = Rotations::<1>::arc(Places::all(from.to_array()), Places::all(to.to_array()));

@@ -40,7 +40,7 @@ pub struct ClampedJoint {
     pub share: f64,
 }
 
-/// Whether a motion can be used as it is.
+/// Whether a motion on a robot is good enough to use unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RobotVerdict {
@@ -99,7 +99,7 @@ pub struct RobotReport {
     pub share_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,
-    /// Whether the motion can be used as it is.
+    /// Whether the motion is good enough to use unchanged.
     pub verdict: RobotVerdict,
 }
 

@@ -94,7 +94,7 @@ fn every_fixture_comes_back() {
     }
 }
 
-/// A joint that turns about all axes beyond a full turn, in each order, at a rate that is no whole number.
+/// A joint that turns about all axes beyond a full turn, in each order, at a frame rate that is not a whole number.
 fn spinning() -> Scene {
     let turn = |frame: usize, order: RotationOrder| {
         let order = match order {

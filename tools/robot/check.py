@@ -28,7 +28,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 
 def rotate(quats, vector):
-    """Rotations (w x y z, one a frame) of a vector."""
+    """A vector, turned by the rotation (w x y z) of each frame."""
     w, xyz = quats[:, :1], quats[:, 1:]
     t = 2 * np.cross(xyz, vector)
     return vector + w * t + np.cross(xyz, t)

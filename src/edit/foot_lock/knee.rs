@@ -34,7 +34,7 @@ impl LegTrack {
         (along * (1.0 - along / reach) / aside).abs()
     }
 
-    /// How far the knee goes from where it is where the hips are shifted by `carried`, and the foot as it is to be.
+    /// How far the knee moves if the hips are shifted by `carried` and the foot goes to its new place.
     pub(super) fn knee_change(&self, frame: usize, carried: Vec3) -> f32 {
         if carried == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO {
             return 0.0;

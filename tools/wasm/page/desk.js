@@ -116,7 +116,7 @@ export class Desk {
     return true;
   }
 
-  // The clip of an item as the player takes it; it stays as long as it is shown.
+  // The clip of an item in the form that the player reads. It is kept while it is shown.
   async clip(item) {
     const key = JSON.stringify([item.read, item.change, item.retarget]);
     if (item.clip?.key !== key) {
@@ -193,7 +193,7 @@ export class Desk {
     this.tell(`${why} Other files can be read as before.`);
   }
 
-  // The request in work and how far it is; without one there is none.
+  // The running request and its progress.
   showProgress(request, stage, share) {
     clearTimeout(this.soon);
     if (!request) {

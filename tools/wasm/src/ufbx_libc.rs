@@ -67,7 +67,7 @@ unsafe extern "C" fn ufbx_memset(to: *mut c_void, byte: c_int, count: usize) -> 
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn ufbx_memchr(from: *const c_void, byte: c_int, count: usize) -> *const c_void {
-    // SAFETY: the caller has `count` bytes there; none of them is read where there are none.
+    // SAFETY: the caller has `count` bytes there, and nothing is read if `count` is 0.
     let bytes = unsafe { bytes(from, count) };
     match bytes.iter().position(|found| *found == byte as u8) {
         Some(place) => from.wrapping_byte_add(place),

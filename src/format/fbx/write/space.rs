@@ -27,7 +27,7 @@ impl Space {
         self.turn * direction.as_dvec3()
     }
 
-    /// The rotation of length 1; `None` if it is none.
+    /// A rotation in the axes of the file, normalized; `None` if the quaternion is no rotation.
     pub(super) fn rotation(&self, rotation: Quat) -> Option<DQuat> {
         if !(rotation.is_finite() && rotation.length_squared() > f32::EPSILON) {
             return None;
@@ -37,7 +37,7 @@ impl Space {
         Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
     }
 
-    /// Scales along axes, which a turn only changes places of.
+    /// Scales along axes; a turn only exchanges them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
         let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
         places * scale.as_dvec3()
