@@ -506,6 +506,12 @@ impl<'a> Output<'a> {
         }
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::None).hash(false);
         let provenance = fbx::provenance(bytes).map(Box::new);
+        if provenance.is_some() && !fbx::is_whole(bytes) {
+            let message = "the file does not end with the footer that every FBX file has";
+            return Err(Diagnostic::new(Code::UnexpectedEnd, message)
+                .help("it was cut off, or changed, after it was written; write it again")
+                .into());
+        }
         Ok(Self::Scene(Box::new(importer.read(bytes, name)?), provenance))
     }
 

@@ -37,6 +37,11 @@ fn sniff(bytes: &[u8]) -> bool {
     bytes.starts_with(FBX_HEAD) || bytes.trim_ascii_start().starts_with(b"; FBX")
 }
 
+/// Whether a file of this crate is there to its last byte. Its footer says so, which readers leave out.
+pub(crate) fn is_whole(bytes: &[u8]) -> bool {
+    bytes.ends_with(&write::FOOTER_END)
+}
+
 /// What a file of this crate says of itself; `None` in files of other programs.
 pub(crate) fn provenance(bytes: &[u8]) -> Option<Provenance> {
     serde_json::from_str(fbx_provenance(bytes)?).ok()

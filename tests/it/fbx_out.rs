@@ -252,6 +252,29 @@ fn verify_finds_a_joint_that_is_elsewhere() {
     assert_eq!(verified.worst.unwrap().frame, 40);
 }
 
+/// What is behind the last element no reader needs, and a copy that failed is without it all the same.
+#[test]
+fn verify_refuses_a_file_without_its_last_bytes() {
+    let scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.fbx");
+    for version in [FbxVersion::V7400, FbxVersion::V7500] {
+        let options = FbxOptions {
+            version,
+            ..FbxOptions::default()
+        };
+        let (bytes, _) = write(&scene, &options).unwrap();
+        for cut in [0, 1, 15, 16, 100] {
+            fs::write(&output, &bytes[..bytes.len() - cut]).unwrap();
+            let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output);
+            match cut {
+                0 => assert!(verified.unwrap().is_within(5e-5)),
+                _ => assert_eq!(verified.unwrap_err().code(), Code::UnexpectedEnd, "{cut}"),
+            }
+        }
+    }
+}
+
 #[test]
 fn names_are_unique_in_the_file_and_come_back() {
     let mut scene = import("fixtures/dialects/names_equal.bvh").unwrap();

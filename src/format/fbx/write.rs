@@ -39,6 +39,7 @@ use std::path::Path;
 use glam::DMat4;
 
 use self::document::{Document, Settings};
+pub(super) use self::encode::FOOTER_END;
 use self::names::Names;
 use self::space::Space;
 use self::time::Rate;
