@@ -8,6 +8,7 @@ pub mod bvh;
 mod c3d;
 pub mod fbx;
 pub mod gltf;
+mod mclip;
 mod mesh_bounds;
 mod mjcf;
 mod provenance;
@@ -89,6 +90,7 @@ pub const FORMATS: &[FormatInfo] = &[
     asf_amc::FORMAT,
     c3d::FORMAT,
     fbx::FORMAT,
+    mclip::FORMAT,
     bip::FORMAT,
     urdf::FORMAT,
     mjcf::FORMAT,

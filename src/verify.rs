@@ -368,7 +368,12 @@ impl Verifier {
         let pairs = Pairs::new(&ours, &theirs)?;
         let change = match &provenance {
             Some(_) => Change::recorded(steps),
-            None => Change::guessed(&Skeleton::of_scene(source, Some(0)), &output.skeleton(Some(0))?, &pairs),
+            None => Change::guessed(
+                &Skeleton::of_scene(source, Some(0)),
+                &output.skeleton(Some(0))?,
+                &pairs,
+                output.stated_unit(source),
+            ),
         };
         let mut verification = Verification {
             joints: pairs.list.len(),
@@ -577,18 +582,20 @@ impl<'a> Output<'a> {
         }
     }
 
+    /// Units of the file in one of the source, where the file states its unit.
+    fn stated_unit(&self, source: &Scene) -> Option<f64> {
+        let Self::Scene(scene, _) = self else { return None };
+        scene.metadata.metres_per_unit.map(|metres| metres_of(source) / metres)
+    }
+
     /// Metres in a unit of the file: what the file says, else the unit of the source.
     fn metres_per_unit(&self, source: &Scene, change: &Change) -> f64 {
         let Self::Scene(scene, _) = self else { return 1.0 };
-        let of_source = || {
-            let stated = source.metadata.metres_per_unit;
-            stated.unwrap_or_else(|| skeleton::survey(source).unit.value.metres())
-        };
         match scene.metadata.metres_per_unit {
             Some(metres) => metres,
             None => change
                 .out_metres_per_unit
-                .unwrap_or_else(|| of_source() / change.metres_per_unit),
+                .unwrap_or_else(|| metres_of(source) / change.metres_per_unit),
         }
     }
 
@@ -603,4 +610,10 @@ impl<'a> Output<'a> {
             }
         }
     }
+}
+
+/// Metres in a unit of the source: what it states, else what is guessed.
+fn metres_of(source: &Scene) -> f64 {
+    let stated = source.metadata.metres_per_unit;
+    stated.unwrap_or_else(|| skeleton::survey(source).unit.value.metres())
 }

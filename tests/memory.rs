@@ -4,7 +4,8 @@
 
 use std::fs;
 
-use mocap::{Importer, Limits, SkeletonMesh};
+use mocap::compress::PackedClip;
+use mocap::{Importer, Limits, SkeletonMesh, Trs};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -142,6 +143,37 @@ fn claims() -> Vec<(&'static str, String)> {
     ]
 }
 
+/// A packed clip without motion, which states as many frames.
+fn frames_of_a_still_clip(frames: u32) -> Vec<u8> {
+    let text = "HIERARCHY ROOT a { OFFSET 0 1 0 CHANNELS 1 Zrotation } MOTION Frames: 2 Frame Time: 1 5 5";
+    let scene = Importer::new().read(text.as_bytes(), "still.bvh").unwrap();
+    let clip = PackedClip::encode(&scene, 0, 0.001).unwrap();
+    let mut bytes = clip.bytes().to_vec();
+    bytes[12..16].copy_from_slice(&frames.to_le_bytes());
+    bytes[24..32].copy_from_slice(&f64::from(frames - 1).to_le_bytes());
+    bytes
+}
+
+/// A packed clip that is open takes less than 64 KiB beside its file, and sampling it takes nothing.
+fn hold_a_packed_clip(failures: &mut String) {
+    let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let packed = PackedClip::encode(&scene, 0, 0.005).unwrap();
+    let bytes = packed.bytes().to_vec();
+    drop((packed, scene));
+    let before = ALLOCATOR.current_usage();
+    ALLOCATOR.reset_peak_usage();
+    let clip = PackedClip::new(&*bytes).unwrap();
+    let mut pose = [Trs::IDENTITY; 100];
+    for tick in 0..100 {
+        clip.sample(f64::from(tick) * 0.7, &mut pose);
+    }
+    let peak = ALLOCATOR.peak_usage() - before;
+    if peak > 64 * 1024 {
+        *failures += &format!("cmu_short.mclip takes {peak} bytes\n");
+    }
+}
+
 /// The start of a C3D file, with 65,535 points in a frame, of which none is there.
 fn many_points() -> Vec<u8> {
     let mut bytes = fs::read("fixtures/real/optotrak.c3d").unwrap();
@@ -193,5 +225,11 @@ fn memory_is_a_small_multiple_of_the_input() {
         );
     }
     hold(Limits::default(), "C3D points that are not there", &many_points());
+    hold(
+        Limits::default(),
+        "frames of a packed clip that are not there",
+        &frames_of_a_still_clip(1_000_000_000),
+    );
+    hold_a_packed_clip(&mut failures);
     assert!(failures.is_empty(), "\n{failures}");
 }

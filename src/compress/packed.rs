@@ -8,6 +8,7 @@ mod bits;
 mod layout;
 mod read;
 mod sample;
+mod unpack;
 mod write;
 
 use std::borrow::Cow;
@@ -95,6 +96,16 @@ impl<'a> PackedClip<'a> {
     /// [`Code::InvalidClip`](crate::Code::InvalidClip) where the bytes are not a whole and valid packed clip.
     pub fn new(bytes: impl Into<Cow<'a, [u8]>>) -> Result<Self> {
         Ok(read::open(bytes.into())?)
+    }
+
+    /// Whether bytes begin as those of a packed clip do.
+    pub(crate) fn sniff(bytes: &[u8]) -> bool {
+        bytes.starts_with(&layout::MAGIC)
+    }
+
+    /// Numbers that change from frame to frame.
+    pub(crate) fn values_a_frame(&self) -> usize {
+        4 * self.rotations.len() + 3 * self.translations.len()
     }
 
     /// The bytes of the file.

@@ -13,7 +13,7 @@ use crate::error::{Code, Diagnostic, Error, Result};
 
 /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
 pub const SOURCE_EXTENSIONS: &[&str] = &[
-    "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf",
+    "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip",
 ];
 
 /// Of files that say who wrote them: glTF and FBX.

@@ -60,11 +60,13 @@ pub enum Format {
     Urdf,
     /// The model of a robot for MuJoCo: `mjcf`.
     Mjcf,
+    /// Packed clip of this crate: `mclip`.
+    Mclip,
 }
 
 impl Format {
     /// Every format.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Bvh,
         Self::Gltf,
         Self::Vrma,
@@ -74,6 +76,7 @@ impl Format {
         Self::Bip,
         Self::Urdf,
         Self::Mjcf,
+        Self::Mclip,
     ];
 
     /// The name that users type.
@@ -88,6 +91,7 @@ impl Format {
             Self::Bip => "bip",
             Self::Urdf => "urdf",
             Self::Mjcf => "mjcf",
+            Self::Mclip => "mclip",
         }
     }
 }

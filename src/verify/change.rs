@@ -125,8 +125,9 @@ impl Change {
         change
     }
 
-    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer.
-    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs) -> Self {
+    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer. Lengths of
+    /// a lossy file are a little off: where they are near to what the file has stated, that is it.
+    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, stated: Option<f64>) -> Self {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
         theirs.world(0.0, &mut there);
@@ -138,7 +139,8 @@ impl Change {
         let ratio = span(&there, |pair| pair.1) / span(&here, |pair| pair.0);
         let mut change = Self::none();
         if ratio.is_finite() && ratio > 0.0 {
-            change.metres_per_unit = ratio;
+            let is_near = |stated: &f64| (ratio / stated - 1.0).abs() < 0.01;
+            change.metres_per_unit = stated.filter(is_near).unwrap_or(ratio);
         }
         let distance = |change: &Self| -> f64 {
             let distances = pairs

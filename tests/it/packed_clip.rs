@@ -2,8 +2,9 @@
 
 use mocap::compress::PackedClip;
 use mocap::glam::{DQuat, DVec3, Mat4, Quat, Vec3};
-use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Scene};
-use mocap::{Binding, Code, Conversion, Importer, SkeletonMesh, Trs};
+use mocap::process::validate;
+use mocap::scene::{Animation, Channel, Format, Keys, Node, NodeId, Scene, UpAxis};
+use mocap::{Binding, Code, Conversion, Importer, Limits, SkeletonMesh, Trs};
 
 use super::sample::Sample;
 
@@ -231,6 +232,143 @@ fn broken_bytes_are_refused_or_harmless() {
     );
 }
 
+/// A clip is read as any other file: the same skeleton, and at every frame the pose that is sampled from the clip.
+#[test]
+fn a_packed_clip_is_an_input() {
+    for (file, bound) in [("cmu_12_01_walk.bvh", 0.001), ("kinect_openni.bvh", 0.00002)] {
+        let source = import(file);
+        let clip = PackedClip::encode(&source, 0, bound).unwrap();
+        // The bytes say what they are, whatever the file is called.
+        let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
+        let read = importer.read(clip.bytes(), "walk").unwrap();
+        assert_eq!(read.metadata.format, Some(Format::Mclip));
+        assert_eq!(
+            (read.metadata.metres_per_unit, read.metadata.up),
+            (Some(1.0), Some(UpAxis::Y))
+        );
+        assert_eq!(read.nodes.len(), source.nodes.len());
+        for (a, b) in std::iter::zip(&read.nodes, &source.nodes) {
+            assert_eq!((&a.name, a.parent, a.kind), (&b.name, b.parent, b.kind));
+        }
+        let (a, b) = (&read.animations[0], &source.animations[0]);
+        assert_eq!((a.ticks_per_second, a.duration), (b.ticks_per_second, b.duration));
+        for tick in (0..b.frame_count()).map(|frame| frame as f64) {
+            let [here, there] = [expected(&source, tick), expected(&read, tick)].map(|pose| places(&source, &pose));
+            let farthest = std::iter::zip(here, there)
+                .map(|(a, b)| a.distance(b))
+                .fold(0.0, f64::max);
+            assert!(farthest <= bound, "{file}, {tick}: {farthest}");
+        }
+    }
+}
+
+/// A clip of a chain, small enough to damage in every place.
+fn small_clip() -> Vec<u8> {
+    let mut ticks: Vec<f64> = (0..70).map(f64::from).collect();
+    ticks.insert(3, 2.5);
+    let waving = |index: usize, tick: f64| Quat::from_rotation_y((tick * 0.05 + index as f64).sin() as f32);
+    let clip = PackedClip::encode(&chain(&ticks, waving), 0, 0.02).unwrap();
+    clip.bytes().to_vec()
+}
+
+#[test]
+fn a_damaged_file_is_an_error_or_a_valid_scene() {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None).hash(false);
+    let read = |bytes: &[u8]| importer.read(bytes, "damaged");
+    let whole = small_clip();
+    assert_eq!(read(&whole).unwrap().animations[0].channels.len(), 11);
+    for end in 0..whole.len() {
+        let error = read(&whole[..end]).unwrap_err();
+        let code = if end < 4 {
+            Code::UnknownFormat
+        } else {
+            Code::InvalidClip
+        };
+        assert_eq!(error.code(), code, "{end} bytes: {error}");
+    }
+    for place in 0..whole.len() {
+        for change in [1, 0x10, 0x80, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[place] ^= change;
+            if let Ok(scene) = read(&bytes) {
+                assert_eq!(validate(&scene), [], "byte {place} ^ {change}");
+            }
+        }
+    }
+}
+
+/// The header may state any number of frames, nodes, tracks and bytes.
+#[test]
+fn a_count_that_is_not_there_is_refused() {
+    let still = PackedClip::encode(&chain(&[0.0, 1.0], |_, _| Quat::IDENTITY), 0, 0.001).unwrap();
+    for bytes in [small_clip(), still.bytes().to_vec()] {
+        let place = |of: &str| {
+            [
+                ("nodes", 8),
+                ("frames", 12),
+                ("rotations", 36),
+                ("translations", 40),
+                ("names", 44),
+            ]
+            .into_iter()
+            .find(|(name, _)| *name == of)
+            .unwrap()
+            .1
+        };
+        for what in ["nodes", "frames", "rotations", "translations", "names"] {
+            let mut bytes = bytes.clone();
+            bytes[place(what)..][..4].copy_from_slice(&1_000_000_000u32.to_le_bytes());
+            if what == "frames" {
+                bytes[24..32].copy_from_slice(&999_999_999f64.to_le_bytes());
+            }
+            let error = Importer::new().read(&bytes, "lies.mclip").unwrap_err();
+            assert!(
+                matches!(error.code(), Code::InvalidClip | Code::LimitExceeded),
+                "{what}: {error}"
+            );
+        }
+    }
+    let tight = Limits {
+        max_depth: 5,
+        ..Limits::default()
+    };
+    let error = Importer::new()
+        .limits(tight)
+        .read(&small_clip(), "deep.mclip")
+        .unwrap_err();
+    assert_eq!(error.code(), Code::LimitExceeded);
+}
+
+#[test]
+fn what_a_damaged_file_says_names_the_place() {
+    let whole = small_clip();
+    let said = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut bytes = whole.clone();
+        change(&mut bytes);
+        Importer::new().read(&bytes, "walk.mclip").unwrap_err().to_string()
+    };
+    assert_eq!(
+        said(&|bytes| bytes[4] = 2),
+        "walk.mclip: error[invalid-clip]: this version of packed clips cannot be read; expected 1; found 2"
+    );
+    assert_eq!(
+        said(&|bytes| bytes.truncate(100)),
+        "walk.mclip: error[invalid-clip]: a table is longer than the file; \
+         expected at most 48 bytes from byte 52; found 11 entries of 5 bytes"
+    );
+    // The second node.
+    assert_eq!(
+        said(&|bytes| bytes[57] = 7),
+        "walk.mclip: error[invalid-clip]: the nodes do not stand depth-first; \
+         expected node 1 below the one before it or below one above that; found parent 7"
+    );
+    assert_eq!(
+        said(&|bytes| bytes[24..32].copy_from_slice(&1e9f64.to_le_bytes())),
+        "walk.mclip: error[invalid-clip]: the duration is not that of the frames; \
+         expected from 69 to less than a tick more; found 1000000000"
+    );
+}
+
 #[cfg(feature = "cli")]
 #[test]
 fn convert_writes_packed_clips() {
@@ -247,15 +385,14 @@ fn convert_writes_packed_clips() {
     Conversion::new().apply(&mut scene).unwrap();
     let clip = PackedClip::new(bytes.as_slice()).unwrap();
     assert_eq!(clip.bytes(), PackedClip::encode(&scene, 0, 0.0001).unwrap().bytes());
+    // With other bytes it may be somebody's source.
+    folder.refuses("convert w.bvh w.mclip --max-error 9mm", 1, "output-exists");
+    folder.succeeds("verify w.bvh w.mclip --max-error 0.1mm");
+    folder.refuses("verify w.bvh w.mclip --max-error 0.001mm", 1, "");
+    folder.succeeds("convert w.bvh checked.mclip --verify");
     folder.succeeds("convert in -o out --to mclip");
     assert!(PackedClip::new(fs::read(folder.path("out/w.mclip")).unwrap()).is_ok());
-    for option in [
-        "--mesh none",
-        "--compress int16",
-        "--verify",
-        "--digits 3",
-        "--out-unit cm",
-    ] {
+    for option in ["--mesh none", "--compress int16", "--digits 3", "--out-unit cm"] {
         folder.refuses(&format!("convert w.bvh w.mclip {option}"), 2, "error");
     }
 }

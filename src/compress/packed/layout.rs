@@ -5,8 +5,6 @@ use super::bits::{bits_at, lowest};
 pub(super) const MAGIC: [u8; 4] = *b"MCLP";
 pub(super) const VERSION: u16 = 1;
 
-/// Bytes of the header of the file.
-pub(super) const HEADER: usize = 56;
 /// Bytes of a node in the table of nodes, of a rotation track and of a translation track in theirs.
 pub(super) const NODE: usize = 5;
 pub(super) const ROTATION: usize = 2 + 6 + 6 + 6;

@@ -6,8 +6,8 @@ use glam::{Quat, Vec3};
 
 use super::bits::{PADDING, bits_at, lowest};
 use super::layout::{
-    ALL_KEYS, HAS_TICKS, HEADER, LOG2_BLOCK_FRAMES, Lines, MAGIC, MAX_ROTATION_BITS, MAX_TRANSLATION_BITS, MIXED,
-    NO_PARENT, NODE, ROTATION, RotationTrack, TRANSLATION, TranslationTrack, VERSION, node,
+    ALL_KEYS, HAS_TICKS, LOG2_BLOCK_FRAMES, Lines, MAGIC, MAX_ROTATION_BITS, MAX_TRANSLATION_BITS, MIXED, NO_PARENT,
+    NODE, ROTATION, RotationTrack, TRANSLATION, TranslationTrack, VERSION, node,
 };
 use super::{ClipNode, PackedClip};
 use crate::compress::quantize::Lattice;
@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
         }
         Err(expected_found(
             "a table is longer than the file",
-            format!("at most {left} bytes"),
+            format!("at most {left} bytes from byte {}", self.at),
             format!("{count} entries of {size} bytes"),
         ))
     }
@@ -99,9 +99,10 @@ impl<'a> Reader<'a> {
 
 pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     let mut reader = Reader { bytes: &bytes, at: 0 };
-    if bytes.len() < HEADER || reader.take(MAGIC.len())? != MAGIC {
+    if !bytes.starts_with(&MAGIC) {
         return Err(invalid("this is not a packed clip: it does not begin with MCLP"));
     }
+    reader.take(MAGIC.len())?;
     let version = reader.u16()?;
     if version != VERSION {
         return Err(expected_found(
@@ -142,18 +143,28 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
         ));
     }
     let ticks = (flags & HAS_TICKS != 0).then_some(reader.at);
+    let mut last_tick = (frames - 1) as f64;
     if ticks.is_some() {
         reader.expect(frames, size_of::<f64>())?;
-        let mut last = f64::NEG_INFINITY;
         for frame in 0..frames {
             let tick = reader.f64()?;
-            if tick <= last {
+            let last = std::mem::replace(&mut last_tick, tick);
+            if frame == 0 && tick != 0.0 {
+                return Err(expected_found("the first frame has another tick", "0", tick));
+            }
+            if frame > 0 && tick <= last {
                 return Err(invalid(format!(
                     "the tick of frame {frame} is not above the one before"
                 )));
             }
-            last = tick;
         }
+    }
+    if !(last_tick..last_tick + 1.0).contains(&duration) {
+        return Err(expected_found(
+            "the duration is not that of the frames",
+            format!("from {last_tick} to less than a tick more"),
+            duration,
+        ));
     }
     let (rotations, translations, header_bits) = read_tracks(&mut reader, &rotates, &translates)?;
     let has_blocks = !(rotations.is_empty() && translations.is_empty());
@@ -200,8 +211,12 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
         let parent = Some(table.u16()?).filter(|parent| *parent != NO_PARENT);
         let [flags] = table.array()?;
         let end = name + usize::from(table.u16()?);
-        if parent.is_some_and(|parent| usize::from(parent) >= index) || (parent.is_none() && index > 0) {
-            return Err(invalid(format!("the parent of node {index} does not stand before it")));
+        if !is_depth_first(&nodes, parent) {
+            return Err(expected_found(
+                "the nodes do not stand depth-first",
+                format!("node {index} below the one before it or below one above that"),
+                parent.map_or_else(|| "no parent".to_owned(), |parent| format!("parent {parent}")),
+            ));
         }
         if flags & !node::ALL != 0 {
             return Err(invalid(format!("node {index} has unknown flags")));
@@ -238,6 +253,18 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
         }
     }
     Ok((nodes, rest, driven))
+}
+
+/// Whether a node with this parent may follow `nodes`: the parent is the last of them or stands above it.
+fn is_depth_first(nodes: &[ClipNode], parent: Option<u16>) -> bool {
+    let Some(parent) = parent.map(usize::from) else {
+        return nodes.is_empty();
+    };
+    let mut above = nodes.len().checked_sub(1);
+    while let Some(node) = above.filter(|node| *node > parent) {
+        above = nodes[node].parent.map(usize::from);
+    }
+    above == Some(parent)
 }
 
 type Tracks = (Vec<RotationTrack>, Vec<TranslationTrack>, usize);

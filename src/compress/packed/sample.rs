@@ -63,7 +63,7 @@ impl PackedClip<'_> {
     }
 
     /// The tick of a frame.
-    fn tick_of(&self, frame: usize) -> f64 {
+    pub(super) fn tick_of(&self, frame: usize) -> f64 {
         let Some(ticks) = self.ticks else { return frame as f64 };
         let tick = self
             .bytes

@@ -219,8 +219,6 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&["out-unit", "out-up"], why)?;
             let why = "it applies to glTF; a packed clip has a form of its own, and no meshes; leave it out";
             given.refuse(&["mesh", "keep-constant", "embed", "compress"], why)?;
-            let why = "a packed clip is not read back; write .glb, or leave it out";
-            given.refuse(&["verify"], why)?;
             (true, true)
         }
         FormatArg::Glb | FormatArg::Gltf | FormatArg::Vrma => {
@@ -316,9 +314,10 @@ pub(crate) fn convert(
 ) -> mocap::Result<Converted> {
     let format = FormatArg::of(output);
     let is_bvh = matches!(format, Some(FormatArg::Bvh));
-    // Whether a BVH file may be replaced depends on the bytes of the output.
+    let is_packed = matches!(format, Some(FormatArg::Mclip));
+    // Whether a BVH file or a packed clip may be replaced depends on the bytes of the output.
     policy.check_inputs(output)?;
-    if !is_bvh {
+    if !is_bvh && !is_packed {
         policy.check(output)?;
     }
     if matches!(format, Some(FormatArg::Gltf)) && !args.embed {
@@ -366,8 +365,11 @@ pub(crate) fn convert(
     } else if matches!(format, Some(FormatArg::Vrma)) {
         written = vrma::export(&scene, output, &vrma_options(args, &scene)).map_err(|error| error.with_path(input))?;
         decisions.extend(left_out(&written.left_out));
-    } else if matches!(format, Some(FormatArg::Mclip)) {
+    } else if is_packed {
         let clip = packed(args, &scene).map_err(|error| error.with_path(input))?;
+        if !is_known() {
+            policy.check_bytes(output, clip.bytes())?;
+        }
         write_file(output, clip.bytes())?;
         written.bytes = clip.bytes().len();
         decisions.push(format!("error: {} mm at most", verify::millimetres(clip.max_error())));

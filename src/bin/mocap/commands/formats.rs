@@ -7,7 +7,7 @@ use mocap::{FORMATS, Format};
 use crate::Failure;
 
 /// The formats that are written.
-const WRITTEN: [Format; 4] = [Format::Bvh, Format::Gltf, Format::Vrma, Format::Fbx];
+const WRITTEN: [Format; 5] = [Format::Bvh, Format::Gltf, Format::Vrma, Format::Fbx, Format::Mclip];
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut out = io::stdout().lock();
