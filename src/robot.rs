@@ -35,5 +35,5 @@ pub use self::model::{
     Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };
 pub use self::motion::RobotMotion;
-pub use self::report::{BoneError, ClampedJoint, RobotReport, RobotVerdict};
+pub use self::report::{ClampedJoint, RobotReport};
 pub use self::retargeter::{RobotOptions, RobotRetargeter};

@@ -1,7 +1,7 @@
 //! How well a motion sits on another skeleton, measured on the poses of both.
 
 use glam::{Quat, Vec3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::body::{Body, limb_end};
 use super::feet::Soles;
@@ -25,8 +25,8 @@ const MOST_BELOW: f64 = 0.01;
 const SAME_SKATE: f64 = 1e-4;
 const SAME_HEIGHT: f64 = 1e-3;
 
-/// How far the directions of a limb are apart on two skeletons.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// How far the directions of a limb are apart on two bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LimbError {
     /// The bone.
     pub bone: Bone,
@@ -75,15 +75,15 @@ pub struct Clamped {
     pub reason: String,
 }
 
-/// Whether the motion is good enough to use unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The limbs are within 1 degree in the mean.
+    /// It is.
     Good,
-    /// The limbs are within 3 degrees in the mean.
+    /// It should be looked at first.
     Fair,
-    /// The limbs are farther off, or nothing could be compared.
+    /// It is not, or nothing could be compared.
     Poor,
 }
 
@@ -119,7 +119,8 @@ pub struct RetargetReport {
     pub clamped: Vec<Clamped>,
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
-    /// Whether the motion is good enough to use unchanged.
+    /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair within
+    /// 3, poor where they are farther off or nothing could be compared.
     pub verdict: Verdict,
 }
 

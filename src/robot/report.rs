@@ -1,11 +1,10 @@
 //! How well a motion sits on a robot.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::model::Robot;
 use super::motion::RobotMotion;
-use crate::retarget::RetargetReport;
-use crate::scene::HumanoidBone;
+use crate::retarget::{LimbError, RetargetReport, Verdict};
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f64 = 0.01;
@@ -20,19 +19,8 @@ const FAIR_DEGREES: f64 = 10.0;
 const MOST_BELOW: f64 = 0.01;
 const MORE_SKATE: f64 = 0.005;
 
-/// How far a bone of the robot points from that of the source.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BoneError {
-    /// The bone.
-    pub bone: HumanoidBone,
-    /// The mean of all frames, in degrees.
-    pub mean_degrees: f64,
-    /// The largest angle of a frame, in degrees.
-    pub max_degrees: f64,
-}
-
 /// A joint that would go beyond its limit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClampedJoint {
     /// Its name.
     pub joint: String,
@@ -40,31 +28,8 @@ pub struct ClampedJoint {
     pub share: f64,
 }
 
-/// Whether a motion on a robot is good enough to use unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RobotVerdict {
-    /// Limbs within 5 degrees in the mean, feet that hold and stay above the floor, joints within their velocities.
-    Good,
-    /// Limbs within 10 degrees in the mean.
-    Fair,
-    /// Limbs farther off.
-    Poor,
-}
-
-impl RobotVerdict {
-    /// Its name in JSON.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Fair => "fair",
-            Self::Poor => "poor",
-        }
-    }
-}
-
 /// How well a motion sits on a robot.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotReport {
     /// The name of the motion.
     pub clip: String,
@@ -75,7 +40,7 @@ pub struct RobotReport {
     /// How many times as long the steps of the robot are, both in metres.
     pub scale: f64,
     /// Arms and legs: the angles between their directions on both.
-    pub limbs: Vec<BoneError>,
+    pub limbs: Vec<LimbError>,
     /// The mean of all limbs and frames, in degrees.
     pub mean_degrees: f64,
     /// Joints that are at a limit, and how often.
@@ -99,8 +64,10 @@ pub struct RobotReport {
     pub share_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,
-    /// Whether the motion is good enough to use unchanged.
-    pub verdict: RobotVerdict,
+    /// Whether the motion is good enough to use unchanged: good where limbs are within 5 degrees in the mean, feet slide at
+    /// most 0.5 cm/s more than in the source, a sole is more than 1 cm below the floor in at most 1 % of frames, and joints
+    /// are within their velocities; fair where limbs are within 10 degrees; else poor.
+    pub verdict: Verdict,
 }
 
 /// The report of a motion; `found` compares its bones with those of the source, `heights` are those of the soles,
@@ -161,11 +128,11 @@ pub(super) fn report(
         .zip(source_skate)
         .is_some_and(|(skate, source)| skate > source + MORE_SKATE);
     let verdict = match found.mean_degrees {
-        mean if mean > FAIR_DEGREES || found.limbs.is_empty() => RobotVerdict::Poor,
+        mean if mean > FAIR_DEGREES || found.limbs.is_empty() => Verdict::Poor,
         mean if mean > GOOD_DEGREES || slides || share_below_floor > MOST_BELOW || share_too_fast > 0.0 => {
-            RobotVerdict::Fair
+            Verdict::Fair
         }
-        _ => RobotVerdict::Good,
+        _ => Verdict::Good,
     };
     RobotReport {
         clip: motion.name.clone(),
@@ -173,15 +140,7 @@ pub(super) fn report(
         fps: motion.fps,
         scale: found.scale,
         mean_degrees: found.mean_degrees,
-        limbs: found
-            .limbs
-            .into_iter()
-            .map(|limb| BoneError {
-                bone: limb.bone,
-                mean_degrees: limb.mean_degrees,
-                max_degrees: limb.max_degrees,
-            })
-            .collect(),
+        limbs: found.limbs,
         clamped,
         limit_violations,
         skate,

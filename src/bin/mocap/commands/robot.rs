@@ -5,7 +5,8 @@ use std::path::Path;
 use mocap::arrays::{npz, robot as arrays};
 use mocap::convert::FirstFrame;
 use mocap::export::ReplacePolicy;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter, RobotVerdict};
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::retarget::Verdict;
 use mocap::skeleton::humanoid;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
@@ -138,8 +139,8 @@ pub(super) fn moving(robot: &Robot, motion: &RobotMotion) -> mocap::Result<Scene
 pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) -> bool {
     match wanted {
         None => true,
-        Some(VerdictArg::Fair) => found.verdict != RobotVerdict::Poor,
-        Some(VerdictArg::Good) => found.verdict == RobotVerdict::Good,
+        Some(VerdictArg::Fair) => found.verdict != Verdict::Poor,
+        Some(VerdictArg::Good) => found.verdict == Verdict::Good,
     }
 }
 
