@@ -1,4 +1,4 @@
-//! Arrow tables, in three shapes.
+//! Arrow tables, in four shapes.
 //!
 //! [`long`] has one row for each frame and joint:
 //!
@@ -35,8 +35,13 @@
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
 //! state them, and `warnings`, a list of utf8.
 //!
+//! [`robot_reports`] has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the fields of
+//! [`RobotReport`](crate::robot::RobotReport), of which `limbs` and `clamped` are lists of structs.
+//!
 //! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
 //! be concatenated.
+
+mod robot_reports;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -54,6 +59,7 @@ use crate::error::Result;
 use crate::scene::{Animation, Scene};
 use crate::skeleton::{self, Survey};
 
+pub use self::robot_reports::{RobotClip, robot_reports};
 /// The version of Arrow that the tables use.
 pub use {arrow_array, arrow_schema};
 

@@ -46,6 +46,8 @@ mod render;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;
+#[cfg(feature = "cli")]
+mod robot_command;
 mod robots;
 mod sample;
 mod schema;

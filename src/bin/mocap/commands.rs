@@ -18,6 +18,7 @@ pub(crate) mod pose;
 pub(crate) mod retarget;
 pub(crate) mod robot;
 pub(crate) mod robot_many;
+mod robot_reports;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;
 pub(crate) mod verify;

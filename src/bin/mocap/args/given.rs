@@ -42,7 +42,9 @@ impl Args {
         {
             let batch = BatchArgs::augment_args(clap::Command::default());
             let is_of_batch = |arg: &clap::Arg| {
-                ["force", "output"].iter().any(|id| arg.get_id() == id)
+                ["force", "output", "report", "require"]
+                    .iter()
+                    .any(|id| arg.get_id() == id)
                     || batch.get_arguments().any(|other| other.get_id() == arg.get_id())
             };
             for arg in subcommand.get_arguments().filter(|arg| !arg.is_positional()) {

@@ -46,6 +46,9 @@ pub(crate) struct RobotArgs {
     /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Write the reports of all motions as a table to this .parquet file, a row for each; a shard adds its number to the name
+    #[arg(long, value_name = "FILE")]
+    pub(crate) report: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -95,6 +98,14 @@ impl RobotFormatArg {
             Self::Pkl => "pkl",
             Self::Csv => "csv",
             Self::Glb => "glb",
+        }
+    }
+
+    /// As on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Qpos => "qpos",
+            _ => self.extension(),
         }
     }
 

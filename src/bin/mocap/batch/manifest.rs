@@ -9,14 +9,16 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use mocap::export::write_file;
+use mocap::robot::RobotReport;
 use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 
 use super::inputs::Input;
 use super::shard::Shard;
 
 /// The result of one file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Record {
     /// Its path below the folder it was found by.
     pub(crate) input: String,
@@ -44,9 +46,9 @@ pub(crate) struct Record {
     /// The unit and the up axis, where they were guessed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) guesses: Vec<Assumption>,
-    /// How well the motion sits on the robot.
+    /// How well the motion sits on the robot: a [`RobotReport`] as text, so that its numbers stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) robot: Option<serde_json::Value>,
+    pub(crate) robot: Option<Box<RawValue>>,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -70,6 +72,11 @@ impl Record {
             robot: None,
             seconds: 0.0,
         }
+    }
+
+    /// How well the motion sits on the robot; `None` too where another version wrote it, with other fields.
+    pub(crate) fn robot_report(&self) -> Option<RobotReport> {
+        serde_json::from_str(self.robot.as_ref()?.get()).ok()
     }
 }
 

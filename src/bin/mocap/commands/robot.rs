@@ -5,8 +5,8 @@ use std::path::Path;
 use mocap::arrays::{npz, robot as arrays};
 use mocap::convert::FirstFrame;
 use mocap::export::ReplacePolicy;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
 use mocap::retarget::Verdict;
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
 use mocap::skeleton::humanoid;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     let robot = import_robot(args)?;
     let named = RobotFormatArg::of(&args.output);
     given.refuse(
-        &["resume", "shard", "threads", "progress", "allow-empty"],
+        &["resume", "shard", "threads", "progress", "allow-empty", "report"],
         "one motion goes into one file; name a folder",
     )?;
     check_json(args.json, &args.output)?;

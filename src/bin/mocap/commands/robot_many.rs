@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::export::{ReplacePolicy, write_file};
-use mocap::robot::Robot;
+use mocap::retarget::Verdict;
+use mocap::robot::{Robot, RobotReport};
 
 use super::convert_many::{KnownOutputs, name_outputs, remove_unfinished, summary, tell_failures};
 use super::robot::{bytes, import_robot, is_good_enough, moved};
+use super::robot_reports;
 use crate::args::{Given, RobotArgs, RobotFormatArg};
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
@@ -45,6 +47,7 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     let mut inputs = inputs::find_except(&args.paths, &args.inputs, |path| known.has(path) || is_robot(path))?;
     let outputs = name_outputs(&inputs, format.extension())?;
     let policy = ReplacePolicy::new(inputs.iter().map(|input| &input.path).chain([&args.robot])).force(args.force);
+    let reports = robot_reports::path(args, &policy)?;
     inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
     fs::create_dir_all(folder).map_err(in_folder)?;
     let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
@@ -56,28 +59,24 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         robot,
         folder,
         format,
-        options: format!("{} robot-sha256={hash}", given.options),
+        options: format!("{} to={} robot-sha256={hash}", given.options, format.name()),
         outputs,
         former: manifest.records().clone(),
         policy,
     };
     let mut progress = Progress::new(spread.progress(), &inputs);
-    let (mut failures, mut worse, mut verdicts) = (Vec::new(), 0_usize, BTreeMap::<String, usize>::new());
+    let mut failures = Vec::new();
     let work = |input: &Input| run.one(input);
     let panicked = |input: &Input| {
         let mut record = Record::new(input, &run.options);
         record.error = Some(batch::PANICKED.to_owned());
-        (Outcome::Failed, Some(record), true)
+        (Outcome::Failed, Some(record))
     };
-    let add = |index: usize, (outcome, record, is_good): (Outcome, Option<Record>, bool)| {
+    let add = |index: usize, (outcome, record): (Outcome, Option<Record>)| {
         progress.add(&inputs[index], outcome);
-        worse += usize::from(!is_good);
         let Some(record) = record else { return Ok(()) };
         if let Some(error) = &record.error {
             failures.push((record.input.clone(), error.clone()));
-        }
-        if let Some(verdict) = record.robot.as_ref().and_then(|report| report["verdict"].as_str()) {
-            *verdicts.entry(verdict.to_owned()).or_default() += 1;
         }
         manifest.add(record)
     };
@@ -87,45 +86,52 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     let own: Vec<PathBuf> = own.chain([Manifest::path(folder, spread.shard)]).collect();
     remove_unfinished(folder, own.into_iter()).map_err(in_folder)?;
     let counts = progress.finish();
+    let records = manifest.records().clone();
     manifest.finish(is_input).map_err(in_folder)?;
+    // Those that were put on the robot before, too.
+    let records = || records.values().filter(|record| is_input(&record.input));
+    let found: Vec<RobotReport> = records().filter_map(Record::robot_report).collect();
     if !spread.quiet {
         report::say(&summary(&counts));
-        let verdicts: Vec<String> = verdicts
-            .iter()
-            .map(|(verdict, count)| format!("{count} {verdict}"))
-            .collect();
-        if !verdicts.is_empty() {
+        let verdicts = [Verdict::Good, Verdict::Fair, Verdict::Poor].map(|verdict| {
+            let count = found.iter().filter(|report| report.verdict == verdict).count();
+            format!("{count} {}", verdict.as_str())
+        });
+        if !found.is_empty() {
             report::say(&format!("motions on the robot: {}", verdicts.join(", ")));
         }
         tell_failures(failures);
     }
+    if let Some(path) = &reports {
+        robot_reports::write(path, records())?;
+    }
     counts.verdict()?;
-    match worse {
-        0 => Ok(()),
-        _ => Err(Failure::Told),
+    match found.iter().all(|report| is_good_enough(report, args.require)) {
+        true => Ok(()),
+        false => Err(Failure::Told),
     }
 }
 
 impl Run<'_> {
-    /// Puts a motion on the robot. The last value says whether it is as good as required.
-    fn one(&self, input: &Input) -> (Outcome, Option<Record>, bool) {
+    /// Puts a motion on the robot.
+    fn one(&self, input: &Input) -> (Outcome, Option<Record>) {
         let start = Instant::now();
         let mut record = Record::new(input, &self.options);
         match self.fill(input, &mut record) {
-            Ok(None) => (Outcome::Skipped, None, true),
-            Ok(Some(is_good)) => {
+            Ok(Outcome::Skipped) => (Outcome::Skipped, None),
+            Ok(outcome) => {
                 record.seconds = start.elapsed().as_secs_f64();
-                (Outcome::Done, Some(record), is_good)
+                (outcome, Some(record))
             }
             Err(error) => {
                 record.error = Some(error);
                 record.seconds = start.elapsed().as_secs_f64();
-                (Outcome::Failed, Some(record), true)
+                (Outcome::Failed, Some(record))
             }
         }
     }
 
-    fn fill(&self, input: &Input, record: &mut Record) -> Result<Option<bool>, String> {
+    fn fill(&self, input: &Input, record: &mut Record) -> Result<Outcome, String> {
         let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
         let file = input.path().map_err(|error| error.to_string())?;
         record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);
@@ -138,9 +144,10 @@ impl Run<'_> {
                 && former.options == record.options
                 && former.version == record.version
                 && former.output.as_deref() == Some(output)
+                && former.robot_report().is_some()
         });
         if is_done && path.exists() {
-            return Ok(None);
+            return Ok(Outcome::Skipped);
         }
         let (motion, found, said) = moved(self.args, self.robot, file).map_err(|failure| match failure {
             Failure::File(error) => error.to_string(),
@@ -158,7 +165,7 @@ impl Run<'_> {
         write_file(&path, &bytes).map_err(|error| error.to_string())?;
         record.output = Some(output.clone());
         record.warnings = said;
-        record.robot = serde_json::to_value(&found).ok();
-        Ok(Some(is_good_enough(&found, self.args.require)))
+        record.robot = serde_json::value::to_raw_value(&found).ok();
+        Ok(Outcome::Done)
     }
 }

@@ -1,0 +1,209 @@
+//! `mocap robot` on many motions: what is done again, and the table of reports.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::{Folder, words};
+
+const MANIFEST: &str = "mocap-manifest.jsonl";
+
+/// Two motions, and a robot.
+fn folder() -> Folder {
+    let folder = Folder::with(&[]);
+    let short = fs::read("fixtures/real/cmu_short.bvh").unwrap();
+    folder.write("in/a.bvh", &short);
+    folder.write("in/below/b.bvh", &short);
+    folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
+    folder
+}
+
+/// What the program says, which ends with `status`.
+fn ends_with(folder: &Folder, status: i32, arguments: &str) -> String {
+    let output = folder.run(arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
+    words(&output)
+}
+
+fn records(folder: &Folder, name: &str) -> Vec<Value> {
+    let text = String::from_utf8(folder.read(&format!("{name}/{MANIFEST}"))).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn outputs_of_another_format_are_not_taken_for_done() {
+    let folder = folder();
+    let command = "robot in --robot robot.urdf -o out --fps 10 --resume";
+    folder.succeeds(command);
+    let npz = folder.read("out/a.npz");
+    assert!(
+        folder
+            .succeeds(command)
+            .contains("0 of 2 files converted, 2 done before")
+    );
+    // Both formats have one extension.
+    folder.succeeds(&format!("{command} --to qpos"));
+    assert!(folder.read("out/a.npz") != npz);
+}
+
+/// At 60 Hz a knee is faster than the robot's file allows.
+#[test]
+fn a_verdict_counts_also_for_motions_that_were_done_before() {
+    let folder = folder();
+    let command = "robot in --robot robot.urdf -o out --fps 60 --resume";
+    folder.succeeds(command);
+    let records = records(&folder, "out");
+    assert!(
+        records.iter().all(|record| record["robot"]["verdict"] == "fair"),
+        "{records:?}"
+    );
+    let said = ends_with(&folder, 1, &format!("{command} --require good"));
+    assert!(
+        said.contains("2 done before") && said.contains("0 good, 2 fair, 0 poor"),
+        "{said}"
+    );
+    folder.succeeds(&format!("{command} --require fair"));
+}
+
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_build_without_parquet_says_so_before_the_work() {
+    let command = "robot in --robot robot.urdf -o out --report reports.parquet";
+    folder().refuses(command, 2, "build it with `--features parquet`");
+}
+
+#[cfg(feature = "parquet")]
+mod reports {
+    use std::fs::File;
+
+    use mocap::arrays::table::arrow_array::cast::AsArray;
+    use mocap::arrays::table::arrow_array::types::Float64Type;
+    use mocap::arrays::table::arrow_array::{Array, RecordBatch};
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+    use super::*;
+
+    fn table(folder: &Folder, name: &str) -> RecordBatch {
+        let file = File::open(folder.path(name)).unwrap();
+        let reader = ParquetRecordBatchReaderBuilder::try_new(file).unwrap().build().unwrap();
+        let mut batches: Vec<RecordBatch> = reader.map(Result::unwrap).collect();
+        assert_eq!(batches.len(), 1);
+        batches.remove(0)
+    }
+
+    fn texts(table: &RecordBatch, column: &str) -> Vec<Option<String>> {
+        let column = table.column_by_name(column).unwrap().as_string::<i32>();
+        column.iter().map(|text| text.map(str::to_owned)).collect()
+    }
+
+    /// With a third motion that ends too early.
+    fn folder_with_broken() -> Folder {
+        let folder = folder();
+        let short = folder.read("in/a.bvh");
+        folder.write("in/broken.bvh", &short[..2000]);
+        folder
+    }
+
+    #[test]
+    fn there_is_a_row_for_each_motion_as_in_the_manifest() {
+        let folder = folder_with_broken();
+        ends_with(
+            &folder,
+            3,
+            "robot in --robot robot.urdf -o out --fps 30 --report out/r.parquet",
+        );
+        let (table, records) = (table(&folder, "out/r.parquet"), records(&folder, "out"));
+        let some = |text: &str| Some(text.to_owned());
+        assert_eq!(
+            texts(&table, "clip"),
+            [some("a.bvh"), some("below/b.bvh"), some("broken.bvh")]
+        );
+        assert_eq!(texts(&table, "output"), [some("a.npz"), some("below/b.npz"), None]);
+        let broken = &records[2]["error"];
+        assert_eq!(texts(&table, "error"), [None, None, broken.as_str().map(str::to_owned)]);
+        let limbs = table.column_by_name("limbs").unwrap().as_list::<i32>();
+        for (row, record) in records.iter().enumerate() {
+            for (name, column) in std::iter::zip(table.schema().fields(), table.columns()) {
+                let found = record["robot"].get(name.name());
+                if column.is_null(row) {
+                    assert!(found.is_none_or(Value::is_null) || name.name() == "error", "{name}");
+                } else if let Some(column) = column.as_primitive_opt::<Float64Type>() {
+                    assert_eq!(Some(column.value(row)), found.and_then(Value::as_f64), "{name}");
+                }
+            }
+            let listed = record["robot"]["limbs"].as_array().map_or(0, Vec::len);
+            assert_eq!(limbs.is_valid(row), listed > 0);
+            if listed == 0 {
+                continue;
+            }
+            let found = limbs.value(row);
+            let means = found.as_struct().column_by_name("mean_degrees").unwrap();
+            let means = means.as_primitive::<Float64Type>().values().to_vec();
+            let bones = found.as_struct().column_by_name("bone").unwrap();
+            for (index, limb) in record["robot"]["limbs"].as_array().unwrap().iter().enumerate() {
+                assert_eq!(limb["mean_degrees"], means[index]);
+                assert_eq!(limb["bone"], bones.as_string::<i32>().value(index));
+            }
+            assert_eq!(means.len(), listed);
+        }
+        // Every field of a report is a column.
+        let fields = records[0]["robot"].as_object().unwrap().keys();
+        let missing: Vec<&String> = fields.filter(|name| table.column_by_name(name).is_none()).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+    }
+
+    #[test]
+    fn a_run_that_goes_on_and_shards_have_the_rows_of_one_run() {
+        let folder = folder_with_broken();
+        let run = |more: &str| {
+            let command = format!("robot in --robot robot.urdf --fps 10 {more}");
+            ends_with(&folder, 3, &command)
+        };
+        run("-o out --report whole.parquet");
+        let whole = folder.read("whole.parquet");
+        // A run that was killed: the last line of its manifest is cut short, and an output is missing.
+        let manifest = folder.read(&format!("out/{MANIFEST}"));
+        let lines: Vec<&[u8]> = manifest.split_inclusive(|byte| *byte == b'\n').collect();
+        folder.write(&format!("out/{MANIFEST}"), &[lines[0], &lines[1][..100]].concat());
+        fs::remove_file(folder.path("out/below/b.npz")).unwrap();
+        let said = run("-o out --report resumed.parquet --resume");
+        assert!(
+            said.contains("1 of 3 files converted, 1 done before, 1 failed"),
+            "{said}"
+        );
+        assert!(folder.read("resumed.parquet") == whole);
+        let mut rows = Vec::new();
+        for shard in 1..=2 {
+            let name = format!("shards.{shard}-of-2.parquet");
+            let command =
+                format!("robot in --robot robot.urdf --fps 10 -o shards --report shards.parquet --shard {shard}/2");
+            folder.run(&command);
+            let table = table(&folder, &name);
+            rows.extend(std::iter::zip(texts(&table, "clip"), texts(&table, "verdict")));
+        }
+        rows.sort();
+        let whole = table(&folder, "whole.parquet");
+        assert_eq!(
+            rows,
+            std::iter::zip(texts(&whole, "clip"), texts(&whole, "verdict")).collect::<Vec<_>>()
+        );
+    }
+
+    #[test]
+    fn a_table_that_cannot_be_written_is_refused_before_the_work() {
+        let folder = folder();
+        folder.write("other.parquet", b"PAR1 of another program PAR1");
+        let run = |report: &str| format!("robot in --robot robot.urdf -o out --report {report}");
+        folder.refuses(&run("r.csv"), 2, "r.csv: the name of the output must end in .parquet");
+        folder.refuses(&run("no/r.parquet"), 2, "no/r.parquet: there is no folder no");
+        folder.refuses(
+            &run("other.parquet"),
+            2,
+            "other.parquet: this program did not write this file",
+        );
+        let one = "robot in/a.bvh --robot robot.urdf -o a.npz --report r.parquet";
+        folder.refuses(one, 2, "--report would do nothing: ");
+        folder.succeeds(&format!("{} --force --fps 10", run("other.parquet")));
+        assert_eq!(table(&folder, "other.parquet").num_rows(), 2);
+    }
+}
