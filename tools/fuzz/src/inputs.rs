@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{env, fs, process};
 
+use mocap::compress::PackedClip;
 use mocap::gltf::Compression;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
@@ -157,7 +158,18 @@ pub struct Input {
     pub base: usize,
     /// See [`Input::base`].
     pub factor: usize,
+    /// What must hold of its scenes, but for the rules of every scene.
+    pub(crate) outputs: Outputs,
     read: fn(&[u8], &Importer) -> Result<Scene>,
+}
+
+/// What scenes are written as.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outputs {
+    /// glTF, BVH and arrays.
+    Usual,
+    /// FBX.
+    Fbx,
 }
 
 /// A BVH file.
@@ -170,6 +182,7 @@ pub const BVH: Input = Input {
     words: BVH_WORDS,
     base: 1 << 20,
     factor: 512,
+    outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Bvh).read(bytes, "fuzz.bvh"),
 };
 
@@ -183,6 +196,7 @@ pub const ASF: Input = Input {
     words: ACCLAIM_WORDS,
     base: 1 << 20,
     factor: 512,
+    outputs: Outputs::Usual,
     read: |bytes, importer| {
         let importer = importer.clone().format(mocap::Format::AsfAmc);
         let alone = importer.read(bytes, "fuzz.asf");
@@ -204,6 +218,7 @@ pub const AMC: Input = Input {
     words: ACCLAIM_WORDS,
     base: 1 << 20,
     factor: 512,
+    outputs: Outputs::Usual,
     read: |bytes, importer| {
         let skeleton = fixture("real/cmu_02.asf");
         importer
@@ -224,6 +239,7 @@ pub const C3D: Input = Input {
     words: C3D_WORDS,
     base: 1 << 20,
     factor: 512,
+    outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::C3d).read(bytes, "fuzz.c3d"),
 };
 
@@ -238,6 +254,7 @@ pub const FBX: Input = Input {
     // Curves are sampled: 4 million values, and 256 for each byte of the file, of four bytes each.
     base: 128 << 20,
     factor: 8192,
+    outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Fbx).read(bytes, "fuzz.fbx"),
 };
 
@@ -251,6 +268,7 @@ pub const GLB: Input = Input {
     words: GLTF_WORDS,
     base: 1 << 20,
     factor: 512,
+    outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.glb"),
 };
 
@@ -262,8 +280,37 @@ pub const GLTF: Input = Input {
     ..GLB
 };
 
+/// A packed clip.
+pub const MCLIP: Input = Input {
+    name: "mclip",
+    folders: &[],
+    longest_seed: 16 << 10,
+    cut: false,
+    made: mclip_seeds,
+    words: &["MCLP", "\0"],
+    // As for FBX: 4 million values, and 256 for each byte.
+    base: 128 << 20,
+    factor: 8192,
+    outputs: Outputs::Usual,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Mclip).read(bytes, "fuzz.mclip"),
+};
+
+/// A scene of any format that is known by its contents, to be written as FBX.
+pub const FBX_OUT: Input = Input {
+    name: "fbx_out",
+    folders: &[],
+    longest_seed: 64 << 10,
+    cut: false,
+    made: scene_seeds,
+    words: GLTF_WORDS,
+    base: 256 << 20,
+    factor: 16_384,
+    outputs: Outputs::Fbx,
+    read: |bytes, importer| importer.read(bytes, "fuzz"),
+};
+
 /// All of them.
-pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF];
+pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &MCLIP, &FBX_OUT];
 
 impl Input {
     /// Bytes as this kind of file. A panic is a finding.
@@ -283,6 +330,40 @@ fn gltf_seeds() -> Vec<Vec<u8>> {
     let written = documents().map(|document| document.to_embedded().expect("the fixture is written"));
     let skin = include_bytes!("../../../fixtures/made/two_bones_textured.gltf");
     written.chain([skin.to_vec()]).collect()
+}
+
+/// Small motions as packed clips, with a key at every frame and at some.
+fn mclip_seeds() -> Vec<Vec<u8>> {
+    let packed = |(name, bound)| {
+        let scene = mocap::import(fixture(name)).expect("the fixture is read");
+        let clip = PackedClip::encode(&scene, 0, bound).expect("the fixture is packed");
+        clip.bytes().to_vec()
+    };
+    let seeds = [
+        ("dialects/plain.bvh", 0.001),
+        ("dialects/channels_0_to_6.bvh", 0.001),
+        ("real/cmu_short.bvh", 0.01),
+        ("real/cmu_short.bvh", 0.5),
+        ("real/lecture_Test.bvh", 0.0001),
+    ];
+    seeds.into_iter().map(packed).collect()
+}
+
+/// Scenes with and without a motion, a skin, a texture.
+fn scene_seeds() -> Vec<Vec<u8>> {
+    let files = [
+        "dialects/plain.bvh",
+        "dialects/two_roots.bvh",
+        "made/tiny.fbx",
+        "made/two_bones_textured.gltf",
+    ];
+    let read = |name| fs::read(fixture(name)).expect("the fixture can be read");
+    files
+        .into_iter()
+        .map(read)
+        .chain(glb_seeds())
+        .chain(gltf_seeds())
+        .collect()
 }
 
 fn documents() -> impl Iterator<Item = mocap::gltf::Document> {

@@ -5,17 +5,19 @@ mod inputs;
 use std::collections::BTreeSet;
 
 use mocap::arrays::{ArrayOptions, arrays};
+use mocap::fbx::{self, FbxOptions, FbxTarget, FbxVersion};
 use mocap::process::validate;
-use mocap::scene::Animation;
+use mocap::scene::{Animation, NodeKind};
 use mocap::{Code, Diagnostic, Importer, Pose, Scene, SkeletonMesh, bvh, gltf};
 
-pub use self::inputs::{AMC, ASF, BVH, C3D, FBX, FORMATS, GLB, GLTF, Input, fixture};
+use self::inputs::Outputs;
+pub use self::inputs::{AMC, ASF, BVH, C3D, FBX, FBX_OUT, FORMATS, GLB, GLTF, Input, MCLIP, fixture};
 
 const MESHES: [SkeletonMesh; 3] = [SkeletonMesh::None, SkeletonMesh::Segmented, SkeletonMesh::Skinned];
 
 impl Input {
     /// An error; or a scene that keeps every rule, with each kind of skeleton mesh, can be posed at any tick, and is
-    /// the same once it is written as glTF or BVH.
+    /// the same once it is written as glTF or BVH; or, of [`FBX_OUT`], is read back from FBX.
     pub fn hold(&self, bytes: &[u8]) {
         for mesh in MESHES {
             let Ok(scene) = self.read(bytes, mesh) else { return };
@@ -24,6 +26,10 @@ impl Input {
             for tick in [0.0, 0.5, f64::MAX, f64::NAN] {
                 // The positions are not specified then; it must only end without a panic.
                 let _ = Pose::at_tick(&scene, 0, tick);
+            }
+            if self.outputs == Outputs::Fbx {
+                export_fbx(&scene, bytes);
+                continue;
             }
             export_gltf(&scene);
             if mesh == SkeletonMesh::None {
@@ -185,6 +191,37 @@ fn export_bvh(scene: &Scene) {
             .map_or(0.0, |animation| (animation.duration + 1e-6).floor())
     };
     assert_eq!(frames(&again), frames(scene), "frames were lost");
+}
+
+/// An error, or an FBX file that ufbx reads, with every joint, and as long a motion. The bytes choose the options.
+fn export_fbx(scene: &Scene, bytes: &[u8]) {
+    let options = match bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)) % 6 {
+        0 => FbxOptions::of_target(FbxTarget::Unreal),
+        1 => FbxOptions::of_target(FbxTarget::Unity),
+        2 => FbxOptions::of_target(FbxTarget::Maya),
+        3 => FbxOptions::of_target(FbxTarget::MotionBuilder),
+        4 => FbxOptions {
+            version: FbxVersion::V7400,
+            ..FbxOptions::default()
+        },
+        _ => FbxOptions::default(),
+    };
+    let Ok((file, report)) = fbx::write(scene, &options) else {
+        return;
+    };
+    assert_eq!(report.bytes, file.len());
+    let importer = Importer::new()
+        .format(mocap::Format::Fbx)
+        .skeleton_mesh(SkeletonMesh::None);
+    let again = match importer.read(&file, "written.fbx") {
+        Ok(again) => again,
+        // Names become longer, groups are nodes of their own, and few keys may be far apart.
+        Err(error) if error.code() == Code::LimitExceeded => return,
+        Err(error) => panic!("what was written is refused: {error}"),
+    };
+    let joints = |scene: &Scene| scene.nodes.iter().filter(|node| node.kind != NodeKind::Group).count();
+    assert!(joints(&again) >= joints(scene), "joints were lost");
+    assert_eq!(again.animations.len(), scene.animations.len(), "clips were lost");
 }
 
 /// Whether any track has more than one key: glTF stores the others in their nodes.

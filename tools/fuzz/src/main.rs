@@ -1,6 +1,6 @@
 //! A fuzzer for the stable toolchain: changes the fixtures of a format at random, for a number of seconds or of inputs.
 //! All formats are tried side by side, a process each, as many at a time as there are cores. Half of the changes to
-//! glTF, C3D and FBX are to their structure.
+//! glTF, C3D, FBX and packed clips are to their structure.
 //!
 //! It has no coverage to guide it. In its place, an input about which the library says something new joins the seeds.
 //! All memory is limited, so that an allocation without a bound ends the program; the input that was tried is then in

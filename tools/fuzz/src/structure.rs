@@ -4,6 +4,7 @@
 mod c3d;
 mod fbx;
 mod gltf;
+mod mclip;
 
 use fastrand::Rng;
 
@@ -14,6 +15,10 @@ pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec
         "glb" | "gltf" => gltf::mutate(bytes, random),
         "c3d" => c3d::mutate(bytes, random),
         "fbx" => fbx::mutate(bytes, random),
+        "mclip" => mclip::mutate(bytes, random),
+        // A scene of any format, known by its first bytes.
+        "fbx_out" if bytes.starts_with(b"Kaydara") => fbx::mutate(bytes, random),
+        "fbx_out" if bytes.starts_with(b"glTF") || bytes.starts_with(b"{") => gltf::mutate(bytes, random),
         _ => None,
     }
 }
