@@ -10,6 +10,7 @@ import * as THREE from "three";
 import { BVHLoader } from "three/examples/jsm/loaders/BVHLoader.js";
 import { Sample } from "../interop/sample.js";
 import { browserChecks } from "./browser_checks.js";
+import { clipChecks } from "./clip_checks.js";
 import { MocapError, load } from "./package/index.js";
 import { MocapLoader } from "./package/three.js";
 import { pageChecks } from "./page_checks.js";
@@ -309,6 +310,8 @@ check("hostile", "where memory ends there is an error, and then a fresh module",
   const again = kept(mocap.read(bytes, "again.bvh"));
   assert.equal(again.nodes.length, 38);
 });
+
+clipChecks(check, { mocap, made, kept, real, filesOf, written, assertSame, random: randomFrom(sample.seed), load });
 
 check("memory", "a scene that is freed, disposed of or forgotten gives its memory back", async () => {
   const bytes = readFileSync(real("cmu_01_01.bvh"));

@@ -19,6 +19,8 @@ try {
   const moved = motion.retarget(character, { scale: 1.1, feet: "free", limbAngles: true });
   const picture: Uint8Array = moved.toPng({ name: "walk" });
   moved.toPlayer("walk").blocks.map(([id, block]) => `${id}: ${block.length}, ${picture.length}`);
+  using clip = mocap.openClip(moved.toMclip({ maxError: 0.005 }));
+  clip.sample(0.5 * clip.ticksPerSecond, new Float32Array(clip.poseLength)).at(10 * clip.nodes.length - 1);
   moved.write("vrma").warnings.map((warning) => warning.code);
 } catch (error) {
   if (error instanceof MocapError) console.log(error.code, error.line, error.column, error.joint, error.help);

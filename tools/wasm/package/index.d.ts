@@ -30,7 +30,7 @@ export interface ReadOptions {
   strict?: boolean;
   /** Whether to compute the SHA-256 of the file, for `metadata.origin`. Default: true; reading takes half as long without. */
   hash?: boolean;
-  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d";
+  format?: "bvh" | "gltf" | "vrma" | "asf-amc" | "c3d" | "fbx" | "mclip";
   /** The animation to keep of several: its place from 0, or its name. */
   clip?: number | string;
   /** The mesh that shows the skeleton in a `.glb`. Default: `"skinned"`. */
@@ -230,6 +230,8 @@ export class Scene {
   toGlb(options?: GlbOptions): Uint8Array;
   /** The motion of a humanoid as a VRM animation. */
   toVrma(options?: GlbOptions): Uint8Array;
+  /** The first animation as a packed clip, in metres with +Y up. Joints are at most `maxError` metres from their places: 0.001 by default. */
+  toMclip(options?: { maxError?: number }): Uint8Array;
   /** In the unit and the axes of the scene. */
   toBvh(options?: BvhOptions): string;
   /** A row for each frame and joint. */
@@ -241,7 +243,7 @@ export class Scene {
   /** As `mocap dump --raw --json`. */
   toJson(): string;
   /** As those above, with warnings and assumptions. */
-  write(format: "glb" | "vrma" | "bvh" | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
+  write(format: "glb" | "vrma" | "mclip" | "bvh" | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
   free(): void;
   [Symbol.dispose](): void;
 }
@@ -258,6 +260,36 @@ export interface PlayerClip {
   rootOffset: { policy: "replace" | "add"; reason: string; confidence: string } | null;
 }
 
+/**
+ * A packed clip, whose pose at any tick is computed from the packed form. `free()` or `using` frees it at once, the garbage
+ * collector some time.
+ *
+ *     const clip = mocap.openClip(bytes);
+ *     const pose = new Float32Array(clip.poseLength);
+ *     clip.sample(seconds * clip.ticksPerSecond, pose);
+ */
+export class PackedClip {
+  private constructor();
+  readonly nodes: { name: string; parent: number | null; isEndSite: boolean }[];
+  readonly ticksPerSecond: number;
+  /** The last tick; the first is 0. */
+  readonly duration: number;
+  readonly frameCount: number;
+  /** The largest distance of a joint from its place in the source, in metres. */
+  readonly maxError: number;
+  /** The bytes of the file. */
+  readonly bytes: number;
+  /** The numbers of a pose: ten a node. */
+  readonly poseLength: number;
+  /**
+   * Fills `pose` with ten numbers a node, from the node to its parent, and returns it: translation x, y, z, rotation x, y, z,
+   * w, scale x, y, z. Before the first tick that of the first, after the last that of the last. It allocates nothing.
+   */
+  sample(tick: number, pose: Float32Array): Float32Array;
+  free(): void;
+  [Symbol.dispose](): void;
+}
+
 /** The module, ready to read. */
 export class Mocap {
   constructor(module: WebAssembly.Module);
@@ -267,6 +299,8 @@ export class Mocap {
   /** Reads a character for `Scene.retarget`. */
   readCharacter(bytes: Bytes, name: string, options?: ReadOptions): Scene;
   readCharacter(files: File[], options?: ReadOptions): Scene;
+  /** Opens a packed clip (`.mclip`), to sample poses from it without unpacking it. `read` makes a scene of it instead. */
+  openClip(bytes: Bytes, name?: string): PackedClip;
   /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
   check(bytes: Bytes, name: string, options?: ReadOptions): Checked;
   check(files: File[], options?: ReadOptions): Checked;

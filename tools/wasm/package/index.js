@@ -48,11 +48,12 @@ class Instance {
       return call(this.exports);
     } catch (error) {
       if (error instanceof MocapError) throw error;
-      throw this.#end(error);
+      throw this.end(error);
     }
   }
 
-  #end(error) {
+  /** The error of a trap. */
+  end(error) {
     let said = "";
     try {
       said = this.text(this.exports.mocap_panic(), this.exports.mocap_panic_length());
@@ -103,10 +104,17 @@ class Instance {
   free(scene) {
     if (!this.ended) this.exports.mocap_free(scene);
   }
+
+  freeClip(clip) {
+    if (!this.ended) this.exports.mocap_clip_free(clip);
+  }
 }
 
 /** Frees the scenes that nobody holds. */
 const forgotten = new FinalizationRegistry(({ instance, scene }) => instance.free(scene));
+
+/** Frees the packed clips that nobody holds. */
+const forgottenClips = new FinalizationRegistry(({ instance, clip }) => instance.freeClip(clip));
 
 /** Keys of one track: views into the module's memory. */
 class Keys {
@@ -235,6 +243,10 @@ export class Scene {
     return this.#write("vrma", options).bytes;
   }
 
+  toMclip(options = {}) {
+    return this.#write("mclip", options).bytes;
+  }
+
   toBvh(options = {}) {
     return decoder.decode(this.#write("bvh", options).bytes);
   }
@@ -271,6 +283,64 @@ export class Scene {
   }
 }
 
+/** Numbers of a node in the pose of a packed clip. */
+const POSE_FLOATS = 10;
+
+/** A packed clip in the module's memory. */
+export class PackedClip {
+  #instance;
+  #number;
+  #address;
+  /** The pose that was sampled last. */
+  #pose;
+  #freed = false;
+
+  constructor(instance, described) {
+    const { clip, pose, ...rest } = described;
+    this.#instance = instance;
+    this.#number = clip;
+    this.#address = pose;
+    Object.assign(this, rest);
+    this.poseLength = POSE_FLOATS * this.nodes.length;
+    this.#pose = instance.floats(pose, this.poseLength);
+    forgottenClips.register(this, { instance, clip }, this);
+  }
+
+  /** Allocates nothing: the view of the module's memory is kept. */
+  sample(tick, pose) {
+    const instance = this.#instance;
+    if (this.#freed || instance.ended) this.#fail();
+    if (pose.length < this.poseLength) {
+      throw new RangeError(`a pose of ${this.nodes.length} nodes has ${this.poseLength} numbers, and there is room for ${pose.length}`);
+    }
+    try {
+      instance.exports.mocap_clip_sample(this.#number, tick);
+    } catch (error) {
+      throw instance.end(error);
+    }
+    // Memory that has grown has another buffer.
+    if (this.#pose.length === 0) this.#pose = instance.floats(this.#address, this.poseLength);
+    pose.set(this.#pose);
+    return pose;
+  }
+
+  #fail() {
+    if (this.#freed) throw new MocapError({ code: "freed", message: "the packed clip was freed", help: "open it again" });
+    this.#instance.run(() => {});
+  }
+
+  free() {
+    if (this.#freed) return;
+    this.#freed = true;
+    forgottenClips.unregister(this);
+    this.#instance.freeClip(this.#number);
+  }
+
+  [dispose]() {
+    this.free();
+  }
+}
+
 /** The module, ready to read. */
 export class Mocap {
   #module;
@@ -298,6 +368,11 @@ export class Mocap {
   check(...args) {
     const { answer } = this.#call("check", args);
     return { ...answer, diagnostics: answer.diagnostics.map(flat) };
+  }
+
+  openClip(bytes, name = "clip.mclip") {
+    const instance = this.#alive;
+    return new PackedClip(instance, instance.call({ call: "openClip", files: [name] }, [bytesOf(bytes)]).answer);
   }
 
   /** Bytes of memory that the module has taken; it keeps what was freed for the next file. */

@@ -12,6 +12,7 @@
 #![warn(clippy::unwrap_used)]
 
 mod answer;
+mod clips;
 mod failure;
 mod keys;
 mod options;
@@ -95,6 +96,19 @@ pub extern "C" fn mocap_pose_to_parent(scene: u32) -> *const f32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_free(scene: u32) {
     with_state(|state| state.scenes.free(scene));
+}
+
+/// Computes the pose of a packed clip at a tick, where the answer that opened it says: translation, rotation and scale of
+/// each node, ten numbers. 0 where there is no such clip. Nothing is allocated.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_clip_sample(clip: u32, tick: f64) -> u32 {
+    with_state(|state| u32::from(state.clips.sample(clip, tick))).unwrap_or(0)
+}
+
+/// Frees a packed clip. A number that is no clip is passed over.
+#[unsafe(no_mangle)]
+pub extern "C" fn mocap_clip_free(clip: u32) {
+    with_state(|state| state.clips.free(clip));
 }
 
 /// After the module has ended: the address of what the panic said.

@@ -1,7 +1,7 @@
 //! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's default.
 
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
-use mocap::gltf::{Compression, GltfOptions};
+use mocap::gltf::{Compression, DEFAULT_MAX_ERROR, GltfOptions};
 use mocap::retarget::Scale;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
 use mocap::skeleton::{HumanoidMap, Unit};
@@ -246,6 +246,11 @@ impl WriteOptions {
             max_error: self.max_error,
             ..GltfOptions::default()
         }
+    }
+
+    /// Of a packed clip, in metres.
+    pub(crate) fn largest_error(&self) -> f64 {
+        self.max_error.unwrap_or(DEFAULT_MAX_ERROR)
     }
 
     pub(crate) fn bvh(&self) -> bvh::BvhOptions {

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
+use mocap::compress::PackedClip;
 use mocap::convert::leave_out_rest_pose;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
@@ -15,6 +16,7 @@ use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, 
 use serde::{Deserialize, Serialize};
 
 use crate::answer::SceneAt;
+use crate::clips::Clips;
 use crate::failure::{Failure, Finding};
 use crate::options::{ConvertOptions, Feet, ReadOptions, RetargetOptions, WriteOptions};
 use crate::scenes::{Entry, Scenes};
@@ -56,6 +58,8 @@ enum Request {
     },
     /// A clip as the player of `mocap view` takes it: text, and the bytes of its blocks one after another.
     View { scene: u32, name: String },
+    /// A packed clip, to be sampled.
+    OpenClip { files: Vec<String> },
     /// A scene as a file.
     Write {
         scene: u32,
@@ -71,6 +75,7 @@ enum Output {
     Glb,
     Bvh,
     Vrma,
+    Mclip,
     Csv,
     Json,
     Png,
@@ -79,7 +84,12 @@ enum Output {
 /// The JSON and the bytes of an answer.
 type Answer = (Vec<u8>, Vec<u8>);
 
-pub(crate) fn answer(scenes: &mut Scenes, request: &[u8], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+pub(crate) fn answer(
+    scenes: &mut Scenes,
+    clips: &mut Clips,
+    request: &[u8],
+    files: &[Vec<u8>],
+) -> Result<Answer, Failure> {
     let request = serde_json::from_slice(request).map_err(|error| Failure::argument(error.to_string()))?;
     match request {
         Request::Read { files: names, options } => {
@@ -102,6 +112,10 @@ pub(crate) fn answer(scenes: &mut Scenes, request: &[u8], files: &[Vec<u8>]) -> 
             options,
         } => retarget(scenes, scene, character, &options),
         Request::View { scene, name } => view(scenes.get(scene)?, &name),
+        Request::OpenClip { files: names } => {
+            let (file, _) = memory_files(&names, files)?;
+            Ok((json(&clips.open(file.bytes)?)?, Vec::new()))
+        }
         Request::Write { scene, format, options } => write(scenes.get(scene)?, format, &options),
     }
 }
@@ -248,6 +262,15 @@ fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer
                 report: Some(&report),
             };
             Ok((json(&written)?, bytes))
+        }
+        Output::Mclip => {
+            let (scene, assumptions) = on_skeleton(entry)?;
+            let clip = PackedClip::encode(&scene, 0, options.largest_error())?;
+            let written = Written {
+                assumptions,
+                ..Written::default()
+            };
+            Ok((json(&written)?, clip.bytes().to_vec()))
         }
         Output::Bvh => {
             let options = options.bvh();

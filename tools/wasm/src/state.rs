@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use crate::clips::Clips;
 use crate::failure::Failure;
 use crate::request;
 use crate::scenes::Scenes;
@@ -15,6 +16,7 @@ thread_local! {
 #[derive(Default)]
 pub(crate) struct State {
     pub(crate) scenes: Scenes,
+    pub(crate) clips: Clips,
     inputs: Vec<Vec<u8>>,
     json: Vec<u8>,
     bytes: Vec<u8>,
@@ -45,7 +47,7 @@ impl State {
             true => Err(Failure::argument("there is no request")),
             false => {
                 let request = inputs.remove(0);
-                request::answer(&mut self.scenes, &request, &inputs)
+                request::answer(&mut self.scenes, &mut self.clips, &request, &inputs)
             }
         };
         let done = result.is_ok();
