@@ -64,13 +64,54 @@ const MAYBE_SMALLER: f32 = 0.9;
 /// Fewer keys than this share of all are smaller for sure.
 const SURELY_SMALLER: f32 = 0.85;
 
-/// Compresses `animation` so that no joint is more than `bound` metres from its place.
+/// What may be how far from its place in a compressed clip. From a number it is the largest error of joints alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorBound {
+    /// The largest distance of any joint or end site from its place, in metres.
+    pub max_error: f64,
+    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the joint,
+    /// stand for the skin, and keep the largest error too. 0 for none; 0.03 is the default of ACL.
+    pub shell_distance: f64,
+}
+
+impl From<f64> for ErrorBound {
+    fn from(max_error: f64) -> Self {
+        Self {
+            max_error,
+            shell_distance: 0.0,
+        }
+    }
+}
+
+impl ErrorBound {
+    /// The shell distance as a number that is finite and at least 0.
+    fn checked_shell_distance(&self) -> Result<f32> {
+        let distance = self.shell_distance as f32;
+        if distance.is_finite() && distance >= 0.0 {
+            return Ok(distance);
+        }
+        let message = "a shell distance must be finite and at least 0";
+        Err(Diagnostic::new(Code::UnknownOption, message)
+            .expected_found("a length in metres, such as 0.03", self.shell_distance.to_string())
+            .into())
+    }
+}
+
+/// Compresses `animation` so that no joint is farther from its place than `bound` allows.
 ///
 /// # Errors
 /// [`Code::ErrorBound`] where the storage is too coarse for the bound; [`Code::Unrepresentable`] where the scale is not
-/// uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames.
-pub(crate) fn compress(scene: &Scene, animation: &Animation, bound: f64, storage: Storage) -> Result<CompressedClip> {
-    let mut clip = RawClip::new(scene, animation)?;
+/// uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
+/// [`Code::UnknownOption`] where the shell distance is not finite and at least 0.
+pub(crate) fn compress(
+    scene: &Scene,
+    animation: &Animation,
+    bound: impl Into<ErrorBound>,
+    storage: Storage,
+) -> Result<CompressedClip> {
+    let bound: ErrorBound = bound.into();
+    let mut clip = RawClip::new(scene, animation, bound.checked_shell_distance()?)?;
+    let bound = bound.max_error;
     let raw = clip.object_space();
     constant_tracks::compact(&mut clip, bound as f32 * CONSTANT_SHARE);
     let time_of = |tick: &f64| (tick / animation.ticks_per_second) as f32;

@@ -38,7 +38,7 @@ impl FrameErrors {
             if error > summary.max || error.is_nan() {
                 summary = MeasuredError {
                     max: error,
-                    node: self.nodes[frame],
+                    node: clip.node_of(self.nodes[frame]),
                     tick: clip.ticks[frame],
                     rms: 0.0,
                 };
@@ -226,7 +226,7 @@ mod tests {
     /// The largest error at every frame.
     fn measured(degrees: f32, tracks: &[CompressedTrack]) -> Vec<f64> {
         let scene = rotating(degrees);
-        let clip = RawClip::new(&scene, &scene.animations[0]).unwrap();
+        let clip = RawClip::new(&scene, &scene.animations[0], 0.0).unwrap();
         let times: Vec<f32> = clip.ticks.iter().map(|tick| (tick / 30.0) as f32).collect();
         let measurement = Measurement {
             clip: &clip,
@@ -306,7 +306,7 @@ mod tests {
     #[test]
     fn the_worst_frame_is_named() {
         let scene = rotating(60.0);
-        let clip = RawClip::new(&scene, &scene.animations[0]).unwrap();
+        let clip = RawClip::new(&scene, &scene.animations[0], 0.0).unwrap();
         let mut errors = FrameErrors::new(FRAMES);
         (errors.largest[4], errors.nodes[4]) = (0.5, 1);
         (errors.largest[7], errors.nodes[7]) = (0.25, 0);

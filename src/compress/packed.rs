@@ -15,6 +15,7 @@ use std::borrow::Cow;
 
 use self::layout::{RotationTrack, TranslationTrack};
 pub(super) use self::write::{packed_size, with_required};
+use super::ErrorBound;
 use crate::error::Result;
 use crate::pose::Trs;
 use crate::scene::Scene;
@@ -76,15 +77,15 @@ struct ClipNode {
 
 impl PackedClip<'static> {
     /// Packs an animation of `scene`, whose lengths are in metres: no joint or end site is more than `max_error` metres
-    /// from its place, at any frame.
+    /// from its place, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
     ///
     /// # Errors
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the bound cannot be kept;
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a scale is not uniform and constant, a value is not
     /// finite, there is no such animation or there are too many nodes; [`Code::LimitExceeded`](crate::Code::LimitExceeded)
     /// where there are too many frames.
-    pub fn encode(scene: &Scene, animation: usize, max_error: f64) -> Result<Self> {
-        let bytes = write::encode(scene, animation, max_error)?;
+    pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
+        let bytes = write::encode(scene, animation, max_error.into())?;
         Self::new(bytes)
     }
 }

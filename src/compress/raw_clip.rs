@@ -19,8 +19,10 @@ const MAX_VALUES: usize = 1 << 28;
 pub(super) struct RawClip<'a> {
     /// The frames: the whole ticks of the animation, and every tick that has a key.
     pub(super) ticks: Vec<f64>,
-    /// One per node of the scene, in its order.
+    /// One per node of the scene, in its order; then the points of the shell.
     pub(super) joints: Vec<RawJoint<'a>>,
+    /// The node of every point of the shell.
+    shell: Vec<usize>,
 }
 
 /// One node, and its transform to its parent at every frame.
@@ -66,11 +68,15 @@ impl<T: Copy> RawTrack<'_, T> {
 }
 
 impl<'a> RawClip<'a> {
+    /// Every joint has a shell: three points that stand for its skin, `shell_distance` metres from it along its axes. None
+    /// where the distance is 0.
+    ///
     /// # Errors
     /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
     /// rotation and translation does not bound the whole.
-    pub(super) fn new(scene: &'a Scene, animation: &'a Animation) -> Result<Self> {
-        let values = animation.frame_count().saturating_mul(scene.nodes.len());
+    pub(super) fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
+        let joints = scene.nodes.len() * if shell_distance > 0.0 { 4 } else { 1 };
+        let values = animation.frame_count().saturating_mul(joints);
         if values > MAX_VALUES {
             let message = "the animation has too many frames to measure the error at each";
             return Err(Diagnostic::new(Code::LimitExceeded, message)
@@ -132,7 +138,54 @@ impl<'a> RawClip<'a> {
                 joint.rotation = track;
             }
         }
-        Ok(Self { ticks, joints })
+        let mut clip = Self {
+            ticks,
+            joints,
+            shell: Vec::new(),
+        };
+        if shell_distance > 0.0 {
+            clip.add_shell(shell_distance);
+        }
+        Ok(clip)
+    }
+
+    fn add_shell(&mut self, distance: f32) {
+        for node in 0..self.joints.len() {
+            let joint = &self.joints[node];
+            // What is still moves with its parent. A still root is where it should be.
+            let (parent, start, rotation) = match joint.parent {
+                _ if !joint.is_static_leaf() => (node, Vec3::ZERO, Quat::IDENTITY),
+                Some(parent) => (parent, joint.offset(), joint.orientation()),
+                None => continue,
+            };
+            let scale = self.joints[parent].scale;
+            for axis in Vec3::AXES {
+                let point = start + rotation * axis * (distance / scale);
+                let index = self.joints.len();
+                self.joints[parent].children.push(index);
+                self.joints.push(RawJoint {
+                    parent: Some(parent),
+                    children: Vec::new(),
+                    translation: RawTrack::Constant(point),
+                    rotation: RawTrack::Constant(Quat::IDENTITY),
+                    constant_translation: None,
+                    constant_rotation: None,
+                    scale,
+                    parent_scale: scale,
+                });
+                self.shell.push(node);
+            }
+        }
+    }
+
+    /// How many nodes the scene has.
+    pub(super) fn nodes(&self) -> usize {
+        self.joints.len() - self.shell.len()
+    }
+
+    /// The node of a joint or of a point of its shell.
+    pub(super) fn node_of(&self, joint: usize) -> usize {
+        joint.checked_sub(self.nodes()).map_or(joint, |point| self.shell[point])
     }
 
     pub(super) fn frames(&self) -> usize {

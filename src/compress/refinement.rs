@@ -70,6 +70,7 @@ impl Refinement<'_> {
                 error = self.measure(&lossy, &changed, &mut errors);
             }
             if error.max <= *bound {
+                lossy.tracks.truncate(clip.nodes());
                 return Ok(CompressedClip {
                     tracks: lossy.tracks,
                     ticks: clip.ticks.clone(),

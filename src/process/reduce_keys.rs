@@ -1,6 +1,6 @@
 //! Removes keys within a largest error.
 
-use crate::compress::{Storage, Track, compress};
+use crate::compress::{ErrorBound, Storage, Track, compress};
 use crate::error::Result;
 use crate::pose::Binding;
 use crate::scene::{Keys, Scene};
@@ -33,10 +33,11 @@ use crate::scene::{Keys, Scene};
 /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a node with children has an animated or non-uniform
 /// scale, or a value is not finite; [`Code::ErrorBound`](crate::Code::ErrorBound) where 32-bit floats cannot keep the
 /// bound. The scene is then unchanged.
-pub fn reduce_keys(scene: &mut Scene, max_error: f64) -> Result<f64> {
+pub fn reduce_keys(scene: &mut Scene, max_error: impl Into<ErrorBound>) -> Result<f64> {
+    let bound = max_error.into();
     let mut all = Vec::with_capacity(scene.animations.len());
     for animation in &scene.animations {
-        let clip = compress(scene, animation, max_error, Storage::Float32)?;
+        let clip = compress(scene, animation, bound, Storage::Float32)?;
         let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
         all.push((clip, driven));
     }

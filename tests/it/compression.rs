@@ -106,6 +106,74 @@ fn the_bound_holds_on_every_real_file() {
     }
 }
 
+/// The largest distance from their places of points that are attached to the nodes, `distance` metres from them.
+fn shell_error(source: &Scene, compressed: &Scene, distance: f32) -> f32 {
+    let points = |scene: &Scene, frame: usize| -> Vec<Vec3> {
+        let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+        let of_node = |index| Vec3::AXES.map(|axis| pose.point_to_world(NodeId::new(index), axis * distance));
+        (0..source.nodes.len()).flat_map(of_node).collect()
+    };
+    let error_at = |frame| {
+        let (expected, found) = (points(source, frame), points(compressed, frame));
+        std::iter::zip(expected, found)
+            .map(|(a, b)| a.distance(b))
+            .fold(0.0, f32::max)
+    };
+    (0..source.animations[0].frame_count())
+        .map(error_at)
+        .fold(0.0, f32::max)
+}
+
+/// The points that stand for the skin are those of ACL: on the axes of every node.
+#[test]
+fn the_bound_holds_for_a_shell_where_one_is_asked_for() {
+    const ROUNDING: f32 = 3e-6;
+    for (file, bound, distance) in [("cmu_short.bvh", 0.001, 0.03), ("z_up_dab.bvh", 0.005, 0.1)] {
+        let scene = in_metres(&import(file));
+        for compression in compressions() {
+            let of_shell = |shell_distance| {
+                let options = GltfOptions {
+                    shell_distance,
+                    ..options(compression, bound)
+                };
+                let document = Document::new(&scene, &options).unwrap();
+                let glb = document.to_glb().unwrap();
+                let achieved = document.report().achieved.clone().unwrap();
+                let error = shell_error(&scene, &Importer::new().read(&glb, "a.glb").unwrap(), distance as f32);
+                (error, achieved, glb.len())
+            };
+            let what = format!("{file}, {compression:?}");
+            let (without, _, smaller) = of_shell(0.0);
+            let (with, achieved, larger) = of_shell(distance);
+            assert!(without > 1.2 * bound as f32 && smaller < larger, "{what}: {without}");
+            assert!(with <= bound as f32 + ROUNDING, "{what}: {with}");
+            assert!(achieved.max_error >= f64::from(with - ROUNDING), "{what}: {achieved:?}");
+            assert!(
+                scene.nodes.iter().any(|node| node.name == achieved.joint),
+                "{what}: {achieved:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_shell_distance_is_a_length() {
+    let scene = in_metres(&import("cmu_short.bvh"));
+    for shell_distance in [-0.01, f64::NAN, f64::INFINITY, 1e300] {
+        let options = GltfOptions {
+            shell_distance,
+            ..options(Compression::Int16, 0.001)
+        };
+        assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::UnknownOption);
+    }
+    // A length at which no rotation keeps the bound.
+    let options = GltfOptions {
+        shell_distance: 1e30,
+        ..options(Compression::Int16, 0.001)
+    };
+    assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::ErrorBound);
+}
+
 #[test]
 fn sizes_are_what_they_are_meant_to_be() {
     let scene = in_metres(&import("cmu_01_01.bvh"));

@@ -198,6 +198,16 @@ fn an_option_that_would_do_nothing_is_refused() {
         (format!("convert {bvh} --embed"), "--embed", "leave it out"),
         (format!("convert {bvh} --compress int16"), "--compress", "--digits"),
         (format!("convert {bvh} --max-error 1mm"), "--max-error", "--digits"),
+        (
+            format!("convert {bvh} --shell-distance 3cm"),
+            "--shell-distance",
+            "--digits",
+        ),
+        (
+            format!("convert {glb} --shell-distance 3cm"),
+            "--shell-distance",
+            "add --max-error",
+        ),
         (format!("convert {bvh} --unit cm"), "--unit", "--out-unit"),
         (format!("convert {bvh} --up z"), "--up", "--out-up"),
         (

@@ -1,6 +1,6 @@
 //! Packed clips: the bound at every frame, poses between frames, and bytes that are broken.
 
-use mocap::compress::PackedClip;
+use mocap::compress::{ErrorBound, PackedClip};
 use mocap::glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 use mocap::process::validate;
 use mocap::scene::{Animation, Channel, Format, Keys, Node, NodeId, Scene, UpAxis};
@@ -17,6 +17,11 @@ fn import(file: &str) -> Scene {
 
 /// The place of every node, in double precision.
 fn places(scene: &Scene, pose: &[Trs]) -> Vec<DVec3> {
+    world(scene, pose).into_iter().map(|(place, _)| place).collect()
+}
+
+/// The place of every node, and how it is turned, in double precision.
+fn world(scene: &Scene, pose: &[Trs]) -> Vec<(DVec3, DQuat)> {
     let mut world: Vec<(DVec3, DQuat)> = Vec::new();
     for (node, local) in std::iter::zip(&scene.nodes, pose) {
         let (translation, rotation) = (local.translation.as_dvec3(), local.rotation.as_dquat().normalize());
@@ -25,7 +30,7 @@ fn places(scene: &Scene, pose: &[Trs]) -> Vec<DVec3> {
             Some((place, turn)) => (place + turn * translation, turn * rotation),
         });
     }
-    world.into_iter().map(|(place, _)| place).collect()
+    world
 }
 
 /// The pose of the source.
@@ -86,6 +91,37 @@ fn no_joint_is_farther_from_its_place_than_the_bound() {
             }
         }
     }
+}
+
+#[test]
+fn a_shell_keeps_the_bound_too() {
+    let scene = import("z_up_dab.bvh");
+    let error = |shell_distance: f64| {
+        let bound = ErrorBound {
+            max_error: 0.001,
+            shell_distance,
+        };
+        let clip = PackedClip::encode(&scene, 0, bound).unwrap();
+        let points = |pose: Vec<Trs>| -> Vec<DVec3> {
+            let of_node = |(place, turn): (DVec3, DQuat)| DVec3::AXES.map(|axis| place + turn * axis * 0.03);
+            world(&scene, &pose).into_iter().flat_map(of_node).collect()
+        };
+        let error_at = |frame| {
+            let tick = frame as f64;
+            let [expected, found] = [expected(&scene, tick), sampled(&clip, tick)].map(points);
+            std::iter::zip(expected, found)
+                .map(|(a, b)| a.distance(b))
+                .fold(0.0, f64::max)
+        };
+        let largest = (0..clip.frame_count()).map(error_at).fold(0.0, f64::max);
+        (largest, clip.max_error())
+    };
+    let (without, _) = error(0.0);
+    let (with, said) = error(0.03);
+    assert!(
+        without > 0.0012 && with <= 0.001 && with <= said + 1e-6,
+        "{without}, {with}, {said}"
+    );
 }
 
 /// Between frames a pose lies between those of the frames, and moments in any order give the same poses.

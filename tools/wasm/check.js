@@ -194,7 +194,9 @@ check("same", "changes are those of `mocap convert`", () => {
     assert.ok(expected, `the program does not take ${args}`);
     assertSame(changed.toGlb(), expected, JSON.stringify(options));
   }
-  for (const [options, args] of [[{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]]]) {
+  const within = [{ compress: "int16", maxError: 0.001 }, ["--compress", "int16", "--max-error", "1mm"]];
+  const withShell = [{ ...within[0], shellDistance: 0.03 }, [...within[1], "--shell-distance", "3cm"]];
+  for (const [options, args] of [within, withShell]) {
     assertSame(read.toGlb(options), written(".glb", "convert", "--quiet", ...args, path), JSON.stringify(options));
   }
   assertSame(read.toBvh({ order: "XYZ", digits: 3 }), written(".bvh", "convert", "--quiet", "--order", "xyz", "--digits", "3", path), "BVH");

@@ -12,13 +12,13 @@ use super::layout::{
 };
 use crate::compress::clip::{CompressedClip, Storage, Track};
 use crate::compress::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
-use crate::compress::{KeyFrames, compress};
+use crate::compress::{ErrorBound, KeyFrames, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Trs;
 use crate::scene::{NodeKind, Scene};
 
 /// The packed form of an animation.
-pub(super) fn encode(scene: &Scene, animation: usize, max_error: f64) -> Result<Vec<u8>> {
+pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<Vec<u8>> {
     let found = scene.animations.get(animation);
     let animation = found.ok_or_else(|| {
         Diagnostic::new(Code::Unrepresentable, "the scene has no such animation").expected_found(
@@ -32,7 +32,7 @@ pub(super) fn encode(scene: &Scene, animation: usize, max_error: f64) -> Result<
             .expected_found(format!("fewer than {NO_PARENT}"), scene.nodes.len().to_string())
             .into());
     }
-    let clip = compress(scene, animation, max_error, Storage::Packed)?;
+    let clip = compress(scene, animation, bound, Storage::Packed)?;
     let file = File {
         scene,
         ticks_per_second: animation.ticks_per_second,

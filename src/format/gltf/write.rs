@@ -71,6 +71,9 @@ pub struct GltfOptions {
     /// [`Compression::None`], which then keeps every key unchanged, otherwise
     /// [`DEFAULT_MAX_ERROR`](super::DEFAULT_MAX_ERROR).
     pub max_error: Option<f64>,
+    /// The distance of a shell from each joint and end site, in metres, whose points keep the largest error too, as the
+    /// skin does: see [`ErrorBound`](crate::compress::ErrorBound). Default: 0, none.
+    pub shell_distance: f64,
 }
 
 /// A node whose name had to change.

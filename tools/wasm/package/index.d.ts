@@ -71,6 +71,8 @@ export interface GlbOptions {
   compress?: "none" | "int16";
   /** The largest distance of any joint from its place, in metres. */
   maxError?: number;
+  /** Points at this distance from each joint keep `maxError` too, as a skin does. In metres; default 0, none. */
+  shellDistance?: number;
 }
 
 export interface BvhOptions {

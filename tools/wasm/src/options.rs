@@ -209,6 +209,7 @@ pub(crate) struct WriteOptions {
     keep_constant: bool,
     compress: Compress,
     max_error: Option<f64>,
+    shell_distance: f64,
     order: Option<RotationOrder>,
     digits: Option<usize>,
     channels: ChannelCount,
@@ -244,6 +245,7 @@ impl WriteOptions {
                 Compress::Int16 => Compression::Int16,
             },
             max_error: self.max_error,
+            shell_distance: self.shell_distance,
             ..GltfOptions::default()
         }
     }

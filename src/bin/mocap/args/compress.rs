@@ -1,6 +1,7 @@
 //! Options of compression, and its largest error.
 
 use clap::ValueEnum;
+use mocap::compress::ErrorBound;
 use mocap::gltf::{Compression, DEFAULT_MAX_ERROR};
 
 #[derive(Debug, clap::Args)]
@@ -10,6 +11,10 @@ pub(crate) struct CompressArgs {
     /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) max_error: Option<f64>,
+    /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
+    /// [default: 0, joints and end sites alone]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub(crate) shell_distance: Option<f64>,
     /// How to store the keys [default with --max-error: int16, otherwise none]
     #[arg(long, value_name = "KIND")]
     pub(crate) compress: Option<CompressArg>,
@@ -45,6 +50,14 @@ impl CompressArgs {
     /// The largest error, including the default.
     pub(crate) fn tolerance(&self) -> f64 {
         self.max_error.unwrap_or(DEFAULT_MAX_ERROR)
+    }
+
+    /// The same with its shell.
+    pub(crate) fn error_bound(&self) -> ErrorBound {
+        ErrorBound {
+            max_error: self.tolerance(),
+            shell_distance: self.shell_distance.unwrap_or_default(),
+        }
     }
 }
 

@@ -128,6 +128,7 @@ fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
         },
         compression: args.compress.compression(),
         max_error: args.compress.max_error,
+        shell_distance: args.compress.shell_distance.unwrap_or_default(),
     }
 }
 
@@ -181,7 +182,7 @@ fn choice(args: &ConvertArgs, format: Option<FormatArg>) -> Option<String> {
 
 /// A packed clip of the first animation.
 fn packed(args: &ConvertArgs, scene: &Scene) -> mocap::Result<PackedClip<'static>> {
-    PackedClip::encode(scene, 0, args.compress.tolerance())
+    PackedClip::encode(scene, 0, args.compress.error_bound())
 }
 
 const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
@@ -196,7 +197,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&["keep-constant"], "BVH has a row for every frame; leave it out")?;
             given.refuse(&["embed"], "only .gltf has a buffer of its own; leave it out")?;
             let why = "it applies to glTF; for fewer digits in BVH use --digits";
-            given.refuse(&["compress", "max-error"], why)?;
+            given.refuse(&["compress", "max-error", "shell-distance"], why)?;
             given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             (out.metres_per_unit().is_some(), out.up().is_some() || moves_over_ground)
         }
@@ -206,7 +207,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             let why = "FBX is written in centimetres with +Y up, and states both; leave it out";
             given.refuse(&["out-unit", "out-up"], why)?;
             given.refuse(
-                &["keep-constant", "embed", "compress", "max-error"],
+                &["keep-constant", "embed", "compress", "max-error", "shell-distance"],
                 "it applies to glTF; write .glb, or leave it out",
             )?;
             (true, true)
@@ -225,6 +226,10 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             let why = "it applies to BVH; write .bvh, or leave it out";
             given.refuse(&["order", "digits", "channels"], why)?;
+            if args.compress.max_error.is_none() && args.compress.compression() == Compression::None {
+                let why = "it needs a largest error; add --max-error 1mm, or leave it out";
+                given.refuse(&["shell-distance"], why)?;
+            }
             let why = "glTF is in metres with +Y up; for another unit or axis write .bvh";
             given.refuse(&["out-unit", "out-up"], why)?;
             if let FormatArg::Vrma = format {

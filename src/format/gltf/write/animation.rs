@@ -13,7 +13,7 @@ use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
 use super::{GltfOptions, GltfReport};
-use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
+use crate::compress::{CompressedClip, ErrorBound, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
 use crate::pose::Binding;
@@ -205,9 +205,13 @@ fn compressed(scene: &Scene, animation: &scene::Animation, options: &GltfOptions
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
-    let bound = match (options.max_error, options.compression) {
+    let max_error = match (options.max_error, options.compression) {
         (None, Compression::None) => return Ok(None),
-        (bound, _) => bound.unwrap_or(DEFAULT_MAX_ERROR),
+        (max_error, _) => max_error.unwrap_or(DEFAULT_MAX_ERROR),
+    };
+    let bound = ErrorBound {
+        max_error,
+        shell_distance: options.shell_distance,
     };
     compress(scene, animation, bound, options.compression.storage()).map(Some)
 }
