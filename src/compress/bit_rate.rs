@@ -10,6 +10,7 @@ use super::candidates::{Candidates, Dropped};
 use super::compensation::Compensation;
 use super::quantize::{Lattice, QuantizedRotation};
 use crate::math::soa::single::LANES;
+use crate::math::wide;
 
 /// The coarsest lattice from `coarsest` on that keeps the error at every key frame within `tolerance`, and the keys. If
 /// none does, the finest.
@@ -31,8 +32,20 @@ pub(super) fn select(
     }
 }
 
-/// The keys on a lattice; `None` if the error of one is above `tolerance`, unless it is the finest lattice.
-fn quantize(
+wide::dispatch! {
+    /// The keys on a lattice; `None` if the error of one is above `tolerance`, unless it is the finest lattice.
+    fn quantize(
+        joint: &Compensation<'_>,
+        lattice: Lattice,
+        key_frames: &[u32],
+        tolerance: f32,
+    ) -> Option<Vec<QuantizedRotation>> {
+        quantize_lanes(joint, lattice, key_frames, tolerance)
+    }
+}
+
+#[inline(always)]
+fn quantize_lanes(
     joint: &Compensation,
     lattice: Lattice,
     key_frames: &[u32],
@@ -45,10 +58,7 @@ fn quantize(
         let dropped = Dropped::in_sequence(&targets.rotation, keys.last().map(QuantizedRotation::dropped));
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
         let first = keys.len();
-        for lane in 0..frames.len() {
-            let key = candidates.best(lane, keys.last());
-            keys.push(key);
-        }
+        candidates.push_best(frames.len(), &mut keys);
         if lattice.finer().is_some() && targets.largest_error(joint.arms, &keys[first..]) > tolerance {
             return None;
         }
@@ -56,21 +66,48 @@ fn quantize(
     Some(keys)
 }
 
-/// Whether a sample of the key frames is within `tolerance`: a lattice that is too coarse mostly shows in a few.
-fn may_suffice(joint: &Compensation, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
+wide::dispatch! {
+    /// Whether a sample of the key frames is within `tolerance`: a lattice that is too coarse mostly shows in a few.
+    fn may_suffice(joint: &Compensation<'_>, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
+        may_suffice_lanes(joint, lattice, key_frames, tolerance)
+    }
+}
+
+#[inline(always)]
+fn may_suffice_lanes(joint: &Compensation, lattice: Lattice, key_frames: &[u32], tolerance: f32) -> bool {
     const EVERY: usize = 13;
     let sample: Vec<u32> = key_frames.iter().step_by(EVERY).copied().collect();
-    sample.chunks(LANES).all(|frames| {
+    let mut keys = Vec::with_capacity(LANES);
+    for frames in sample.chunks(LANES) {
         let targets = joint.targets(frames);
         let dropped = Dropped::independent(&targets.rotation, |_| None);
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
-        let keys: [QuantizedRotation; LANES] = std::array::from_fn(|lane| candidates.best(lane, None));
-        targets.largest_error(joint.arms, &keys) <= tolerance
-    })
+        keys.clear();
+        for lane in 0..frames.len() {
+            keys.push(candidates.best(lane, None));
+        }
+        if targets.largest_error(joint.arms, &keys) > tolerance {
+            return false;
+        }
+    }
+    true
 }
 
-/// Keys for some frames on a lattice, each given the key before it.
-pub(super) fn quantize_after(
+wide::dispatch! {
+    /// Keys for some frames on a lattice, each given the key before it.
+    pub(super) fn quantize_after(
+        joint: &Compensation<'_>,
+        lattice: Lattice,
+        frames: &[u32],
+        previous: &[QuantizedRotation],
+        tolerance: f32,
+    ) -> Vec<QuantizedRotation> {
+        quantize_after_lanes(joint, lattice, frames, previous, tolerance)
+    }
+}
+
+#[inline(always)]
+fn quantize_after_lanes(
     joint: &Compensation,
     lattice: Lattice,
     frames: &[u32],
@@ -83,7 +120,9 @@ pub(super) fn quantize_after(
         let dropped_before = |lane: usize| previous.get(lane).map(QuantizedRotation::dropped);
         let dropped = Dropped::independent(&targets.rotation, dropped_before);
         let candidates = Candidates::new(joint.arms, lattice, tolerance, &targets, dropped);
-        keys.extend((0..frames.len()).map(|lane| candidates.best(lane, Some(&previous[lane]))));
+        for (lane, previous) in previous.iter().enumerate() {
+            keys.push(candidates.best(lane, Some(previous)));
+        }
     }
     keys
 }

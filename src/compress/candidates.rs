@@ -5,6 +5,8 @@
 //! distortion, its error in units of bits: rate-distortion optimization, as in video encoders. All candidates of eight
 //! frames are evaluated together.
 
+use glam::Quat;
+
 use super::compensation::Targets;
 use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
@@ -45,17 +47,28 @@ impl Dropped {
     #[inline(always)]
     pub(super) fn in_sequence(target: &Quaternions, mut previous: Option<usize>) -> Self {
         if let Some(previous) = previous {
-            let squares = target.components().map(|component| component * component);
-            let is_largest = |lane: usize| squares.iter().all(|square| square.0[lane] <= squares[previous].0[lane]);
-            if (0..LANES).all(is_largest) {
+            let components = target.components();
+            let largest = components[previous] * components[previous];
+            let mut is_largest = true;
+            for component in components {
+                let square = component * component;
+                for lane in 0..LANES {
+                    is_largest &= square.0[lane] <= largest.0[lane];
+                }
+            }
+            if is_largest {
                 return Self::Same(previous);
             }
         }
-        Self::Each(std::array::from_fn(|lane| {
-            let dropped = dropped_component(target.lane(lane), previous);
-            previous = Some(dropped);
-            dropped
-        }))
+        let mut each = [0; LANES];
+        for (lane, dropped) in each.iter_mut().enumerate() {
+            *dropped = dropped_component(target.lane(lane), previous);
+            previous = Some(*dropped);
+        }
+        if each == [each[0]; LANES] {
+            return Self::Same(each[0]);
+        }
+        Self::Each(each)
     }
 
     /// For frames each of which has its own key before it.
@@ -72,6 +85,23 @@ impl Dropped {
             Self::Same(same) => *same,
             Self::Each(each) => each[lane],
         }
+    }
+
+    /// The components x, y, z and w, given the dropped one and the three after it.
+    #[inline(always)]
+    fn in_order(&self, after_dropped: [Lanes; 4]) -> Quaternions {
+        let mut components = [Lanes::ZERO; 4];
+        for (slot, component) in after_dropped.into_iter().enumerate() {
+            if let Self::Same(same) = self {
+                components[(same + slot) & 3] = component;
+                continue;
+            }
+            for lane in 0..LANES {
+                components[(self.at(lane) + slot) & 3].0[lane] = component.0[lane];
+            }
+        }
+        let [x, y, z, w] = components;
+        Quaternions { x, y, z, w }
     }
 }
 
@@ -106,7 +136,8 @@ impl Corner {
 
     #[inline(always)]
     fn point(self, origin: [i32; 3]) -> [i32; 3] {
-        [0, 1, 2].map(|axis| origin[axis] + (self.index >> axis & 1) as i32)
+        let along = |axis: usize| origin[axis] + (self.index >> axis & 1) as i32;
+        [along(0), along(1), along(2)]
     }
 }
 
@@ -157,11 +188,61 @@ impl<'a> Candidates<'a> {
         }
     }
 
+    /// Adds the best candidates at the first `count` frames, which follow one another and the last of `keys`.
+    #[inline(always)]
+    pub(super) fn push_best(&self, count: usize, keys: &mut Vec<QuantizedRotation>) {
+        let good = if count == LANES { self.push_cheapest(keys) } else { 0 };
+        for lane in good..count {
+            let key = self.best(lane, keys.last());
+            keys.push(key);
+        }
+    }
+
+    /// Adds the cheapest candidates at all frames, up to the first one that will not do. All are chosen before any is
+    /// decoded, so that they can be decoded together. Returns how many were added.
+    #[inline(always)]
+    fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
+        let mut stored = [[0; 4]; LANES];
+        let mut points = [Lanes::ZERO; 3];
+        let mut is_good = [true; LANES];
+        let mut before = keys.last().map(|key| key.stored);
+        for lane in 0..LANES {
+            let dropped = self.dropped.at(lane);
+            let previous = before.and_then(|before| self.lattice.previous(dropped, before));
+            let origin = self.cells.origin(lane);
+            let corner = Corner::cheapest(&costs(&self.distortions, lane, origin, previous));
+            is_good[lane] = corner.is_within_tolerance();
+            stored[lane] = self.lattice.stored(corner.point(origin), dropped);
+            for axis in 0..3 {
+                points[axis].0[lane] = stored[lane][axis].into();
+            }
+            before = Some(stored[lane]);
+        }
+        let (components, ambiguous) = self.lattice.decode_lanes(points);
+        let value = self.dropped.in_order(components);
+        if !self.lattice.is_coarse() {
+            let stretch = value.squared_length();
+            for lane in 0..LANES {
+                let ambiguity = self.ambiguity(stretch.0[lane], ambiguous[lane]);
+                is_good[lane] &= self.is_negligible(ambiguity);
+            }
+        }
+        let good = is_good.iter().position(|is_good| !is_good).unwrap_or(LANES);
+        for lane in 0..good {
+            keys.push(QuantizedRotation {
+                stored: stored[lane],
+                value: Quat::from_array(value.lane(lane)),
+                ambiguous: ambiguous[lane],
+            });
+        }
+        good
+    }
+
     /// The best candidate at one frame.
     #[inline(always)]
     pub(super) fn best(&self, lane: usize, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let dropped = self.dropped.at(lane);
-        let previous = previous.and_then(|previous| self.lattice.previous(dropped, previous));
+        let previous = previous.and_then(|previous| self.lattice.previous(dropped, previous.stored));
         let origin = self.cells.origin(lane);
         let corner = Corner::cheapest(&costs(&self.distortions, lane, origin, previous));
         let key = self.lattice.at(corner.point(origin), dropped);
@@ -214,7 +295,7 @@ impl<'a> Candidates<'a> {
             if self.is_unambiguous(&key) {
                 return Ok(key);
             }
-            let ambiguity = self.ambiguity(&key);
+            let ambiguity = self.ambiguity_of(&key);
             if least.as_ref().is_none_or(|least| ambiguity < least.1) {
                 least = Some((key, ambiguity));
             }
@@ -225,28 +306,44 @@ impl<'a> Candidates<'a> {
     /// Whether all readers decode nearly the same.
     #[inline(always)]
     fn is_unambiguous(&self, key: &QuantizedRotation) -> bool {
-        self.lattice.is_coarse() || self.ambiguity(key) <= MAX_AMBIGUITY * self.tolerance
+        self.lattice.is_coarse() || self.is_negligible(self.ambiguity_of(key))
+    }
+
+    #[inline(always)]
+    fn is_negligible(&self, ambiguity: f32) -> bool {
+        ambiguity <= MAX_AMBIGUITY * self.tolerance
     }
 
     /// How far readers may differ about the end of the chain, in metres: because of the rounding of a component, and
     /// because some do not normalize.
     #[inline(always)]
-    fn ambiguity(&self, key: &QuantizedRotation) -> f32 {
-        let stretch = (key.value.length_squared() - 1.0).abs();
-        (stretch + key.ambiguity() as f32) * self.arms.chain_length
+    fn ambiguity(&self, squared_length: f32, ambiguous: u8) -> f32 {
+        let stretch = (squared_length - 1.0).abs();
+        (stretch + QuantizedRotation::angle_of(ambiguous) as f32) * self.arms.chain_length
+    }
+
+    #[inline(always)]
+    fn ambiguity_of(&self, key: &QuantizedRotation) -> f32 {
+        self.ambiguity(key.value.length_squared(), key.ambiguous)
     }
 }
 
 /// The cost of each corner of a cell: rate plus distortion, in bits.
 #[inline(always)]
 fn costs(distortions: &Distortions, lane: usize, origin: [i32; 3], previous: Option<[i32; 3]>) -> [f32; CORNERS] {
-    let rates: [[f32; 2]; 3] = std::array::from_fn(|axis| {
-        [0, 1].map(|side| previous.map_or(0.0, |previous| rate(origin[axis] + side - previous[axis])))
-    });
-    std::array::from_fn(|corner| {
-        let [a, b, c] = [0, 1, 2].map(|axis| rates[axis][corner >> axis & 1]);
-        a + b + c + distortions[corner].0[lane]
-    })
+    let mut rates = [[0.0; 2]; 3];
+    if let Some(previous) = previous {
+        for axis in 0..3 {
+            let near = origin[axis] - previous[axis];
+            rates[axis] = [rate(near), rate(near + 1)];
+        }
+    }
+    let mut costs = [0.0; CORNERS];
+    for corner in 0..CORNERS {
+        let rate = rates[0][corner & 1] + rates[1][corner >> 1 & 1] + rates[2][corner >> 2 & 1];
+        costs[corner] = rate + distortions[corner].0[lane];
+    }
+    costs
 }
 
 impl Cells {
@@ -285,26 +382,31 @@ impl Cells {
         let [largest, stored @ ..] = ordered;
         let at_target = targets.parent_to_raw * targets.rotation;
         // The sign that is stored is the one that makes the dropped component positive.
-        let point = stored.map(|component| (component * Lanes::all(scale)).negated_where_negative(largest));
-        let origin = point.map(floor);
         let twice = Lanes::all(2.0).negated_where_negative(at_target.w);
         let step = (twice * Lanes::all(1.0 / scale)).negated_where_negative(largest);
-        Self {
-            origin,
-            offset: std::array::from_fn(|axis| origin[axis] - point[axis]),
+        let mut cells = Self {
+            origin: [Lanes::ZERO; 3],
+            offset: [Lanes::ZERO; 3],
             rotation_error: at_target.xyz() * twice,
-            per_step: std::array::from_fn(|axis| {
-                // The dropped component follows from the others, because the length is 1.
-                let of_dropped = ordered[axis + 1] * largest.recip();
-                (ordered_derivatives[axis + 1] - ordered_derivatives[0] * of_dropped) * step
-            }),
+            per_step: [Vectors::ZERO; 3],
             position_error: targets.position_error,
+        };
+        // Loops and no closures: `array::map` and `array::from_fn` are functions of their own, without wide vectors.
+        for axis in 0..3 {
+            let point = (stored[axis] * Lanes::all(scale)).negated_where_negative(largest);
+            cells.origin[axis] = floor(point);
+            cells.offset[axis] = cells.origin[axis] - point;
+            // The dropped component follows from the others, because the length is 1.
+            let of_dropped = stored[axis] * largest.recip();
+            cells.per_step[axis] = (ordered_derivatives[axis + 1] - ordered_derivatives[0] * of_dropped) * step;
         }
+        cells
     }
 
     #[inline(always)]
     fn origin(&self, lane: usize) -> [i32; 3] {
-        self.origin.map(|axis| axis.0[lane] as i32)
+        let [x, y, z] = &self.origin;
+        [x.0[lane] as i32, y.0[lane] as i32, z.0[lane] as i32]
     }
 
     /// Eight cells whose corners are all lattice points of one lane's cell and up to a step around it: the cell moved by
@@ -325,15 +427,16 @@ impl Cells {
     /// The distortion of every corner, in bits. To first order, because a step is a small rotation.
     #[inline(always)]
     fn distortions(&self, arms: &LeverArms, tolerance: f32) -> Distortions {
-        let sides: [[Vectors; 2]; 3] = std::array::from_fn(|axis| {
+        let mut sides = [[Vectors::ZERO; 2]; 3];
+        for (axis, sides) in sides.iter_mut().enumerate() {
             let near = self.per_step[axis] * self.offset[axis];
-            [near, near + self.per_step[axis]]
-        });
+            *sides = [near, near + self.per_step[axis]];
+        }
         let per_tolerance = Lanes::all(1.0 / (tolerance * tolerance));
         let mut distortions = [Lanes::ZERO; CORNERS];
         for corner in 0..CORNERS {
-            let [a, b, c] = [0, 1, 2].map(|axis| sides[axis][corner >> axis & 1]);
-            let rotation_error = self.rotation_error + a + b + c;
+            let [x, y, z] = &sides;
+            let rotation_error = self.rotation_error + x[corner & 1] + y[corner >> 1 & 1] + z[corner >> 2 & 1];
             let squares = arms.squared_errors(self.position_error, rotation_error) * per_tolerance;
             let penalties = squares.sqrt() * Lanes::all(PENALTY);
             distortions[corner] = Lanes::of(|lane| {

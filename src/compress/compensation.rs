@@ -66,7 +66,11 @@ impl Targets {
         let error = self.parent_to_raw * values;
         let error = error.xyz() * Lanes::all(2.0).negated_where_negative(error.w);
         let squares = arms.squared_errors(self.position_error, error);
-        squares.0.into_iter().fold(0.0, f32::max).sqrt()
+        let mut largest = 0f32;
+        for square in squares.0 {
+            largest = largest.max(square);
+        }
+        largest.sqrt()
     }
 }
 
@@ -74,14 +78,12 @@ impl Compensation<'_> {
     /// The targets at as many frames as there are lanes, or fewer: then the last one is repeated.
     #[inline(always)]
     pub(super) fn targets(&self, frames: &[u32]) -> Targets {
-        let frame = |lane: usize| frames[lane.min(frames.len() - 1)] as usize;
-        let positions = |from: &[Vec3]| Vectors::of(|lane| from[frame(lane)].to_array());
-        let rotations = |from: &[Quat]| Quaternions::of(|lane| from[frame(lane)].to_array());
-        let to_raw = rotations(&self.raw.rotations).conjugate();
-        let position_error = to_raw * (positions(self.lossy_positions) - positions(&self.raw.positions));
+        let to_raw = rotations_at(&self.raw.rotations, frames).conjugate();
+        let position_error = positions_at(self.lossy_positions, frames) - positions_at(&self.raw.positions, frames);
+        let position_error = to_raw * position_error;
         let parent_to_raw = match self.lossy_parent {
             None => to_raw,
-            Some(parent) => to_raw * rotations(&parent.rotations),
+            Some(parent) => to_raw * rotations_at(&parent.rotations, frames),
         };
         let [x, y, z] = self.arms.counter_rotation;
         let half = Lanes::all(0.5);
@@ -165,6 +167,24 @@ impl Compensation<'_> {
             .map(quantize)
             .collect()
     }
+}
+
+// Functions, for a closure that is not inlined is compiled for every processor, without wide vectors.
+
+#[inline(always)]
+fn positions_at(all: &[Vec3], frames: &[u32]) -> Vectors {
+    Vectors::of(|lane| all[frame_of(lane, frames)].to_array())
+}
+
+#[inline(always)]
+fn rotations_at(all: &[Quat], frames: &[u32]) -> Quaternions {
+    Quaternions::of(|lane| all[frame_of(lane, frames)].to_array())
+}
+
+/// The frame in a lane; the last one in the lanes beyond.
+#[inline(always)]
+fn frame_of(lane: usize, frames: &[u32]) -> usize {
+    frames[lane.min(frames.len() - 1)] as usize
 }
 
 /// The translation to the lossy parent, in units of the length `scale`, that puts a joint where the raw clip has it.

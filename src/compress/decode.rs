@@ -193,7 +193,7 @@ impl<'a> JointSampler<'a> {
     ) {
         let raw_translation = match &self.raw.translation {
             RawTrack::Constant(value) => Vectors::all(value.as_dvec3().to_array()),
-            RawTrack::Animated(values) => Vectors::of(|lane| values[block.frame(lane)].as_dvec3().to_array()),
+            RawTrack::Animated(values) => Vectors::of_single(|lane| values[block.frame(lane)].to_array()),
         };
         let translation = self.translation(cursors);
         match parent {
@@ -217,7 +217,7 @@ impl<'a> JointSampler<'a> {
         if !self.raw.children.is_empty() {
             let raw_rotation = match &self.raw.rotation {
                 RawTrack::Constant(value) => Quaternions::all(value.as_dquat().to_array()),
-                RawTrack::Animated(values) => Quaternions::of(|lane| values[block.frame(lane)].as_dquat().to_array()),
+                RawTrack::Animated(values) => Quaternions::of_single(|lane| values[block.frame(lane)].to_array()),
             };
             let raw_rotation = Matrices::from(raw_rotation.normalize());
             match parent {
@@ -268,11 +268,11 @@ impl<'a> JointSampler<'a> {
             TrackSampler::Animated { cursor, keys } => (&cursors[*cursor], *keys),
         };
         let next = |lane: usize| (cursor.keys[lane] + usize::from(cursor.alphas.0[lane] > 0.0)).min(keys.len() - 1);
-        let from = Quaternions::of(|lane| keys[cursor.keys[lane]].value.as_dquat().to_array());
+        let from = Quaternions::of_single(|lane| keys[cursor.keys[lane]].value.to_array());
         let mut length = from.length();
         let mut unit = from * length.recip();
         if cursor.interpolates {
-            let to = Quaternions::of(|lane| keys[next(lane)].value.as_dquat().to_array());
+            let to = Quaternions::of_single(|lane| keys[next(lane)].value.to_array());
             let to_length = to.length();
             let (slerp, nlerp) = interpolate(unit, to * to_length.recip(), cursor.alphas);
             unit = slerp;
@@ -285,14 +285,18 @@ impl<'a> JointSampler<'a> {
         let unnormalized = Matrices::from_unnormalized(unit, length * length);
         joint.set_rotation(Decoder::Unnormalized, parent, &unnormalized);
         let ends = |lane: usize| [&keys[cursor.keys[lane]], &keys[next(lane)]];
-        let is_ambiguous = (0..LANES).any(|lane| ends(lane).iter().any(|key| key.ambiguous > 0));
+        let mut ambiguous = 0;
+        for lane in 0..LANES {
+            let [from, to] = ends(lane);
+            ambiguous |= from.ambiguous | to.ambiguous;
+        }
         let largest = |lane: usize| {
             ends(lane)
                 .map(QuantizedRotation::ambiguity)
                 .into_iter()
                 .fold(0.0, f64::max)
         };
-        joint.ambiguity = is_ambiguous.then(|| Lanes::of(largest));
+        joint.ambiguity = (ambiguous > 0).then(|| Lanes::of(largest));
     }
 }
 

@@ -65,11 +65,12 @@ impl LeverArms {
     /// The square of [`Self::error`] at several frames, for rotation errors given as axis times angle.
     #[inline(always)]
     pub(super) fn squared_errors(&self, position_error: Vectors, rotation_error: Vectors) -> Lanes {
-        let shell = rotation_error.dot(rotation_error) * Lanes::all(SHELL_DISTANCE * SHELL_DISTANCE);
-        self.arms.iter().fold(shell, |largest, arm| {
+        let mut largest = rotation_error.dot(rotation_error) * Lanes::all(SHELL_DISTANCE * SHELL_DISTANCE);
+        for arm in &self.arms {
             let at_end = position_error + rotation_error.cross(Vectors::all(arm.to_array()));
-            largest.max(at_end.dot(at_end))
-        })
+            largest = largest.max(at_end.dot(at_end));
+        }
+        largest
     }
 }
 

@@ -213,14 +213,12 @@ impl<'a> RawClip<'a> {
                     return;
                 }
                 *track = ObjectSpaceTrack::with_capacity(self.frames());
-                for frame in 0..self.frames() {
+                track.positions.extend((0..self.frames()).map(|frame| {
                     let offset = joint.translation.at(frame) * joint.parent_scale;
-                    track.positions.push(ObjectSpaceTrack::position(parent, frame, offset));
-                    let rotation = joint.rotation.at(frame);
-                    track
-                        .rotations
-                        .push(ObjectSpaceTrack::rotation(parent, frame, rotation));
-                }
+                    ObjectSpaceTrack::position(parent, frame, offset)
+                }));
+                let rotation = |frame| ObjectSpaceTrack::rotation(parent, frame, joint.rotation.at(frame));
+                track.rotations.extend((0..self.frames()).map(rotation));
             },
         );
         tracks

@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
-use super::raw_clip::RawClip;
+use super::raw_clip::{RawClip, RawTrack};
 use crate::math::quaternion::nlerp;
 use crate::pose::forward_kinematics;
 
@@ -12,53 +12,96 @@ use crate::pose::forward_kinematics;
 /// is interpolated. `raw` are the joints of the clip in object space.
 pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], tolerance: f32) -> KeyFrames {
     let mut pose = vec![(Vec3::ZERO, Quat::IDENTITY); clip.joints.len()];
+    let all: Vec<usize> = (0..clip.joints.len()).collect();
+    // The joint that was off the last time is most likely to be off again: it is looked at first, with those above it.
+    let mut suspects: Vec<usize> = Vec::new();
     key_frames::reduce(clip.frames(), |from, to| {
         let mut between = key_frames::between(&clip.ticks, from, to);
-        between.all(|(frame, alpha)| is_within(clip, raw, [from, to, frame], alpha, tolerance, &mut pose))
+        between.all(|(frame, alpha)| {
+            let interpolated = Interpolated {
+                clip,
+                raw,
+                from,
+                to,
+                frame,
+                alpha,
+            };
+            let above = |place: usize| place.checked_sub(1);
+            if interpolated.first_off(&suspects, above, tolerance, &mut pose).is_some() {
+                return false;
+            }
+            let parent_of = |index| clip.parent_of(index);
+            let Some(off) = interpolated.first_off(&all, parent_of, tolerance, &mut pose) else {
+                return true;
+            };
+            suspects = std::iter::successors(Some(off), |joint| clip.parent_of(*joint)).collect();
+            suspects.reverse();
+            false
+        })
     })
 }
 
-/// Whether the pose interpolated between two frames is within `tolerance` of the raw one at the frame between them.
-fn is_within(
-    clip: &RawClip,
-    raw: &[ObjectSpaceTrack],
-    [from, to, frame]: [usize; 3],
+/// The pose of a frame between two others, interpolated.
+struct Interpolated<'a> {
+    clip: &'a RawClip<'a>,
+    raw: &'a [ObjectSpaceTrack],
+    from: usize,
+    to: usize,
+    frame: usize,
     alpha: f32,
-    tolerance: f32,
-    pose: &mut [(Vec3, Quat)],
-) -> bool {
-    let mut is_within = true;
-    forward_kinematics(
-        pose,
-        |index| clip.parent_of(index),
-        |index, parent, (position, rotation)| {
-            if !is_within {
-                return;
-            }
-            let joint = &clip.joints[index];
-            let translation = if joint.translation.is_animated() {
-                joint.translation.at(from).lerp(joint.translation.at(to), alpha)
-            } else {
-                joint.translation.at(0)
-            };
-            let local = if joint.rotation.is_animated() {
-                nlerp(joint.rotation.at(from), joint.rotation.at(to), alpha)
-            } else {
-                joint.rotation.at(0)
-            };
-            let offset = translation * joint.parent_scale;
-            (*position, *rotation) = match parent {
-                None => (offset, local),
-                Some(parent) => (parent.0 + parent.1 * offset, parent.1 * local),
-            };
-            let expected = match (raw[index].positions.get(frame), joint.parent) {
-                (Some(expected), _) => *expected,
-                // Static leaves have no positions of their own.
-                (None, Some(parent)) => ObjectSpaceTrack::position(Some(&raw[parent]), frame, offset),
-                (None, None) => return,
-            };
-            is_within = position.distance_squared(expected) <= tolerance * tolerance;
-        },
-    );
-    is_within
+}
+
+impl Interpolated<'_> {
+    /// The first of some joints that is not within `tolerance` of where it is in the raw clip. `parent_of` says at which
+    /// place among them a parent is, given the place of its child.
+    fn first_off(
+        &self,
+        joints: &[usize],
+        parent_of: impl Fn(usize) -> Option<usize>,
+        tolerance: f32,
+        pose: &mut [(Vec3, Quat)],
+    ) -> Option<usize> {
+        let Self {
+            clip,
+            raw,
+            from,
+            to,
+            frame,
+            alpha,
+        } = *self;
+        let mut off = None;
+        forward_kinematics(
+            &mut pose[..joints.len()],
+            parent_of,
+            |place, parent, (position, rotation)| {
+                if off.is_some() {
+                    return;
+                }
+                let index = joints[place];
+                let joint = &clip.joints[index];
+                let translation = match &joint.translation {
+                    RawTrack::Constant(value) => *value,
+                    RawTrack::Animated(values) => values[from].lerp(values[to], alpha),
+                };
+                let local = match &joint.rotation {
+                    RawTrack::Constant(value) => *value,
+                    RawTrack::Animated(values) => nlerp(values[from], values[to], alpha),
+                };
+                let offset = translation * joint.parent_scale;
+                (*position, *rotation) = match parent {
+                    None => (offset, local),
+                    Some(parent) => (parent.0 + parent.1 * offset, parent.1 * local),
+                };
+                let expected = match (raw[index].positions.get(frame), joint.parent) {
+                    (Some(expected), _) => *expected,
+                    // Static leaves have no positions of their own.
+                    (None, Some(parent)) => ObjectSpaceTrack::position(Some(&raw[parent]), frame, offset),
+                    (None, None) => return,
+                };
+                let is_within = position.distance_squared(expected) <= tolerance * tolerance;
+                off = (!is_within).then_some(index);
+            },
+        );
+        off
+    }
 }

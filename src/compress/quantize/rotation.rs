@@ -11,6 +11,7 @@ use glam::{Quat, Vec4};
 
 use super::rounding::{floor, round};
 use crate::math::quaternion::in_hemisphere_of;
+use crate::math::soa::single::{LANES, Lanes};
 
 /// The largest 16-bit integer: glTF's normalized integers divide by it.
 const INT16_MAX: f32 = 32767.0;
@@ -197,24 +198,66 @@ impl Lattice {
 
     /// The three integers of the key before; `None` where it dropped another component, or no differences are stored, so
     /// that differences to it mean nothing.
-    pub(in crate::compress) fn previous(self, dropped: usize, previous: &QuantizedRotation) -> Option<[i32; 3]> {
-        let [x, y, z, tag] = previous.stored;
+    pub(in crate::compress) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
+        let [x, y, z, tag] = stored;
         (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))
     }
 
-    /// The rotation at a lattice point: the integers of the three components that come after the dropped one.
+    /// What the file holds for a lattice point: the integers of the three components that come after the dropped one.
+    #[inline(always)]
+    pub(in crate::compress) fn stored(self, [x, y, z]: [i32; 3], dropped: usize) -> [i16; 4] {
+        let clamp = |c: i32| c.clamp(-self.max, self.max) as i16;
+        [clamp(x), clamp(y), clamp(z), self.tag(dropped)]
+    }
+
+    /// The rotation at a lattice point.
     pub(in crate::compress) fn at(self, point: [i32; 3], dropped: usize) -> QuantizedRotation {
-        let [x, y, z] = point.map(|c| c.clamp(-self.max, self.max) as i16);
-        let stored = [x, y, z, self.tag(dropped)];
+        let stored = self.stored(point, dropped);
         if self.rounds {
             decode_quaternion_filter(stored)
         } else {
+            let [x, y, z, _] = stored.map(f32::from);
             QuantizedRotation {
                 stored,
-                value: Quat::from_array(self.decode([x, y, z].map(f32::from), dropped)),
+                value: Quat::from_array(self.decode([x, y, z], dropped)),
                 ambiguous: 0,
             }
         }
+    }
+
+    /// What readers decode at several lattice points, with the same numbers as [`Self::at`]: the dropped component and
+    /// the three after it; and how many of them are ambiguous.
+    #[inline(always)]
+    pub(in crate::compress) fn decode_lanes(self, [x, y, z]: [Lanes; 3]) -> ([Lanes; 4], [u8; LANES]) {
+        let square = |value: f32| Lanes::all(value * value);
+        if !self.rounds {
+            let step = Lanes::all(1.0 / self.scale());
+            let [a, b, c] = [x * step, y * step, z * step];
+            let d = (square(1.0) - a * a - b * b - c * c).max(Lanes::ZERO).sqrt();
+            return ([d, a, b, c], [0; LANES]);
+        }
+        let max = self.max as f32;
+        let w = (square(max) * Lanes::all(2.0) - x * x - y * y - z * z)
+            .max(Lanes::ZERO)
+            .sqrt();
+        let to_int16 = Lanes::all(INT16_MAX / SQRT_2 / max);
+        let mut components = [w, x, y, z];
+        let mut ambiguous = [0; LANES];
+        for (slot, component) in components.iter_mut().enumerate() {
+            let exact = *component * to_int16;
+            for (lane, ambiguous) in ambiguous.iter_mut().enumerate() {
+                let exact = exact.0[lane];
+                let rounded = round(exact) as f32;
+                let ambiguity = if slot == 0 {
+                    ambiguity_of_dropped(exact)
+                } else {
+                    AMBIGUITY
+                };
+                *ambiguous += u8::from((exact - rounded).abs() > 0.5 - ambiguity);
+                component.0[lane] = rounded / INT16_MAX;
+            }
+        }
+        (components, ambiguous)
     }
 
     /// The rotation at a lattice point, without rounding.
@@ -249,6 +292,12 @@ const FINER: f32 = 1.12;
 /// 32768.
 const AMBIGUITY: f32 = 0.005;
 
+/// The dropped component is the root of a difference: the smaller it is, the larger its rounding error.
+#[inline(always)]
+fn ambiguity_of_dropped(exact: f32) -> f32 {
+    AMBIGUITY * INT16_MAX / exact.max(1.0)
+}
+
 /// What a reader decodes from the four integers of the QUATERNION filter.
 fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
     let max = f32::from(stored[3] | 3);
@@ -258,13 +307,7 @@ fn decode_quaternion_filter(stored: [i16; 4]) -> QuantizedRotation {
     let to_int16 = INT16_MAX / SQRT_2 / max;
     let exact = (Vec4::new(x, y, z, w) * to_int16).to_array();
     let [a, b, c, d] = exact.map(|exact| round(exact) as f32);
-    // The dropped component is the root of a difference: the smaller it is, the larger its rounding error.
-    let ambiguity = [
-        AMBIGUITY,
-        AMBIGUITY,
-        AMBIGUITY,
-        AMBIGUITY * INT16_MAX / exact[3].max(1.0),
-    ];
+    let ambiguity = [AMBIGUITY, AMBIGUITY, AMBIGUITY, ambiguity_of_dropped(exact[3])];
     let is_ambiguous = |slot: usize, rounded: f32| u8::from((exact[slot] - rounded).abs() > 0.5 - ambiguity[slot]);
     let decoded = match dropped {
         0 => [d, a, b, c],
@@ -287,7 +330,13 @@ impl QuantizedRotation {
 
     /// The angle, in radians, by which the rotation may differ in another decoder.
     pub(in crate::compress) fn ambiguity(&self) -> f64 {
-        2.0 * f64::from(self.ambiguous).sqrt() / f64::from(INT16_MAX)
+        Self::angle_of(self.ambiguous)
+    }
+
+    /// The angle by which a rotation may differ that has so many ambiguous components.
+    #[inline(always)]
+    pub(in crate::compress) fn angle_of(ambiguous: u8) -> f64 {
+        2.0 * f64::from(ambiguous).sqrt() / f64::from(INT16_MAX)
     }
 }
 

@@ -7,6 +7,7 @@ pub(super) fn floor(value: f32) -> i32 {
 }
 
 /// The nearest integer, halves away from zero, as meshoptimizer rounds in its filters.
+#[inline(always)]
 pub(super) fn round(value: f32) -> i32 {
     (value + 0.5f32.copysign(value)) as i32
 }

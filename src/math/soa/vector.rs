@@ -20,9 +20,14 @@ macro_rules! components {
 
             #[inline(always)]
             pub(crate) fn of(value: impl Fn(usize) -> [T; $count]) -> Self {
+                // All values first: then nothing is between the lanes of a component when they become a vector.
+                let mut values = [[T::ZERO; $count]; N];
+                for lane in 0..N {
+                    values[lane] = value(lane);
+                }
                 let mut all = Self { $($component: Lanes::ZERO,)+ };
                 for lane in 0..N {
-                    all.set_lane(lane, value(lane));
+                    all.set_lane(lane, values[lane]);
                 }
                 all
             }
@@ -35,6 +40,15 @@ macro_rules! components {
             #[inline(always)]
             pub(crate) fn set_lane(&mut self, lane: usize, [$($component),+]: [T; $count]) {
                 $(self.$component.0[lane] = $component;)+
+            }
+        }
+
+        impl<const N: usize> $name<f64, N> {
+            /// As [`of`](Self::of), from 32-bit floats.
+            #[inline(always)]
+            pub(crate) fn of_single(value: impl Fn(usize) -> [f32; $count]) -> Self {
+                let single = $name::<f32, N>::of(value);
+                Self { $($component: Lanes::of(|lane| single.$component.0[lane].into()),)+ }
             }
         }
 
@@ -138,6 +152,12 @@ impl<T: Real, const N: usize> Quaternions<T, N> {
     #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> Lanes<T, N> {
         (self.x * other.x + self.y * other.y) + (self.z * other.z + self.w * other.w)
+    }
+
+    /// The sum in the order in which glam adds.
+    #[inline(always)]
+    pub(crate) fn squared_length(self) -> Lanes<T, N> {
+        (self.x * self.x + self.z * self.z) + (self.y * self.y + self.w * self.w)
     }
 
     #[inline(always)]
