@@ -13,7 +13,7 @@
 //!    `bit_rate` how many bits, and which of the `candidates` around that rotation. `quantize` has the formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
-//! 7. `clip` is the result. `stream_size` says how large it becomes in meshopt's streams.
+//! 7. `clip` is the result, for FBX as `curves`. `stream_size` says how large it becomes in meshopt's streams.
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
@@ -22,6 +22,7 @@ mod candidates;
 mod clip;
 mod compensation;
 mod constant_tracks;
+mod curves;
 mod decode;
 mod encode;
 mod error_metric;
@@ -38,6 +39,7 @@ mod stream_size;
 use std::sync::Arc;
 
 pub(crate) use self::clip::{CompressedClip, Storage, Track};
+pub(crate) use self::curves::{Curve, EulerAngles};
 use self::encode::Encoder;
 use self::error_metric::LeverArms;
 pub(crate) use self::key_frames::KeyFrames;
@@ -109,12 +111,39 @@ pub(crate) fn compress(
     bound: impl Into<ErrorBound>,
     storage: Storage,
 ) -> Result<CompressedClip> {
-    let bound: ErrorBound = bound.into();
+    compress_as(scene, animation, bound.into(), storage, None)
+}
+
+/// Reduces `animation` to curves, with the angles that `euler` says of each node, so that no joint is more than `bound`
+/// metres from its place.
+///
+/// # Errors
+/// As [`compress`].
+pub(crate) fn reduce_curves(
+    scene: &Scene,
+    animation: &Animation,
+    bound: f64,
+    euler: &[EulerAngles],
+) -> Result<CompressedClip> {
+    compress_as(scene, animation, bound.into(), Storage::Curves, Some(euler))
+}
+
+fn compress_as(
+    scene: &Scene,
+    animation: &Animation,
+    bound: ErrorBound,
+    storage: Storage,
+    euler: Option<&[EulerAngles]>,
+) -> Result<CompressedClip> {
     let mut clip = RawClip::new(scene, animation, bound.checked_shell_distance()?)?;
     let bound = bound.max_error;
     let raw = clip.object_space();
     constant_tracks::compact(&mut clip, bound as f32 * CONSTANT_SHARE);
-    let time_of = |tick: &f64| (tick / animation.ticks_per_second) as f32;
+    let time_of = |tick: &f64| match storage {
+        // FBX has times as integers, and so exact that ticks stand for them.
+        Storage::Curves => *tick as f32,
+        _ => (tick / animation.ticks_per_second) as f32,
+    };
     let times: Vec<f32> = clip.ticks.iter().map(time_of).collect();
     if !times.is_sorted_by(|a, b| a < b) {
         let message = "two frames have the same time as 32-bit floats, so that no error bound can be kept";
@@ -122,7 +151,7 @@ pub(crate) fn compress(
     }
     let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
     let mut raw_rounding = f64::from(raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON);
-    if storage == Storage::Packed {
+    if matches!(storage, Storage::Packed | Storage::Curves) {
         // Sampling rounds as well.
         raw_rounding *= 3.0;
     }
@@ -133,6 +162,7 @@ pub(crate) fn compress(
             raw,
             bound,
             storage,
+            euler,
         },
         times,
         raw_rounding,
@@ -145,6 +175,7 @@ pub(crate) fn compress(
             smallest(&refinement, scene, with_required, packed::packed_size)
         }
         Storage::Float32 | Storage::Int16 => smallest_numbers(&refinement, scene),
+        Storage::Curves => refinement.within_bound(scene, None),
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
+use super::curves::JointCurves;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
 use super::stream_size::{stream_size, words};
@@ -19,6 +20,8 @@ pub(crate) enum Storage {
     Meshopt,
     /// In a packed clip: [`packed`](super::packed).
     Packed,
+    /// As curves of 32-bit floats, one for each axis: [`curves`](super::curves).
+    Curves,
 }
 
 /// An animation whose error is within the bound.
@@ -34,6 +37,8 @@ pub(crate) struct CompressedClip {
 pub(crate) struct CompressedTrack {
     pub(crate) translation: TranslationTrack,
     pub(crate) rotation: RotationTrack,
+    /// What the tracks are made of, for [`Storage::Curves`].
+    pub(crate) curves: Option<Box<JointCurves>>,
 }
 
 pub(crate) type TranslationTrack = Track<Vec3, TranslationFormat, QuantizedTranslation>;

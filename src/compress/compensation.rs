@@ -26,9 +26,9 @@ pub(super) struct Compensation<'a> {
 }
 
 /// The target of a joint's rotation at one frame.
-struct Target {
+pub(super) struct Target {
     /// The best rotation to the lossy parent.
-    rotation: Quat,
+    pub(super) rotation: Quat,
     /// From the axes of the lossy parent to those of the raw joint: from a rotation to the lossy parent to the rotation
     /// error of the joint.
     parent_to_raw: Quat,
@@ -38,7 +38,7 @@ struct Target {
 
 impl Target {
     /// The error that a rotation to the lossy parent leaves.
-    fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
+    pub(super) fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
         arms.error(self.position_error, self.parent_to_raw * rotation)
     }
 }
@@ -108,7 +108,7 @@ impl Compensation<'_> {
         })
     }
 
-    fn all_targets(&self) -> Vec<Target> {
+    pub(super) fn all_targets(&self) -> Vec<Target> {
         self.each_target(&key_frames::every_frame(self.lossy_positions.len()))
             .collect()
     }

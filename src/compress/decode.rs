@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DQuat;
 
 use super::clip::{CompressedTrack, Track};
+use super::curves::{Curve, EulerAngles};
 use super::key_frames::KeyFrames;
 use super::quantize::{QuantizedRotation, QuantizedTranslation};
 use super::raw_clip::{RawJoint, RawTrack};
@@ -22,13 +23,17 @@ pub(super) enum Decoder {
     Unnormalized,
     /// Interpolate component by component and normalize, as many engines do.
     Nlerp,
+    /// Evaluate curves of angles.
+    Curves,
 }
 
 impl Decoder {
     pub(super) const ALL: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp];
     /// Those that differ where every frame has a key, so that nothing is interpolated.
     pub(super) const AT_KEYS: &[Self] = &[Self::Slerp, Self::Unnormalized];
-    const COUNT: usize = Self::ALL.len();
+    /// For files of curves.
+    pub(super) const WITH_CURVES: &[Self] = &[Self::Slerp, Self::Unnormalized, Self::Nlerp, Self::Curves];
+    const COUNT: usize = Self::WITH_CURVES.len();
 }
 
 /// Frames in sequence, at most as many as there are lanes. The lanes beyond them repeat the last frame.
@@ -146,6 +151,13 @@ pub(super) struct JointSampler<'a> {
     translation: TrackSampler<'a, Vectors, QuantizedTranslation>,
     /// A constant as a decoder that normalizes has it, and as one that does not.
     rotation: TrackSampler<'a, [Matrices; 2], QuantizedRotation>,
+    angles: Option<AngleSampler<'a>>,
+}
+
+/// Curves of angles, each with its cursor.
+struct AngleSampler<'a> {
+    euler: EulerAngles,
+    curves: [(usize, &'a [f32]); 3],
 }
 
 enum TrackSampler<'a, Constant, Key> {
@@ -178,6 +190,14 @@ impl<'a> JointSampler<'a> {
                     keys,
                 },
             },
+            angles: track.curves.as_ref().and_then(|joint| {
+                let curves = joint.rotation.as_ref()?;
+                let sampler = |curve: &'a Curve| (Cursor::find(cursors, &curve.key_frames), curve.values.as_slice());
+                Some(AngleSampler {
+                    euler: joint.euler,
+                    curves: curves.each_ref().map(sampler),
+                })
+            }),
         }
     }
 
@@ -256,12 +276,16 @@ impl<'a> JointSampler<'a> {
         joint: &mut JointState,
     ) {
         let has_nlerp = decoders.len() > Decoder::Nlerp as usize;
+        let has_curves = decoders.len() > Decoder::Curves as usize;
         let (cursor, keys) = match &self.rotation {
             TrackSampler::Constant([unit, unnormalized]) => {
                 joint.set_rotation(Decoder::Slerp, parent, unit);
                 joint.set_rotation(Decoder::Unnormalized, parent, unnormalized);
                 if has_nlerp {
                     joint.set_rotation(Decoder::Nlerp, parent, unit);
+                }
+                if has_curves {
+                    joint.set_rotation(Decoder::Curves, parent, unit);
                 }
                 return;
             }
@@ -282,6 +306,11 @@ impl<'a> JointSampler<'a> {
             joint.set_rotation(Decoder::Nlerp, parent, &unit.into());
         }
         joint.set_rotation(Decoder::Slerp, parent, &unit.into());
+        if has_curves {
+            let angles = self.angles.as_ref();
+            let evaluated = angles.map_or(unit, |angles| angles.rotation(cursors));
+            joint.set_rotation(Decoder::Curves, parent, &evaluated.into());
+        }
         let unnormalized = Matrices::from_unnormalized(unit, length * length);
         joint.set_rotation(Decoder::Unnormalized, parent, &unnormalized);
         let ends = |lane: usize| [&keys[cursor.keys[lane]], &keys[next(lane)]];
@@ -297,6 +326,20 @@ impl<'a> JointSampler<'a> {
                 .fold(0.0, f64::max)
         };
         joint.ambiguity = (ambiguous > 0).then(|| Lanes::of(largest));
+    }
+}
+
+impl AngleSampler<'_> {
+    fn rotation(&self, cursors: &[Cursor]) -> Quaternions {
+        Quaternions::of(|lane| {
+            let angles = self.curves.map(|(cursor, values)| {
+                let (key, alpha) = (cursors[cursor].keys[lane], cursors[cursor].alphas.0[lane]);
+                let from = f64::from(values[key]);
+                let to = values.get(key + 1).map_or(from, |to| f64::from(*to));
+                from + (to - from) * alpha
+            });
+            self.euler.rotation(angles.into()).to_array()
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use glam::{Quat, Vec3};
 use super::bit_rate;
 use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, TranslationTrack};
 use super::compensation::{Compensation, target_translation};
+use super::curves::{EulerAngles, JointCurves};
 use super::error_metric::LeverArms;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
@@ -38,6 +39,8 @@ pub(super) struct Encoder<'a> {
     /// The largest error, in metres.
     pub(super) bound: f64,
     pub(super) storage: Storage,
+    /// For [`Storage::Curves`], how the file states the rotations of each node.
+    pub(super) euler: Option<&'a [EulerAngles]>,
 }
 
 /// What an encoding pass may use for a joint.
@@ -70,16 +73,22 @@ impl Encoder<'_> {
                     tracks.push(CompressedTrack {
                         translation: joint.constant_translation(joint.raw_joint.offset()),
                         rotation: joint.constant_rotation(joint.raw_joint.orientation()),
+                        curves: None,
                     });
                     return;
                 }
                 *lossy = ObjectSpaceTrack::at_origin(self.clip.frames());
                 let budget = &mut budgets[index];
-                let translation = joint.encode_translation(budget.tolerance, shared);
+                let mut curves = self.euler.map(|euler| JointCurves::new(euler[index]));
+                let translation = joint.encode_translation(budget.tolerance, shared, curves.as_mut());
                 joint.decode_translations(&translation, &all_frames, &mut lossy.positions);
-                let rotation = joint.encode_rotation(&lossy.positions, budget, shared);
+                let rotation = joint.encode_rotation(&lossy.positions, budget, shared, curves.as_mut());
                 joint.decode_rotations(&rotation, &all_frames, &mut lossy.rotations);
-                tracks.push(CompressedTrack { translation, rotation });
+                tracks.push(CompressedTrack {
+                    translation,
+                    rotation,
+                    curves: curves.map(Box::new),
+                });
             },
         );
         LossyClip { tracks, object_space }
@@ -138,7 +147,7 @@ impl Encoder<'_> {
 
     /// Rounds a constant to no more decimals than it needs, unless 32-bit floats are asked for.
     fn round(&self, value: f32) -> f32 {
-        if matches!(self.storage, Storage::Float32 | Storage::Packed) {
+        if matches!(self.storage, Storage::Float32 | Storage::Packed | Storage::Curves) {
             return value;
         }
         let per_unit = 10f64.powi((self.bound * CONSTANT_STEP).log10().floor().clamp(-9.0, -1.0).abs() as i32);
@@ -157,7 +166,12 @@ struct JointEncoder<'a> {
 }
 
 impl<'a> JointEncoder<'a> {
-    fn encode_translation(&self, tolerance: f32, shared: Option<&Arc<KeyFrames>>) -> TranslationTrack {
+    fn encode_translation(
+        &self,
+        tolerance: f32,
+        shared: Option<&Arc<KeyFrames>>,
+        curves: Option<&mut JointCurves>,
+    ) -> TranslationTrack {
         if !self.raw_joint.translates() {
             return self.constant_translation(self.raw_joint.offset());
         }
@@ -165,8 +179,17 @@ impl<'a> JointEncoder<'a> {
             .map(|frame| self.target_translation(frame))
             .collect();
         let tolerance = self.translation_tolerance(tolerance);
+        if let Some(curves) = curves {
+            let (key_frames, keys) = curves.reduce_translations(&targets, self.ticks, tolerance);
+            let format = TranslationFormat::Float32;
+            return Track::Animated {
+                format,
+                key_frames: Arc::new(key_frames),
+                keys: keys.iter().map(|key| format.quantize(*key, None, tolerance)).collect(),
+            };
+        }
         let format = match self.encoder.storage {
-            Storage::Float32 | Storage::Int16 => TranslationFormat::Float32,
+            Storage::Float32 | Storage::Int16 | Storage::Curves => TranslationFormat::Float32,
             Storage::Meshopt | Storage::Packed => {
                 let largest = targets.iter().map(|value| value.abs().max_element());
                 let (step, largest) = (tolerance * TRANSLATION_STEP, largest.fold(0.0, f32::max));
@@ -201,6 +224,7 @@ impl<'a> JointEncoder<'a> {
         lossy_positions: &[Vec3],
         budget: &mut Budget,
         shared: Option<&Arc<KeyFrames>>,
+        curves: Option<&mut JointCurves>,
     ) -> RotationTrack {
         if !self.raw_joint.rotates() {
             return self.constant_rotation(self.raw_joint.orientation());
@@ -210,8 +234,25 @@ impl<'a> JointEncoder<'a> {
         if let Some(constant) = joint.constant_rotation(tolerance) {
             return self.constant_rotation(constant);
         }
+        if let Some(curves) = curves {
+            let targets = joint.all_targets();
+            let error = |frame: usize, rotation| targets[frame].error(self.arms, rotation);
+            let rotations = targets.iter().map(|target| target.rotation);
+            let (key_frames, rotations) = curves.reduce_rotations(rotations, self.ticks, tolerance, error);
+            let format = RotationFormat::Float32;
+            let mut keys: Vec<QuantizedRotation> = Vec::with_capacity(rotations.len());
+            for rotation in rotations {
+                let key = format.quantize(rotation, keys.last());
+                keys.push(key);
+            }
+            return Track::Animated {
+                format,
+                key_frames: Arc::new(key_frames),
+                keys,
+            };
+        }
         let format = match self.encoder.storage {
-            Storage::Float32 => RotationFormat::Float32,
+            Storage::Float32 | Storage::Curves => RotationFormat::Float32,
             Storage::Int16 => RotationFormat::Int16,
             Storage::Meshopt => {
                 let steps = self.arms.longest / (tolerance * ROTATION_STEP);

@@ -86,6 +86,8 @@ fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors:
     let has_all_keys = |cursor: &Cursor| cursor.key_frames.len() == measurement.times.len();
     let decoders = if cursors.iter().all(has_all_keys) {
         Decoder::AT_KEYS
+    } else if measurement.tracks.iter().any(|track| track.curves.is_some()) {
+        Decoder::WITH_CURVES
     } else {
         Decoder::ALL
     };
@@ -215,10 +217,12 @@ mod tests {
                     key_frames: Arc::new(key_frames),
                     keys,
                 },
+                curves: None,
             },
             CompressedTrack {
                 translation: Track::Constant(Vec3::X),
                 rotation: Track::Constant(Quat::IDENTITY),
+                curves: None,
             },
         ]
     }

@@ -7,7 +7,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::clip::{CompressedClip, MeasuredError};
+use super::clip::{CompressedClip, MeasuredError, Storage};
 use super::encode::{Budget, Encoder, LossyClip};
 use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
@@ -89,7 +89,10 @@ impl Refinement<'_> {
         )
         .in_joint(&scene.nodes[best.node].name)
         .expected_found(millimetres(*bound), millimetres(best.max))
-        .help("allow a larger error, or store 32-bit floats")
+        .help(match self.encoder.storage {
+            Storage::Curves => "allow a larger error, or keep every key",
+            _ => "allow a larger error, or store 32-bit floats",
+        })
         .into())
     }
 

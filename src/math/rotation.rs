@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 #[cfg(test)]
 use glam::Quat;
-use glam::{DMat3, DQuat, EulerRot};
+use glam::{DMat3, DQuat, DVec3, EulerRot};
 
 use crate::scene::RotationOrder;
 
@@ -132,6 +132,17 @@ pub(crate) fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) 
     let (one, other) = (near([a, b, c]), near([a + PI, PI - b, c + PI]));
     let nearest = if distance(&other) < distance(&one) { other } else { one };
     nearest.map(f64::to_degrees)
+}
+
+/// The angles of [`to_euler`] about x, y and z.
+pub(crate) fn to_euler_xyz(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
+    let axes = order.axes();
+    let mut angles = DVec3::ZERO;
+    let found = to_euler(rotation, order, axes.map(|axis| before[axis]));
+    for (axis, angle) in std::iter::zip(axes, found) {
+        angles[axis] = angle;
+    }
+    angles
 }
 
 #[cfg(test)]

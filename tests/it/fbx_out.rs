@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::program::Folder;
 use crate::sample::Sample;
 use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxVersion, write};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
@@ -237,6 +238,148 @@ fn every_choice_gives_the_same_motion() {
         assert_eq!((verified.frames, verified.has_provenance), (75, true));
         assert_eq!(verified.turn_error.is_some(), options.up == UpAxis::Y);
     }
+}
+
+/// As ufbx evaluates the curves, and as Blender and Assimp do: they interpolate the rotations at the keys of a joint.
+#[test]
+fn keys_are_left_out_within_the_largest_error() {
+    let scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    let (whole, of_whole) = write(&scene, &FbxOptions::default()).unwrap();
+    for (options, bound) in [
+        (FbxOptions::default(), 1e-3),
+        (FbxOptions::default(), 1e-5),
+        (FbxOptions::of_target(FbxTarget::Unreal), 1e-3),
+        (FbxOptions::of_target(FbxTarget::Maya), 1e-3),
+    ] {
+        let options = FbxOptions {
+            max_error: Some(bound),
+            whole_rate: false,
+            ..options
+        };
+        let (bytes, report) = write(&scene, &options).unwrap();
+        assert!(report.max_error.unwrap() <= bound, "{report:?}");
+        if bound == 1e-3 {
+            assert!(
+                4 * report.keys < 3 * of_whole.keys,
+                "{} of {}",
+                report.keys,
+                of_whole.keys
+            );
+            assert!(bytes.len() < whole.len(), "{} of {}", bytes.len(), whole.len());
+        }
+        let again = read(&bytes);
+        let off = distance(&scene, &again, "cmu_short");
+        assert!(f64::from(off) <= bound + 1e-6, "{options:?}: {off}");
+        let interpolated = with_rotations_at_keys_alone(&again, &bytes);
+        let off = distance(&scene, &interpolated, "cmu_short");
+        assert!(f64::from(off) <= bound + 1e-6, "{options:?}: {off}");
+        // The error is there: the bound is not kept by keeping the keys.
+        assert!(f64::from(off) > 0.1 * bound, "{options:?}: {off}");
+    }
+    assert_eq!(of_whole.max_error, None);
+}
+
+/// The scene of a file, with its rotations interpolated between the moments at which one of their curves has a key.
+fn with_rotations_at_keys_alone(scene: &Scene, bytes: &[u8]) -> Scene {
+    let file = ufbx::load_memory(bytes, ufbx::LoadOpts::default()).unwrap();
+    let mut scene = scene.clone();
+    let rate = scene.animations[0].ticks_per_second;
+    for value in &file.anim_stacks[0].layers[0].anim_props {
+        if &*value.prop_name != "Lcl Rotation" {
+            continue;
+        }
+        let mut ticks: Vec<f64> = vec![0.0];
+        for curve in value.anim_value.curves.iter().flatten() {
+            ticks.extend(curve.keyframes.iter().map(|key| (key.time * rate).round()));
+        }
+        ticks.sort_by(f64::total_cmp);
+        ticks.dedup();
+        let channels = &mut scene.animations[0].channels;
+        let channel = channels
+            .iter_mut()
+            .find(|channel| channel.node_name == *value.element.name);
+        let keys = &mut channel.unwrap().rotation_keys;
+        *keys = Keys::at_ticks(ticks.iter().map(|tick| keys.values[*tick as usize]).collect(), ticks);
+    }
+    scene
+}
+
+/// Each command that writes FBX has the same options for it.
+#[test]
+fn every_command_takes_the_options_of_fbx() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let plain = folder.succeeds("convert cmu_short.bvh plain.fbx --verify");
+    assert!(!plain.contains("keys in"), "{plain}");
+    for command in [
+        "convert cmu_short.bvh out.fbx --verify",
+        "retarget cmu_short.bvh cmu_short.bvh -o out.fbx",
+        "edit cmu_short.bvh -o out.fbx --step mirror",
+    ] {
+        let words = folder.succeeds(&format!(
+            "{command} --target motionbuilder --fbx-version 7.4 --fbx-rest pre-rotation --max-error 2mm"
+        ));
+        assert!(
+            words.contains(" curves, 1.") && words.contains(" mm at most"),
+            "{words}"
+        );
+        let bytes = folder.read("out.fbx");
+        assert!(
+            4 * bytes.len() < 3 * folder.read("plain.fbx").len(),
+            "{command}: {}",
+            bytes.len()
+        );
+        let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
+        assert_eq!(
+            (file.metadata.version, file.settings.frames_per_second),
+            (7400, 120.0),
+            "{command}"
+        );
+        let has = |name: &str| file.nodes.iter().any(|node| &*node.element.name == name);
+        assert!(has("Reference"), "{command}");
+        let arm = file.nodes.iter().find(|node| &*node.element.name == "LeftArm").unwrap();
+        assert!(
+            arm.element.props.find_prop("PreRotation").is_some() || arm.euler_rotation.x == 0.0,
+            "{command}"
+        );
+        folder.refuses(&format!("{command} --max-error 0"), 2, "--max-error 0: ");
+    }
+    folder.succeeds("edit cmu_short.bvh -o out.fbx --step mirror --max-error 2mm --force");
+    folder.succeeds("verify cmu_short.bvh out.fbx --max-error 2mm");
+    folder.refuses("verify cmu_short.bvh out.fbx --max-error 0.5mm", 1, "");
+    let refused = folder.run("convert cmu_short.bvh new.fbx --max-error 1mm --compress int16");
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+#[test]
+fn a_joint_that_spins_keeps_within_the_largest_error() {
+    for bound in [1e-2, 1e-4] {
+        let scene = spinning();
+        let options = FbxOptions {
+            max_error: Some(bound),
+            ..FbxOptions::default()
+        };
+        let (bytes, report) = write(&scene, &options).unwrap();
+        let off = distance(&scene, &read(&bytes), "spin");
+        assert!(f64::from(off) <= bound + 1e-5, "{off}: {report:?}");
+    }
+}
+
+#[test]
+fn a_largest_error_that_cannot_be_kept_is_refused() {
+    let mut scene = spinning();
+    let of = |max_error| FbxOptions {
+        max_error: Some(max_error),
+        ..FbxOptions::default()
+    };
+    for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = write(&scene, &of(bound)).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownOption, "{bound}");
+    }
+    let error = write(&scene, &of(1e-12)).unwrap_err();
+    assert_eq!(error.code(), Code::ErrorBound);
+    scene.animations[0].channels[0].scaling_keys = Keys::every_tick(vec![Vec3::ONE, Vec3::splat(2.0)]);
+    let error = write(&scene, &of(1e-3)).unwrap_err();
+    assert_eq!((error.code(), error.joint()), (Code::Unrepresentable, Some("Xyz")));
 }
 
 #[test]

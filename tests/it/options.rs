@@ -234,6 +234,22 @@ fn an_option_that_would_do_nothing_is_refused() {
     folder.refuses(&format!("convert {bvh} --mesh skinned"), 2, "--mesh would do nothing");
     std::fs::write(folder.path("map.json"), r#"{"bones": {}}"#).unwrap();
     for (arguments, name) in [
+        (
+            "edit lecture_Test.bvh -o new.glb --step mirror --target unity",
+            "--target",
+        ),
+        (
+            "edit lecture_Test.bvh -o new.bvh --step mirror --max-error 1mm",
+            "--max-error",
+        ),
+        (
+            "retarget cmu_short.bvh cmu_short.bvh -o new.glb --fbx-rest rotation",
+            "--fbx-rest",
+        ),
+        (
+            "retarget cmu_short.bvh cmu_short.bvh -o new.vrma --fbx-version 7.4",
+            "--fbx-version",
+        ),
         ("edit lecture_Test.bvh -o new.glb --step mirror --to glb", "--to"),
         (
             "edit lecture_Test.bvh cmu_short.bvh -o new.glb --step smooth",

@@ -28,9 +28,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::export::ReplacePolicy;
+use mocap::fbx::{self, FbxOptions, FbxReport};
 use mocap::scene::{Scene, Topic};
 use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
-use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, fbx, gltf};
+use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
 use serde::Serialize;
 
 use crate::args::{FrameRateArgs, MapArgs};
@@ -62,14 +63,27 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
 }
 
 /// The bytes of a scene in a format: BVH, FBX, glTF with its buffer within, or else GLB.
-fn scene_bytes(scene: &Scene, format: &str) -> mocap::Result<Vec<u8>> {
+fn scene_bytes(scene: &Scene, format: &str, fbx: &FbxOptions) -> mocap::Result<Vec<u8>> {
     let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
     match format {
         "bvh" => bvh::write(scene, &bvh::BvhOptions::default()),
-        "fbx" => Ok(fbx::write(scene, &fbx::FbxOptions::default())?.0),
+        "fbx" => {
+            let (bytes, written) = fbx::write(scene, fbx)?;
+            if let Some(words) = fewer_keys(&written) {
+                report::say(&words);
+            }
+            Ok(bytes)
+        }
         "gltf" => document()?.to_embedded(),
         _ => document()?.to_glb(),
     }
+}
+
+/// How far an FBX file with fewer keys is from the scene.
+fn fewer_keys(written: &FbxReport) -> Option<String> {
+    let most = verify::millimetres(written.max_error?);
+    let FbxReport { keys, curves, .. } = written;
+    Some(format!("{keys} keys in {curves} curves, {most} mm at most"))
 }
 
 /// The format of an output, in lower case: its extension, or for standard output that of `--to`, or else `default`.

@@ -52,10 +52,10 @@ fn main() -> ExitCode {
             Some(folder) => commands::convert_many::run(args, folder, &given),
             None => commands::convert::run(args, &given),
         },
-        Command::Retarget(args) => commands::retarget::run(args),
+        Command::Retarget(args) => commands::retarget::run(args, &given),
         Command::Robot(args) if args.is_many() => commands::robot_many::run(args, &given),
         Command::Robot(args) => commands::robot::run(args, &given),
-        Command::Edit(args) => commands::edit::run(args),
+        Command::Edit(args) => commands::edit::run(args, &given),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]

@@ -10,7 +10,7 @@
 //! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
-//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys |
+//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys; [`FbxOptions::max_error`] leaves keys out |
 //! | rotations | angles in degrees that continue past 180, so that no curve jumps |
 //! | ticks per second | `TimeMode`, or `CustomFrameRate` |
 //! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
@@ -24,6 +24,7 @@
 //! The same scene gives the same bytes, so no file has a time of creation.
 
 mod animation;
+mod curves;
 mod document;
 mod encode;
 mod material;
@@ -114,6 +115,11 @@ pub struct FbxOptions {
     /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number. Default:
     /// `false`.
     pub whole_rate: bool,
+    /// The largest distance of a joint from its place in any frame, in metres, within which keys are left out of the
+    /// curves. Default: none, every key is written.
+    ///
+    /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their keys.
+    pub max_error: Option<f64>,
 }
 
 /// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
@@ -174,6 +180,7 @@ impl Default for FbxOptions {
             metres_per_unit: 0.01,
             up: UpAxis::Y,
             whole_rate: false,
+            max_error: None,
         }
     }
 }
@@ -194,6 +201,8 @@ pub struct FbxReport {
     pub curves: usize,
     /// Keys of all curves.
     pub keys: usize,
+    /// The largest distance of a joint from its place, in metres, where keys were left out.
+    pub max_error: Option<f64>,
     /// Bytes of the file.
     pub bytes: usize,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
@@ -217,7 +226,9 @@ pub struct FbxReport {
 /// # Errors
 /// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and where the
 /// scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::UnknownOption`] where a unit
-/// is not above 0; [`Code::LimitExceeded`] where the file is too large for its version.
+/// or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the largest error, and
+/// [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can be kept;
+/// [`Code::LimitExceeded`] where the file is too large for its version.
 pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)> {
     if scene.nodes.is_empty() {
         return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
@@ -226,6 +237,9 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
     let own_unit = limits::positive(Code::UnknownOption, "metres per unit of the scene", own_unit)?;
     let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), options.up);
+    if let Some(bound) = options.max_error {
+        limits::positive(Code::UnknownOption, "the largest error", bound)?;
+    }
     let mut document = Document::new();
     let mut report = FbxReport::default();
     let mut names = Names::default();

@@ -33,11 +33,6 @@ pub(crate) enum CompressArg {
 }
 
 impl CompressArgs {
-    /// Whether compression was asked for.
-    pub(crate) fn asks(&self) -> bool {
-        self.max_error.is_some() || self.compress.is_some()
-    }
-
     pub(crate) fn compression(&self) -> Compression {
         match (self.compress, self.max_error) {
             (None | Some(CompressArg::None), None) | (Some(CompressArg::None), Some(_)) => Compression::None,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EDIT_STEPS, EditStep};
 
-use super::{FrameRateArgs, SourceArgs};
+use super::{FbxOutArgs, FrameRateArgs, SourceArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -13,7 +13,7 @@ pub(crate) struct EditArgs {
     /// The motion to change, and after it those that steps join, blend or layer with it
     #[arg(required = true, value_name = "IN")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write: .glb, .gltf or .bvh, or - for standard output
+    /// The file to write: .glb, .gltf, .bvh or .fbx, or - for standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: glb]
@@ -36,6 +36,8 @@ pub(crate) struct EditArgs {
     /// Replace a file that may be a source; an input is never replaced
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) fbx: FbxOutArgs,
     #[command(flatten)]
     pub(crate) source: SourceArgs,
     #[command(flatten)]

@@ -3,6 +3,10 @@
 use clap::ValueEnum;
 use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxVersion};
 
+use super::Given;
+use super::compress::parse_length;
+use crate::Failure;
+
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Writing FBX")]
 pub(crate) struct FbxArgs {
@@ -20,13 +24,55 @@ pub(crate) struct FbxArgs {
 /// The names of these options.
 pub(crate) const FBX_OPTIONS: [&str; 3] = ["fbx-version", "fbx-rest", "target"];
 
+/// Why they are refused for another format.
+pub(crate) const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
+
+/// The options of a command whose largest error is that of FBX alone.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Writing FBX")]
+pub(crate) struct FbxOutArgs {
+    #[command(flatten)]
+    fbx: FbxArgs,
+    /// Largest distance of any joint from its position, at any frame, in metres or with a unit, such as 1mm; keys are
+    /// removed within it [default: every key is written]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    max_error: Option<f64>,
+}
+
+impl FbxOutArgs {
+    /// The options of an output in a format, unless one of them would do nothing there.
+    pub(crate) fn options(&self, given: &Given, format: &str) -> Result<FbxOptions, Failure> {
+        if format != "fbx" {
+            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
+            given.refuse(
+                &["max-error"],
+                "here it applies to FBX; mocap convert removes keys from glTF",
+            )?;
+        }
+        FbxArgs::check(self.max_error)?;
+        Ok(self.fbx.options(self.max_error))
+    }
+}
+
 impl FbxArgs {
-    pub(crate) fn options(&self) -> FbxOptions {
+    /// Refuses a largest error of 0.
+    pub(crate) fn check(max_error: Option<f64>) -> Result<(), Failure> {
+        match max_error {
+            Some(0.0) => Err(Failure::Usage(
+                "--max-error 0: keys of an FBX cannot be removed without an error; name a length above 0, or leave it out"
+                    .to_owned(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    pub(crate) fn options(&self, max_error: Option<f64>) -> FbxOptions {
         let target = self.target.map(FbxTarget::from);
         let options = target.map(FbxOptions::of_target).unwrap_or_default();
         FbxOptions {
             version: self.fbx_version.into(),
             rest: self.fbx_rest.map_or(options.rest, FbxRest::from),
+            max_error,
             ..options
         }
     }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use mocap::retarget::Scale;
 use mocap::skeleton::HumanoidMap;
 
-use super::{FrameRateArgs, MapArgs, SourceArgs, source};
+use super::{FbxOutArgs, FrameRateArgs, MapArgs, SourceArgs, source};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RetargetArgs {
@@ -51,6 +51,8 @@ pub(crate) struct RetargetArgs {
     /// Replace a file that may be a source; an input is never replaced
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) fbx: FbxOutArgs,
     #[command(flatten)]
     pub(crate) source: SourceArgs,
     #[command(flatten)]

@@ -11,8 +11,8 @@ use mocap::skeleton::humanoid;
 use mocap::verify::{Verification, Verifier};
 use mocap::{Diagnostic, SkeletonMesh, bvh, fbx, vrma};
 
-use super::{change, import_to_resample, verify};
-use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FormatArg, Given};
+use super::{change, fewer_keys, import_to_resample, verify};
+use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FbxArgs, FormatArg, Given, NOT_FBX};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report, streams};
@@ -98,7 +98,8 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
             (bytes, document.report().warnings.clone())
         }
         FormatArg::Fbx => {
-            let (bytes, written) = fbx::write(&scene, &args.fbx.options())?;
+            let (bytes, written) = fbx::write(&scene, &args.fbx.options(args.compress.max_error))?;
+            decisions.extend(fewer_keys(&written));
             (bytes, written.warnings)
         }
         FormatArg::Mclip => (packed(args, &scene)?.bytes().to_vec(), Vec::new()),
@@ -156,19 +157,13 @@ fn left_out(joints: &[String]) -> Option<String> {
 pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
     let options_are_sound = change::conversion(args).check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
-    if args.compress.max_error == Some(0.0) && args.compress.asks() && args.compress.compression() != Compression::None
-    {
-        return Err(Failure::Usage(
-            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
-        ));
-    }
     Ok(())
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
 fn choice(args: &ConvertArgs, format: Option<FormatArg>) -> Option<String> {
     match (args.compress.compress, args.compress.max_error) {
-        (None, Some(_)) if matches!(format, Some(FormatArg::Mclip)) => None,
+        (None, Some(_)) if matches!(format, Some(FormatArg::Mclip | FormatArg::Fbx)) => None,
         (None, Some(_)) => {
             Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
         }
@@ -185,11 +180,15 @@ fn packed(args: &ConvertArgs, scene: &Scene) -> mocap::Result<PackedClip<'static
     PackedClip::encode(scene, 0, args.compress.error_bound())
 }
 
-const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
-
 /// Refuses options that change nothing in an output of this format.
 pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg) -> Result<(), Failure> {
     let out = &args.change.out;
+    let is_exact = matches!(format, FormatArg::Fbx) || args.compress.compression() == Compression::None;
+    if args.compress.max_error == Some(0.0) && !is_exact {
+        return Err(Failure::Usage(
+            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
+        ));
+    }
     let moves_over_ground = args.change.in_place || args.change.root_motion;
     let (converts_unit, converts_up) = match format {
         FormatArg::Bvh => {
@@ -207,9 +206,10 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             let why = "FBX is written in centimetres with +Y up, and states both; leave it out";
             given.refuse(&["out-unit", "out-up"], why)?;
             given.refuse(
-                &["keep-constant", "embed", "compress", "max-error", "shell-distance"],
+                &["keep-constant", "embed", "compress", "shell-distance"],
                 "it applies to glTF; write .glb, or leave it out",
             )?;
+            FbxArgs::check(args.compress.max_error)?;
             (true, true)
         }
         FormatArg::Mclip => {
@@ -300,7 +300,9 @@ pub(crate) struct Converted {
     renamed: Vec<Renamed>,
     dropped_keys: usize,
     bytes: usize,
-    pub(crate) achieved: Option<Achieved>,
+    achieved: Option<Achieved>,
+    /// The largest distance of a joint from its place, in metres, where keys or bits were left out.
+    pub(crate) max_error: Option<f64>,
     /// Bytes without compression; counted for a single file alone.
     plain_bytes: Option<usize>,
     nodes: usize,
@@ -356,6 +358,7 @@ pub(crate) fn convert(
     let mut plain_bytes = None;
     let mut written = gltf::GltfReport::default();
     let mut hash = None;
+    let mut of_fbx = None;
     if is_bvh {
         let text = bvh::write(&scene, &args.bvh.options())?;
         if !is_known() {
@@ -380,7 +383,10 @@ pub(crate) fn convert(
         decisions.push(format!("error: {} mm at most", verify::millimetres(clip.max_error())));
         hash = args.batch.out_dir.is_some().then(|| sha256_of(clip.bytes()));
     } else if matches!(format, Some(FormatArg::Fbx)) {
-        let report = fbx::export(&scene, output, &args.fbx.options()).map_err(|error| error.with_path(input))?;
+        let options = args.fbx.options(args.compress.max_error);
+        let report = fbx::export(&scene, output, &options).map_err(|error| error.with_path(input))?;
+        decisions.extend(fewer_keys(&report));
+        of_fbx = report.max_error;
         (written.bytes, written.warnings) = (report.bytes, report.warnings);
         let renamed = report.renamed.into_iter();
         written.renamed = renamed.map(|(node, from, to)| Renamed { node, from, to }).collect();
@@ -435,6 +441,7 @@ pub(crate) fn convert(
         renamed: written.renamed,
         dropped_keys: written.dropped_keys,
         bytes: written.bytes,
+        max_error: of_fbx.or(written.achieved.as_ref().map(|achieved| achieved.max_error)),
         achieved: written.achieved,
         plain_bytes,
         nodes,

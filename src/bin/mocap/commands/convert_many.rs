@@ -249,7 +249,7 @@ impl Run<'_> {
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output = Some(output.clone());
         record.output_sha256 = converted.hash;
-        record.max_error = converted.achieved.map(|achieved| achieved.max_error);
+        record.max_error = converted.max_error;
         let allowed = self.args.compress.tolerance();
         if let Some(verification) = converted.verification.filter(|found| !found.is_within(allowed)) {
             return Err(verify::difference(&verification, allowed));

@@ -17,15 +17,16 @@ use super::{
     check_json, convert_aloud, extension, import_moving, output_format, print_json, scene_bytes, short_name,
     unknown_extension, write_drawing, write_output,
 };
-use crate::args::EditArgs;
+use crate::args::{EditArgs, Given};
 use crate::{Failure, report, streams};
 
-pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     let format = output_format(&args.output, args.to.as_deref(), "glb")?;
     check_json(args.json, &args.output)?;
     if !["glb", "gltf", "bvh", "fbx"].contains(&format.as_str()) {
         return Err(unknown_extension(&args.output, ".glb, .gltf, .bvh or .fbx"));
     }
+    let fbx = args.fbx.options(given, &format)?;
     if let Some(file) = &args.contacts
         && !["json", "npz"].contains(&extension(file).as_str())
     {
@@ -80,7 +81,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    let bytes = scene_bytes(&scene, &format)?;
+    let bytes = scene_bytes(&scene, &format, &fbx)?;
     write_output(&policy, &args.output, &bytes)?;
     if let Some((file, bytes)) = contact_bytes {
         write_output(&policy, file, &bytes)?;

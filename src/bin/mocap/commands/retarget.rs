@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::leave_out_rest_pose;
 use mocap::export::ReplacePolicy;
+use mocap::fbx::FbxOptions;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Scene, Topic};
@@ -15,7 +16,7 @@ use super::{
     check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes, short_name,
     unknown_extension, write_output,
 };
-use crate::args::{FeetArg, RetargetArgs};
+use crate::args::{FeetArg, Given, RetargetArgs};
 use crate::{Failure, report, streams};
 
 /// Where the motions go.
@@ -42,7 +43,7 @@ impl Target {
     }
 }
 
-pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let (motions, file) = inputs(args)?;
     check_json(args.json, &args.output)?;
     let policy = ReplacePolicy::new(args.paths.iter().chain([&file])).force(args.force);
@@ -56,6 +57,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
     };
     let format = output_format(&args.output, args.to.as_deref(), default)?;
     check_output(args, &file, &target, &format)?;
+    let fbx = args.fbx.options(given, &format)?;
     let bones = match &target {
         Target::Character(character) => character.humanoid().cloned(),
         Target::Scene(_) => None,
@@ -95,7 +97,7 @@ pub(crate) fn run(args: &RetargetArgs) -> Result<(), Failure> {
         }
     }
     let count = clips.len();
-    let bytes = write(args, target, bones, clips, &format)?;
+    let bytes = write(args, target, bones, clips, (&format, &fbx))?;
     write_output(&policy, &args.output, &bytes)?;
     match args.json {
         true => print_json(&reports)?,
@@ -272,7 +274,7 @@ fn write(
     target: Target,
     bones: Humanoid,
     clips: Vec<(Animation, Provenance)>,
-    format: &str,
+    (format, fbx): (&str, &FbxOptions),
 ) -> Result<Vec<u8>, Failure> {
     match target {
         target if ["vrma", "fbx"].contains(&format) => {
@@ -283,7 +285,7 @@ fn write(
                 provenance.record(&mut scene);
             }
             if format == "fbx" {
-                return Ok(scene_bytes(&scene, format)?);
+                return Ok(scene_bytes(&scene, format, fbx)?);
             }
             let options = vrma::VrmaOptions {
                 humanoid: Some(bones),
@@ -305,7 +307,7 @@ fn write(
             if let Some((_, provenance)) = clips.first() {
                 provenance.record(&mut scene);
             }
-            Ok(scene_bytes(&scene, format)?)
+            Ok(scene_bytes(&scene, format, fbx)?)
         }
     }
 }

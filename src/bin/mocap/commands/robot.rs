@@ -5,6 +5,7 @@ use std::path::Path;
 use mocap::arrays::{npz, robot as arrays};
 use mocap::convert::FirstFrame;
 use mocap::export::ReplacePolicy;
+use mocap::fbx::FbxOptions;
 use mocap::retarget::Verdict;
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
 use mocap::skeleton::humanoid;
@@ -123,7 +124,7 @@ pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg)
         RobotFormatArg::Qpos => npz::write_qpos(motion),
         RobotFormatArg::Pkl => arrays::pickle(motion),
         RobotFormatArg::Csv => arrays::csv(motion, robot).into_bytes(),
-        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb")?,
+        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb", &FbxOptions::default())?,
     })
 }
 

@@ -1,12 +1,14 @@
 //! The clips: a stack with one layer each, and curves of angles, places and scales.
 //!
 //! A curve has a key at every tick of its track. Between two keys it goes straight, as positions of a scene do; rotations
-//! of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame.
+//! of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame. Within a largest
+//! error, [`curves`](super::curves) leaves keys out.
 
 use std::collections::BTreeSet;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
+use super::curves::{Curve, Part, Reduced};
 use super::document::{Document, Id};
 use super::encode::{Array, Element};
 use super::names::Names;
@@ -46,12 +48,21 @@ pub(super) fn write(
 ) -> Result<Clips> {
     let mut names = Names::default();
     let mut clips = Clips::default();
+    let metres = scene.metadata.metres_per_unit.unwrap_or(1.0);
+    let bound = options.max_error.map(|bound| bound / metres);
     for animation in &scene.animations {
         let rate = Rate::new(animation.ticks_per_second, options)?.frames_per_second();
         let source = scene.metadata.origin.as_ref().map(Origin::stem);
         let name = [animation.name.as_str(), source.unwrap_or_default()];
         let name = name.into_iter().find(|name| !name.trim().is_empty());
         let name = names.unique(name.unwrap_or_default(), "Motion");
+        let reduced = bound
+            .map(|bound| Reduced::new(scene, animation, space, placed, bound))
+            .transpose()?;
+        if let Some(reduced) = &reduced {
+            let largest = report.max_error.unwrap_or(0.0);
+            report.max_error = Some(f64::max(largest, reduced.error() * metres));
+        }
         let duration = limits::not_negative(Code::Unrepresentable, "the duration in ticks", animation.duration)?;
         let end = time(duration, rate);
         let span = Properties::new()
@@ -75,7 +86,7 @@ pub(super) fn write(
             last: duration,
             whole: None,
         };
-        clip.curves(animation, placed, &mut clips.moving)?;
+        clip.curves(animation, placed, reduced.as_ref(), &mut clips.moving)?;
         clips.ends.push((name, end));
     }
     Ok(clips)
@@ -95,44 +106,22 @@ struct Clip<'a, 'd, 'e> {
     whole: Option<(usize, Array)>,
 }
 
-/// What a track moves.
-#[derive(Clone, Copy)]
-enum Part {
-    Translation,
-    Rotation,
-    Scaling,
-}
-
-impl Part {
-    fn curve_node(self) -> &'static str {
-        match self {
-            Self::Translation => "T",
-            Self::Rotation => "R",
-            Self::Scaling => "S",
-        }
-    }
-
-    fn property(self) -> &'static str {
-        match self {
-            Self::Translation => "Lcl Translation",
-            Self::Rotation => "Lcl Rotation",
-            Self::Scaling => "Lcl Scaling",
-        }
-    }
-}
-
-/// A track as three curves with the same keys.
+/// A track as three curves.
 struct Track {
     part: Part,
     /// The value of the model.
     rest: DVec3,
-    /// The tick of each key; `None` for 0, 1, 2, ...
-    ticks: Option<Vec<f64>>,
-    values: Vec<DVec3>,
+    curves: [Curve; 3],
 }
 
 impl Clip<'_, '_, '_> {
-    fn curves(&mut self, animation: &Animation, placed: &[Placed], moving: &mut BTreeSet<usize>) -> Result<()> {
+    fn curves(
+        &mut self,
+        animation: &Animation,
+        placed: &[Placed],
+        reduced: Option<&Reduced<'_>>,
+        moving: &mut BTreeSet<usize>,
+    ) -> Result<()> {
         let binding = Binding::new(self.scene, animation);
         let mut is_empty = true;
         let mut first = None;
@@ -142,7 +131,10 @@ impl Clip<'_, '_, '_> {
                 continue;
             }
             let channel = &animation.channels[channel];
-            for track in self.tracks(place, channel)? {
+            for mut track in self.tracks(place, channel)? {
+                if let Some(curves) = reduced.and_then(|reduced| reduced.curves(node.index(), place, track.part)) {
+                    track.curves = curves;
+                }
                 first.get_or_insert((place.id, track.rest));
                 let says_more = self.write(place.id, &track, false)?;
                 is_empty &= !says_more;
@@ -156,8 +148,7 @@ impl Clip<'_, '_, '_> {
             let track = Track {
                 part: Part::Translation,
                 rest,
-                ticks: None,
-                values: vec![rest],
+                curves: Curve::of_vectors(None, &[rest]),
             };
             self.write(id, &track, true)?;
         }
@@ -176,51 +167,45 @@ impl Clip<'_, '_, '_> {
         let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
         if !channel.position_keys.is_empty() {
             let keys = &channel.position_keys;
+            let values = values(keys, |value| is_sound(value).then(|| self.space.point(value)))
+                .map_err(|tick| refuse(tick, "position"))?;
             tracks.push(Track {
                 part: Part::Translation,
                 rest: place.translation,
-                ticks: self.ticks(keys),
-                values: values(keys, |value| is_sound(value).then(|| self.space.point(value)))
-                    .map_err(|tick| refuse(tick, "position"))?,
+                curves: Curve::of_vectors(keys.ticks.as_ref(), &values),
             });
         }
         if !channel.rotation_keys.is_empty() {
             let dense = self.dense(&channel.rotation_keys);
             let keys = dense.as_ref().unwrap_or(&channel.rotation_keys);
-            let rest = place.angles(place.rotation, DVec3::ZERO);
+            let rest = place.angles_at_rest();
             let mut before = rest;
             let next = |value: Quat| {
                 let rotation: DQuat = self.space.rotation(value)?;
                 before = place.angles(rotation, before);
                 Some(before)
             };
+            let values = values(keys, next).map_err(|tick| {
+                let message = format!("the rotation at tick {tick} is not a rotation");
+                unrepresentable(&channel.node_name, message)
+            })?;
             tracks.push(Track {
                 part: Part::Rotation,
                 rest,
-                ticks: self.ticks(keys),
-                values: values(keys, next).map_err(|tick| {
-                    unrepresentable(
-                        &channel.node_name,
-                        format!("the rotation at tick {tick} is not a rotation"),
-                    )
-                })?,
+                curves: Curve::of_vectors(keys.ticks.as_ref(), &values),
             });
         }
         if !channel.scaling_keys.is_empty() {
             let keys = &channel.scaling_keys;
+            let values = values(keys, |value| is_sound(value).then(|| self.space.scale(value)))
+                .map_err(|tick| refuse(tick, "scale"))?;
             tracks.push(Track {
                 part: Part::Scaling,
                 rest: place.scale,
-                ticks: self.ticks(keys),
-                values: values(keys, |value| is_sound(value).then(|| self.space.scale(value)))
-                    .map_err(|tick| refuse(tick, "scale"))?,
+                curves: Curve::of_vectors(keys.ticks.as_ref(), &values),
             });
         }
         Ok(tracks)
-    }
-
-    fn ticks<T>(&self, keys: &Keys<T>) -> Option<Vec<f64>> {
-        keys.ticks.clone()
     }
 
     /// A track of rotations with a key at every whole tick between its own, where it has fewer.
@@ -236,9 +221,11 @@ impl Clip<'_, '_, '_> {
 
     /// Adds the curves of a track that say more than the model, or all. Returns whether there is one.
     fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
-        let is_constant = |axis: usize| track.values.iter().all(|value| value[axis] == track.values[0][axis]);
         // As single precision has them.
-        let is_rest = |axis: usize| is_constant(axis) && track.values[0][axis] as f32 == track.rest[axis] as f32;
+        let is_rest = |axis: usize| {
+            let curve = &track.curves[axis];
+            curve.is_constant() && curve.values[0] as f32 == track.rest[axis] as f32
+        };
         let written: Vec<usize> = (0..3).filter(|axis| all || !is_rest(*axis)).collect();
         if written.is_empty() {
             return Ok(false);
@@ -252,12 +239,13 @@ impl Clip<'_, '_, '_> {
         self.document.connect(node, self.layer);
         self.document.connect_property(node, model, track.part.property());
         for axis in written {
-            let count = if is_constant(axis) { 1 } else { track.values.len() };
-            let times = match &track.ticks {
+            let curve = &track.curves[axis];
+            let count = if curve.is_constant() { 1 } else { curve.values.len() };
+            let times = match &curve.ticks {
                 None => self.whole_times(count),
                 Some(ticks) => Array::longs(ticks[..count].iter().map(|tick| time(*tick, self.rate))),
             };
-            let values = track.values[..count].iter().map(|value| value[axis] as f32);
+            let values = curve.values[..count].iter().map(|value| *value as f32);
             let (curve, element) = self.document.object("AnimationCurve", ["", "AnimCurve", ""]);
             let element = element
                 .child(Element::of("Default", track.rest[axis]))

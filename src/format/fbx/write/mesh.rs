@@ -12,11 +12,12 @@ use super::encode::{Array, Element};
 use super::material::Materials;
 use super::names::Names;
 use super::properties::Properties;
-use super::skeleton::{Placed, euler, model};
+use super::skeleton::{Placed, model};
 use super::space::Space;
 use super::{FbxReport, unrepresentable};
 use crate::error::Result;
 use crate::limits::is_plausible;
+use crate::math::rotation::to_euler_xyz;
 use crate::scene::{Mesh, Primitive, RotationOrder, Scene};
 
 /// The nodes that meshes are bound to, each with its matrix to the world in the bind pose of the first such mesh.
@@ -145,7 +146,7 @@ fn placed_at<'a>(place: DMat4) -> Properties<'a> {
         .choice("InheritType", 1)
         .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
         .own("Lcl Translation", translation)
-        .own("Lcl Rotation", euler(rotation, RotationOrder::Zyx, DVec3::ZERO))
+        .own("Lcl Rotation", to_euler_xyz(rotation, RotationOrder::Zyx, DVec3::ZERO))
         .own("Lcl Scaling", scale)
 }
 

@@ -15,7 +15,7 @@ use super::space::Space;
 use super::{FbxOptions, FbxReport, FbxRest, FbxRoot, unrepresentable};
 use crate::error::Result;
 use crate::limits::{FARTHEST, is_plausible};
-use crate::math::rotation::to_euler;
+use crate::math::rotation::to_euler_xyz;
 use crate::scene::{GROUP_OF_ROOTS, Keys, Node, NodeId, NodeKind, RotationOrder, Scene};
 
 /// The order of nodes that have none: FBX's XYZ, the only one that every program reads right.
@@ -42,21 +42,14 @@ impl Placed {
         DMat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
     }
 
+    pub(super) fn angles_at_rest(&self) -> DVec3 {
+        self.angles(self.rotation, DVec3::ZERO)
+    }
+
     /// The angles of a rotation to the parent, in degrees about x, y and z; of all such, those nearest to `before`.
     pub(super) fn angles(&self, rotation: DQuat, before: DVec3) -> DVec3 {
-        euler(self.pre_rotation.conjugate() * rotation, self.order, before)
+        to_euler_xyz(self.pre_rotation.conjugate() * rotation, self.order, before)
     }
-}
-
-/// Angles about x, y and z.
-pub(super) fn euler(rotation: DQuat, order: RotationOrder, before: DVec3) -> DVec3 {
-    let axes = order.axes();
-    let mut angles = DVec3::ZERO;
-    let found = to_euler(rotation, order, axes.map(|axis| before[axis]));
-    for (axis, angle) in std::iter::zip(axes, found) {
-        angles[axis] = angle;
-    }
-    angles
 }
 
 /// FBX names the axis that is applied first first, which is the last factor of the product.
@@ -114,7 +107,7 @@ pub(super) fn write<'a>(
             properties = properties.choice("RotationOrder", order);
         }
         if place.pre_rotation != DQuat::IDENTITY {
-            let angles = euler(place.pre_rotation, USUAL_ORDER, DVec3::ZERO);
+            let angles = to_euler_xyz(place.pre_rotation, USUAL_ORDER, DVec3::ZERO);
             properties = properties.vector("PreRotation", angles);
         }
         properties = properties
@@ -124,7 +117,7 @@ pub(super) fn write<'a>(
             .choice("InheritType", 1)
             .property("DefaultAttributeIndex", ["int", "Integer", ""], [0.into()])
             .own("Lcl Translation", place.translation)
-            .own("Lcl Rotation", place.angles(place.rotation, DVec3::ZERO))
+            .own("Lcl Rotation", place.angles_at_rest())
             .own("Lcl Scaling", place.scale);
         if name != node.name {
             properties = properties.user_text(super::super::SOURCE_NAME, node.name.clone());

@@ -37,6 +37,35 @@ impl Space {
         Some(DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w))
     }
 
+    /// The length in the file of a unit of the scene.
+    pub(super) fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// The axis of the scene that an axis of the file lies along, and 1, or -1 where they point in opposite directions.
+    pub(super) fn axis_in_scene(&self, axis: usize) -> (usize, f64) {
+        let turned = self.direction_in_scene(DVec3::AXES[axis]);
+        let place = (0..3).find(|&place| turned[place].abs() > 0.5).unwrap_or(axis);
+        (place, turned[place].signum())
+    }
+
+    /// A direction of the file, or angles about its axes, in the axes of the scene.
+    pub(super) fn direction_in_scene(&self, direction: DVec3) -> DVec3 {
+        self.turn.transpose() * direction
+    }
+
+    /// A rotation of the file in the axes of the scene.
+    pub(super) fn rotation_in_scene(&self, rotation: DQuat) -> DQuat {
+        let axis = self.direction_in_scene(rotation.xyz());
+        DQuat::from_xyzw(axis.x, axis.y, axis.z, rotation.w)
+    }
+
+    /// The order about the axes of the scene that is this order about the axes of the file.
+    pub(super) fn order_in_scene(&self, order: RotationOrder) -> RotationOrder {
+        let axes = order.axes().map(|axis| self.axis_in_scene(axis).0);
+        RotationOrder::from_axes(axes).unwrap_or(order)
+    }
+
     /// Scales along axes; a turn only exchanges them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
         let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());

@@ -1,0 +1,145 @@
+//! Curves, and those with fewer keys within a largest error.
+
+use std::rc::Rc;
+
+use glam::DVec3;
+
+use super::skeleton::Placed;
+use super::space::Space;
+use crate::compress::{self, CompressedClip, EulerAngles, Track, reduce_curves};
+use crate::error::Result;
+use crate::scene::{Animation, Scene};
+
+/// What a track moves.
+#[derive(Clone, Copy)]
+pub(super) enum Part {
+    Translation,
+    Rotation,
+    Scaling,
+}
+
+impl Part {
+    pub(super) fn curve_node(self) -> &'static str {
+        match self {
+            Self::Translation => "T",
+            Self::Rotation => "R",
+            Self::Scaling => "S",
+        }
+    }
+
+    pub(super) fn property(self) -> &'static str {
+        match self {
+            Self::Translation => "Lcl Translation",
+            Self::Rotation => "Lcl Rotation",
+            Self::Scaling => "Lcl Scaling",
+        }
+    }
+}
+
+/// The keys of an axis.
+pub(super) struct Curve {
+    /// The tick of each key; `None` for 0, 1, 2, ...
+    pub(super) ticks: Option<Rc<[f64]>>,
+    pub(super) values: Vec<f64>,
+}
+
+impl Curve {
+    pub(super) fn is_constant(&self) -> bool {
+        self.values.iter().all(|value| *value == self.values[0])
+    }
+
+    /// The curves of vectors with keys at the same ticks.
+    pub(super) fn of_vectors(ticks: Option<&Vec<f64>>, values: &[DVec3]) -> [Self; 3] {
+        let ticks: Option<Rc<[f64]>> = ticks.map(|ticks| ticks.as_slice().into());
+        std::array::from_fn(|axis| Self {
+            ticks: ticks.clone(),
+            values: values.iter().map(|value| value[axis]).collect(),
+        })
+    }
+}
+
+/// A clip whose tracks have fewer keys.
+pub(super) struct Reduced<'a> {
+    clip: CompressedClip,
+    space: &'a Space,
+}
+
+impl<'a> Reduced<'a> {
+    /// `bound` is in the unit of the scene.
+    ///
+    /// # Errors
+    /// As [`reduce_curves`].
+    pub(super) fn new(
+        scene: &Scene,
+        animation: &Animation,
+        space: &'a Space,
+        placed: &[Placed],
+        bound: f64,
+    ) -> Result<Self> {
+        let euler = placed.iter().map(|place| EulerAngles {
+            order: space.order_in_scene(place.order),
+            pre_rotation: space.rotation_in_scene(place.pre_rotation),
+            rest: space.direction_in_scene(place.angles_at_rest()),
+        });
+        let euler: Vec<EulerAngles> = euler.collect();
+        Ok(Self {
+            clip: reduce_curves(scene, animation, bound, &euler)?,
+            space,
+        })
+    }
+
+    /// The largest distance of a joint from its place, in the unit of the scene.
+    pub(super) fn error(&self) -> f64 {
+        self.clip.error.max
+    }
+
+    /// The curves of a part of a node that has any; `None` where every key stays.
+    pub(super) fn curves(&self, node: usize, place: &Placed, part: Part) -> Option<[Curve; 3]> {
+        let track = &self.clip.tracks[node];
+        let curves = track.curves.as_ref();
+        let (constant, animated, factor) = match part {
+            Part::Translation => {
+                let constant = match &track.translation {
+                    Track::Constant(value) => Some(self.space.point(*value)),
+                    Track::Animated { .. } => None,
+                };
+                (
+                    constant,
+                    curves.and_then(|curves| curves.translation.as_ref()),
+                    self.space.factor(),
+                )
+            }
+            Part::Rotation => {
+                let constant = match &track.rotation {
+                    Track::Constant(value) => {
+                        let rotation = self.space.rotation(*value);
+                        rotation.map(|rotation| place.angles(rotation, place.angles_at_rest()))
+                    }
+                    Track::Animated { .. } => None,
+                };
+                (constant, curves.and_then(|curves| curves.rotation.as_ref()), 1.0)
+            }
+            Part::Scaling => return None,
+        };
+        match (constant, animated) {
+            (Some(value), _) => Some(Curve::of_vectors(None, &[value])),
+            (None, Some(curves)) => Some(std::array::from_fn(|axis| {
+                let (source, sign) = self.space.axis_in_scene(axis);
+                self.curve(&curves[source], sign * factor)
+            })),
+            (None, None) => None,
+        }
+    }
+
+    fn curve(&self, curve: &compress::Curve, factor: f64) -> Curve {
+        let ticks: Rc<[f64]> = curve
+            .key_frames
+            .iter()
+            .map(|frame| self.clip.ticks[*frame as usize])
+            .collect();
+        Curve {
+            ticks: Some(ticks),
+            values: curve.values.iter().map(|value| f64::from(*value) * factor).collect(),
+        }
+    }
+}
