@@ -20,6 +20,7 @@
 //! ```
 
 mod bones;
+mod collision;
 mod kinematics;
 mod model;
 mod motion;
@@ -31,6 +32,7 @@ mod solver;
 mod twin;
 
 pub use self::bones::{RobotBone, RobotMap};
+pub use self::collision::LinkCollision;
 pub use self::model::{
     Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };

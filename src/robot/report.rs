@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::collision::{LinkCollision, SelfCollision};
 use super::model::Robot;
 use super::motion::RobotMotion;
 use crate::retarget::{LimbError, RetargetReport, Verdict};
@@ -56,6 +57,10 @@ pub struct RobotReport {
     pub share_below_floor: f64,
     /// How far below the floor a sole is at most, in metres.
     pub deepest: f64,
+    /// The share of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules within their shapes.
+    pub share_in_self_collision: f64,
+    /// Which links, the deepest first.
+    pub self_collisions: Vec<LinkCollision>,
     /// The largest velocity of a joint, in radians or metres a second, and which joint it is.
     pub max_velocity: f64,
     /// The joint.
@@ -78,6 +83,7 @@ pub(super) fn report(
     found: RetargetReport,
     skate: Option<f64>,
     heights: &[[f64; 2]],
+    collisions: SelfCollision,
 ) -> RobotReport {
     let joints = robot.moving_joints();
     let (frames, count) = (motion.frames(), joints.len());
@@ -147,6 +153,8 @@ pub(super) fn report(
         source_skate,
         share_below_floor,
         deepest: -deepest,
+        share_in_self_collision: collisions.share,
+        self_collisions: collisions.links,
         max_velocity,
         fastest_joint,
         share_too_fast,

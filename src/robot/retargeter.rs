@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec2, DVec3, Quat, Vec3};
 
 use super::bones::RobotMap;
+use super::collision::Collisions;
 use super::kinematics::{Kinematics, RobotPose};
 use super::model::{Placement, Robot};
 use super::motion::RobotMotion;
@@ -114,6 +115,7 @@ pub struct RobotRetargeter {
     options: RobotOptions,
     retargeter: Retargeter,
     kinematics: Kinematics,
+    collisions: Collisions,
     solver: Solver,
     goals: Goals,
     /// For each turn of the goals, whose it is; for each reach, its node.
@@ -179,6 +181,7 @@ impl RobotRetargeter {
         }
         Ok(Self {
             solver: Solver::new(&kinematics, &goals),
+            collisions: Collisions::new(robot, &kinematics),
             robot: robot.clone(),
             options: options.clone(),
             twin,
@@ -214,7 +217,8 @@ impl RobotRetargeter {
         let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
         let heights = self.sole_heights(&motion);
         let skate = self.sole_speed(&motion);
-        let report = report::report(&self.robot, &motion, found, skate, &heights);
+        let collisions = self.collisions.measure(&self.kinematics, &motion);
+        let report = report::report(&self.robot, &motion, found, skate, &heights, collisions);
         Ok((motion, report))
     }
 

@@ -57,6 +57,50 @@ def soles(urdf):
     return found
 
 
+def shapes(urdf):
+    """MuJoCo's model of the shapes that collide in a URDF; None where some are meshes, whose files are not here."""
+    robot = ET.parse(urdf).getroot()
+    if robot.find("link/collision/geometry/mesh") is not None:
+        return None
+    for element in robot.findall("mujoco"):
+        robot.remove(element)
+    for link in robot.findall("link"):
+        for seen in link.findall("visual"):
+            link.remove(seen)
+    return mujoco.MjModel.from_xml_string(ET.tostring(robot, encoding="unicode"))
+
+
+class Shapes:
+    """The links of a robot that penetrate each other by more than 1 cm, by MuJoCo's contacts. As in the report, neighbours in
+    the tree and links that touch where all joints are at 0 do not count."""
+
+    def __init__(self, model):
+        self.model, self.data = model, mujoco.MjData(model)
+        self.joints = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in range(model.njnt)]
+        self.at_rest = set(self.depths(np.zeros(model.nq)))
+
+    def depths(self, positions):
+        model, data = self.model, self.data
+        data.qpos[:] = positions
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        depths = {}
+        for index in range(data.ncon):
+            contact = data.contact[index]
+            pair = tuple(sorted((model.geom_bodyid[contact.geom1], model.geom_bodyid[contact.geom2])))
+            if model.body_parentid[pair[1]] != pair[0]:
+                depths[pair] = max(depths.get(pair, 0.0), -contact.dist)
+        return depths
+
+    def share(self, names, dof_pos):
+        order = [list(names).index(joint) for joint in self.joints]
+        frames = (self.depths(positions) for positions in dof_pos[:, order])
+        return float(
+            np.mean([any(depth > 0.01 for pair, depth in frame.items() if pair not in self.at_rest) for frame in frames])
+        )
+
+
 def run(mocap, *arguments):
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     done = subprocess.run([mocap, *map(str, arguments)], capture_output=True, text=True)
@@ -73,6 +117,8 @@ class Judge:
         self.joints = joints
         self.data = mujoco.MjData(self.model)
         self.soles = soles(self.urdf)
+        model = shapes(self.urdf)
+        self.shapes = Shapes(model) if model else None
         self.truth = json.loads((ROOT / "fixtures/robots/truth.json").read_text())["robots"][urdf]
 
     def body(self, name):
@@ -224,10 +270,16 @@ def check(judge, mocap, motion, folder, failures):
         failures.append(f"{what}: feet slide {100 * skate:.1f} cm/s, in the source {100 * source:.1f}")
     if "walk" in motion.name and mean > 5:
         failures.append(f"{what}: limbs are {mean:.1f} degrees off")
+    collide = f"{100 * report['share_in_self_collision']:.1f}"
+    if judge.shapes:
+        by_contacts = judge.shapes.share(written["dof_names"], written["dof_pos"])
+        collide += f" of {100 * by_contacts:.1f}"
+        if abs(by_contacts - report["share_in_self_collision"]) > 0.05:
+            failures.append(f"{what}: links collide in {collide} % of frames")
     slide = "-" if skate is None or source is None else f"{100 * skate:5.2f} of {100 * source:5.2f} cm/s"
     return (
         f"links {1000 * apart:.4f} mm, limbs {mean:5.2f} deg, below {100 * share:4.1f} % (deepest {1000 * deepest:6.1f} mm), "
-        f"slide {slide}, limits {beyond}, {report['verdict']}, {report['frames'] / max(seconds, 1e-9):.0f} poses/s"
+        f"slide {slide}, collide {collide} %, limits {beyond}, {report['verdict']}, {report['frames'] / max(seconds, 1e-9):.0f} poses/s"
     )
 
 

@@ -60,6 +60,12 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
             add(&[&joint.joint], &[joint.share]);
         }
     });
+    let numbers_of_pair = ["share", "deepest"];
+    let self_collisions = structs(&reports, &["link", "other"], &numbers_of_pair, &|report, add| {
+        for pair in &report.self_collisions {
+            add(&[&pair.link, &pair.other], &[pair.share, pair.deepest]);
+        }
+    });
     let names = clips.iter().map(|clip| clip.clip);
     let errors = clips.iter().map(|clip| clip.report.err());
     let columns: Vec<(&str, ArrayRef)> = vec![
@@ -81,6 +87,11 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("source_skate", numbers(&|report| report.source_skate)),
         ("share_below_floor", numbers(&|report| Some(report.share_below_floor))),
         ("deepest", numbers(&|report| Some(report.deepest))),
+        (
+            "share_in_self_collision",
+            numbers(&|report| Some(report.share_in_self_collision)),
+        ),
+        ("self_collisions", self_collisions),
         ("max_velocity", numbers(&|report| Some(report.max_velocity))),
         ("fastest_joint", texts(&|report| report.fastest_joint.clone())),
         ("share_too_fast", numbers(&|report| Some(report.share_too_fast))),

@@ -177,6 +177,15 @@ fn tell(found: &RobotReport) {
             1000.0 * found.deepest.max(0.0)
         ));
     }
+    if let Some(pair) = found.self_collisions.first() {
+        report::say(&format!(
+            "{clip}: links of the robot collide in {:.0} % of frames, deepest {} and {}: {:.1} cm",
+            100.0 * found.share_in_self_collision,
+            pair.link,
+            pair.other,
+            100.0 * pair.deepest
+        ));
+    }
     report::say(&format!(
         "{clip}: joints move at most {:.1} rad/s ({}), beyond what the robot allows in {:.2} % of samples",
         found.max_velocity,
