@@ -32,6 +32,7 @@ mod object_space;
 mod packed;
 mod quantize;
 mod raw_clip;
+mod read_ahead;
 mod refinement;
 mod shared_key_frames;
 mod stream_size;

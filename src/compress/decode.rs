@@ -2,6 +2,7 @@
 //!
 //! Readers differ in how they use rotation keys: see [`Decoder`]. All of them are followed, in double precision.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DQuat;
@@ -11,6 +12,7 @@ use super::curves::{Curve, EulerAngles};
 use super::key_frames::KeyFrames;
 use super::quantize::{QuantizedRotation, QuantizedTranslation};
 use super::raw_clip::{RawJoint, RawTrack};
+use super::read_ahead;
 use crate::math::soa::double::{LANES, Lanes, Matrices, Quaternions, Vectors};
 
 /// How readers decode rotations.
@@ -198,6 +200,22 @@ impl<'a> JointSampler<'a> {
                     curves: curves.each_ref().map(sampler),
                 })
             }),
+        }
+    }
+
+    /// Reads what the blocks of some frames need. The cursors have been brought to the first of them.
+    pub(super) fn read_ahead(&self, frames: &Range<usize>, cursors: &[Cursor]) {
+        let keys = |cursor: usize| {
+            let first = cursors[cursor].keys[0];
+            first..first + frames.len()
+        };
+        read_ahead::read(self.raw.translation.animated_values(), frames.clone(), |value| value.x);
+        read_ahead::read(self.raw.rotation.animated_values(), frames.clone(), |value| value.x);
+        if let TrackSampler::Animated { cursor, keys: values } = &self.translation {
+            read_ahead::read(values, keys(*cursor), |key| key.value.x);
+        }
+        if let TrackSampler::Animated { cursor, keys: values } = &self.rotation {
+            read_ahead::read(values, keys(*cursor), |key| key.value.x);
         }
     }
 

@@ -8,6 +8,7 @@ use std::ops::Range;
 use super::clip::{CompressedTrack, MeasuredError};
 use super::decode::{Block, Cursor, Decoder, JointSampler, JointState};
 use super::raw_clip::RawClip;
+use super::read_ahead::ReadAhead;
 use crate::math::soa::double::{LANES, Lanes};
 use crate::math::wide;
 use crate::pose::forward_kinematics;
@@ -93,6 +94,7 @@ fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors:
     };
     let raw_rounding = Lanes::all(measurement.raw_rounding);
     let mut joints = vec![JointState::default(); samplers.len()];
+    let mut ahead = ReadAhead::default();
     for range in ranges {
         for first in range.clone().step_by(LANES) {
             let count = (range.end - first).min(LANES);
@@ -100,6 +102,11 @@ fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors:
             for cursor in &mut cursors {
                 cursor.advance(measurement.times, block);
             }
+            ahead.reach(first, range.end, |frames| {
+                for sampler in &samplers {
+                    sampler.read_ahead(&frames, &cursors);
+                }
+            });
             forward_kinematics(
                 &mut joints,
                 |index| clip.parent_of(index),

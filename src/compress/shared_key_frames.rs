@@ -5,6 +5,7 @@ use glam::{Quat, Vec3};
 use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
+use super::read_ahead::{self, ReadAhead};
 use crate::math::quaternion::nlerp;
 use crate::pose::forward_kinematics;
 
@@ -15,7 +16,14 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], tolerance: f32) -
     let all: Vec<usize> = (0..clip.joints.len()).collect();
     // The joint that was off the last time is most likely to be off again: it is looked at first, with those above it.
     let mut suspects: Vec<usize> = Vec::new();
+    let mut ahead = ReadAhead::default();
     key_frames::reduce(clip.frames(), |from, to| {
+        ahead.reach(to, clip.frames(), |frames| {
+            for (joint, raw) in std::iter::zip(&clip.joints, raw) {
+                read_ahead::read(joint.rotation.animated_values(), frames.clone(), |value| value.x);
+                read_ahead::read(&raw.positions, frames.clone(), |value| value.x);
+            }
+        });
         let mut between = key_frames::between(&clip.ticks, from, to);
         between.all(|(frame, alpha)| {
             let interpolated = Interpolated {
