@@ -109,6 +109,22 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
+    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the same
+    /// bytes, or replacing is forced.
+    ///
+    /// # Errors
+    /// As [`Self::check`].
+    pub fn check_beside(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        self.check_inputs(path)?;
+        if self.force || !path.exists() || has_bytes(path, bytes) {
+            return Ok(());
+        }
+        let message = "a file that belongs to the output would replace another file of its name";
+        let diagnostic = Diagnostic::new(Code::OutputExists, message)
+            .help("write into another folder, or replace the file with --force");
+        Err(Error::from(diagnostic).with_path(path))
+    }
+
     /// Checks that `path` is not an input.
     ///
     /// # Errors

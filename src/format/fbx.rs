@@ -15,7 +15,7 @@ use crate::format::FormatInfo;
 use crate::format::provenance::Provenance;
 use crate::scene::Format;
 
-pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxVersion, export, write};
+pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion, export, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,

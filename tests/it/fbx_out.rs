@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::program::Folder;
 use crate::sample::Sample;
-use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxVersion, write};
+use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion, write};
 use mocap::glam::{DVec3, EulerRot, Mat4, Quat, Vec2, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
@@ -627,6 +627,62 @@ fn textures_are_embedded() {
     assert_eq!(again.warnings, []);
     assert_eq!(again.textures[0].bytes, scene.textures[0].bytes);
     assert_eq!(again.meshes[0].texture_coords.len(), again.meshes[0].vertices.len());
+}
+
+#[test]
+fn textures_stand_beside_the_file_by_choice() {
+    let folder = Folder::of_real(&[]);
+    let character = fs::canonicalize("fixtures/made/two_bones_textured.gltf").unwrap();
+    let convert = format!("convert {} out.fbx --textures beside", character.display());
+    folder.succeeds(&convert);
+    let embedded = import(&character).unwrap();
+    let images = |folder: &Folder| -> Vec<PathBuf> {
+        let names = folder.contents().into_iter().map(|(path, _)| path);
+        names
+            .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
+            .collect()
+    };
+    let [image] = images(&folder).try_into().unwrap();
+    assert_eq!(fs::read(&image).unwrap(), embedded.textures[0].bytes);
+    let again = import(folder.path("out.fbx")).unwrap();
+    assert_eq!((again.warnings.len(), again.textures.len()), (0, 1));
+    assert_eq!(again.textures[0].bytes, embedded.textures[0].bytes);
+    assert!(!folder.read("out.fbx").windows(4).any(|bytes| bytes == b"IHDR"));
+    // Once more, for the same bytes are there; but another image is not replaced, and then nothing is.
+    folder.succeeds(&convert);
+    fs::write(&image, b"of somebody else").unwrap();
+    folder.refuses(&convert, 1, "output-exists");
+    folder.refuses(&convert.replace("out.fbx", "other.fbx"), 1, "output-exists");
+    folder.succeeds(&format!("{convert} --force"));
+    assert_eq!(fs::read(&image).unwrap(), embedded.textures[0].bytes);
+    folder.refuses(&convert.replace("out.fbx", "- --to fbx"), 2, "--textures beside: ");
+    folder.refuses(
+        &convert.replace("out.fbx", "-o many --to fbx"),
+        2,
+        "--textures beside: ",
+    );
+}
+
+#[test]
+fn names_of_textures_are_names_of_files() {
+    let mut scene = import("fixtures/made/two_bones_textured.gltf").unwrap();
+    for (name, file) in [
+        ("skin", "skin.png"),
+        ("../../up\\..\\Skin.png", "Skin.png"),
+        ("..", "texture.png"),
+        ("con", "_con.png"),
+        ("a:b?\u{7}", "a_b__.png"),
+        (" .x. ", "x.png"),
+        ("", "texture.png"),
+    ] {
+        scene.textures[0].name = name.to_owned();
+        let options = FbxOptions {
+            textures: FbxTextures::Beside,
+            ..FbxOptions::default()
+        };
+        let (_, report) = write(&scene, &options).unwrap();
+        assert_eq!(report.beside, [(file.to_owned(), 0)], "{name:?}");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg};
 pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::edit::EditArgs;
-pub(crate) use self::fbx::{FBX_OPTIONS, FbxArgs, FbxOutArgs, NOT_FBX};
+pub(crate) use self::fbx::{FBX_OPTIONS, FbxArgs, FbxOutArgs, NOT_FBX, NOT_ONE_FILE};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::{FrameRateArgs, ReadArgs};

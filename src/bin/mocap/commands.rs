@@ -27,7 +27,7 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::export::ReplacePolicy;
+use mocap::export::{ReplacePolicy, write_file, write_files};
 use mocap::fbx::{self, FbxOptions, FbxReport};
 use mocap::scene::{Scene, Topic};
 use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
@@ -62,20 +62,47 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
     Ok(())
 }
 
-/// The bytes of a scene in a format: BVH, FBX, glTF with its buffer within, or else GLB.
-fn scene_bytes(scene: &Scene, format: &str, fbx: &FbxOptions) -> mocap::Result<Vec<u8>> {
+/// The bytes of a scene in a format: BVH, FBX, glTF with its buffer within, or else GLB; and the images beside it.
+fn scene_bytes(scene: &Scene, format: &str, fbx: &FbxOptions) -> mocap::Result<(Vec<u8>, Vec<ImageFile>)> {
     let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
-    match format {
-        "bvh" => bvh::write(scene, &bvh::BvhOptions::default()),
+    let bytes = match format {
+        "bvh" => bvh::write(scene, &bvh::BvhOptions::default())?,
         "fbx" => {
             let (bytes, written) = fbx::write(scene, fbx)?;
             if let Some(words) = fewer_keys(&written) {
                 report::say(&words);
             }
-            Ok(bytes)
+            return Ok((bytes, textures_beside(scene, &written)));
         }
-        "gltf" => document()?.to_embedded(),
-        _ => document()?.to_glb(),
+        "gltf" => document()?.to_embedded()?,
+        _ => document()?.to_glb()?,
+    };
+    Ok((bytes, Vec::new()))
+}
+
+/// An image that stands beside an FBX file: its name, and its bytes.
+type ImageFile = (String, Vec<u8>);
+
+fn textures_beside(scene: &Scene, written: &FbxReport) -> Vec<ImageFile> {
+    let images = written.beside.iter();
+    images
+        .map(|(name, texture)| (name.clone(), scene.textures[*texture].bytes.clone()))
+        .collect()
+}
+
+/// Writes a file and the images beside it: all of them or none.
+fn write_with_textures(policy: &ReplacePolicy, output: &Path, bytes: &[u8], images: &[ImageFile]) -> mocap::Result<()> {
+    let paths: Vec<_> = images.iter().map(|(name, _)| output.with_file_name(name)).collect();
+    for (path, (_, bytes)) in paths.iter().zip(images) {
+        policy.check_beside(path, bytes)?;
+    }
+    let images = paths
+        .iter()
+        .zip(images)
+        .map(|(path, (_, bytes))| (path.as_path(), bytes.as_slice()));
+    match images.len() {
+        0 => write_file(output, bytes),
+        _ => write_files(&images.chain([(output, bytes)]).collect::<Vec<_>>()),
     }
 }
 
@@ -114,6 +141,20 @@ fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(
         policy.check_bytes(output, bytes)?;
     }
     streams::write(output, bytes)
+}
+
+/// The same for an output with images beside it.
+fn write_whole_output(
+    policy: &ReplacePolicy,
+    output: &Path,
+    bytes: &[u8],
+    images: &[ImageFile],
+) -> Result<(), Failure> {
+    if images.is_empty() {
+        return write_output(policy, output, bytes);
+    }
+    policy.check_bytes(output, bytes)?;
+    Ok(write_with_textures(policy, output, bytes, images)?)
 }
 
 /// The skeleton of `scene`, with the bones of `--map`.

@@ -17,7 +17,7 @@
 //! | meshes with the same name and bones on one node | a mesh with several materials |
 //! | [`Mesh::bones`](crate::scene::Mesh::bones) | a skin with a cluster for each, and every weight |
 //! | a mesh without bones | stands below its node |
-//! | a material with a surface | a Phong material with its colour, opacity and texture; the image is embedded |
+//! | a material with a surface | a Phong material with its colour, opacity and texture; the image is embedded, or beside the file by [`FbxOptions::textures`] |
 //! | points | nothing |
 //! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
 //!
@@ -35,7 +35,7 @@ mod skeleton;
 mod space;
 mod time;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 
@@ -45,7 +45,7 @@ use self::names::Names;
 use self::space::Space;
 use self::time::Rate;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::export::write_file;
+use crate::export::{ReplacePolicy, write_file, write_files};
 use crate::format::provenance::Provenance;
 use crate::limits;
 use crate::scene::{Scene, UpAxis};
@@ -99,6 +99,16 @@ impl Default for FbxRoot {
     }
 }
 
+/// Where the images of textures are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FbxTextures {
+    /// In the file itself.
+    #[default]
+    Embedded,
+    /// In files of their own beside it: [`FbxReport::beside`] has them.
+    Beside,
+}
+
 /// Options of the writer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FbxOptions {
@@ -120,6 +130,8 @@ pub struct FbxOptions {
     ///
     /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their keys.
     pub max_error: Option<f64>,
+    /// Where the images of textures are.
+    pub textures: FbxTextures,
 }
 
 /// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
@@ -181,6 +193,7 @@ impl Default for FbxOptions {
             up: UpAxis::Y,
             whole_rate: false,
             max_error: None,
+            textures: FbxTextures::default(),
         }
     }
 }
@@ -195,8 +208,11 @@ pub struct FbxReport {
     pub bones: usize,
     /// Vertices of all meshes.
     pub vertices: usize,
-    /// Textures, all of them embedded.
+    /// Textures.
     pub textures: usize,
+    /// The files that have to stand beside the file: the name of each, and the index in
+    /// [`Scene::textures`] of the texture whose bytes it has.
+    pub beside: Vec<(String, usize)>,
     /// Curves of all clips.
     pub curves: usize,
     /// Keys of all curves.
@@ -255,7 +271,15 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
             None => bind,
         }
     };
-    let skinned = mesh::write(scene, &space, &placed, &bound, &mut names, &mut document, &mut report)?;
+    let skinned = mesh::write(
+        scene,
+        &space,
+        (&placed, &bound),
+        options.textures,
+        &mut names,
+        &mut document,
+        &mut report,
+    )?;
     let nodes = placed
         .iter()
         .enumerate()
@@ -286,13 +310,26 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     Ok((bytes, report))
 }
 
-/// Writes `scene` to `path`. After an error the file is unchanged, or absent.
+/// Writes `scene` to `path`, and its textures beside it where that is asked for. After an error the files are unchanged, or
+/// absent.
 ///
 /// # Errors
-/// As [`write()`], and [`Code::Io`].
+/// As [`write()`], [`Code::Io`], and [`Code::OutputExists`] where another image has the name of a texture.
 pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &FbxOptions) -> Result<FbxReport> {
     let (bytes, report) = write(scene, options)?;
-    write_file(path.as_ref(), &bytes)?;
+    let path = path.as_ref();
+    let images = report.beside.iter();
+    let images = images.map(|(name, texture)| (path.with_file_name(name), scene.textures[*texture].bytes.as_slice()));
+    let images: Vec<(PathBuf, &[u8])> = images.collect();
+    for (image, bytes) in &images {
+        ReplacePolicy::default().check_beside(image, bytes)?;
+    }
+    if images.is_empty() {
+        write_file(path, &bytes)?;
+    } else {
+        let files = images.iter().map(|(image, bytes)| (image.as_path(), *bytes));
+        write_files(&files.chain([(path, bytes.as_slice())]).collect::<Vec<_>>())?;
+    }
     Ok(report)
 }
 

@@ -1,11 +1,13 @@
 //! Options of the FBX writer.
 
+use std::path::Path;
+
 use clap::ValueEnum;
-use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxVersion};
+use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
 
 use super::Given;
 use super::compress::parse_length;
-use crate::Failure;
+use crate::{Failure, streams};
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Writing FBX")]
@@ -19,13 +21,19 @@ pub(crate) struct FbxArgs {
     /// The program whose conventions the file is to have: unit, axes, root, frame rate
     #[arg(long, value_name = "PROGRAM")]
     target: Option<TargetArg>,
+    /// Where the images of textures are
+    #[arg(long, value_name = "PLACE", default_value = "embedded")]
+    textures: TexturesArg,
 }
 
 /// The names of these options.
-pub(crate) const FBX_OPTIONS: [&str; 3] = ["fbx-version", "fbx-rest", "target"];
+pub(crate) const FBX_OPTIONS: [&str; 4] = ["fbx-version", "fbx-rest", "target", "textures"];
 
 /// Why they are refused for another format.
 pub(crate) const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
+
+/// Why standard output has no textures beside it.
+pub(crate) const NOT_ONE_FILE: &str = "standard output is one file; name a file, not -, or leave it out";
 
 /// The options of a command whose largest error is that of FBX alone.
 #[derive(Debug, clap::Args)]
@@ -41,7 +49,7 @@ pub(crate) struct FbxOutArgs {
 
 impl FbxOutArgs {
     /// The options of an output in a format, unless one of them would do nothing there.
-    pub(crate) fn options(&self, given: &Given, format: &str) -> Result<FbxOptions, Failure> {
+    pub(crate) fn options(&self, given: &Given, format: &str, output: &Path) -> Result<FbxOptions, Failure> {
         if format != "fbx" {
             given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             given.refuse(
@@ -49,14 +57,18 @@ impl FbxOutArgs {
                 "here it applies to FBX; mocap convert removes keys from glTF",
             )?;
         }
-        FbxArgs::check(self.max_error)?;
+        let reason = streams::is_standard(output).then_some(NOT_ONE_FILE);
+        self.fbx.check(self.max_error, reason)?;
         Ok(self.fbx.options(self.max_error))
     }
 }
 
 impl FbxArgs {
-    /// Refuses a largest error of 0.
-    pub(crate) fn check(max_error: Option<f64>) -> Result<(), Failure> {
+    /// Refuses a largest error of 0, and files beside the output for a `reason`.
+    pub(crate) fn check(&self, max_error: Option<f64>, reason: Option<&str>) -> Result<(), Failure> {
+        if let Some(reason) = reason.filter(|_| self.textures == TexturesArg::Beside) {
+            return Err(Failure::Usage(format!("--textures beside: {reason}")));
+        }
         match max_error {
             Some(0.0) => Err(Failure::Usage(
                 "--max-error 0: keys of an FBX cannot be removed without an error; name a length above 0, or leave it out"
@@ -73,6 +85,7 @@ impl FbxArgs {
             version: self.fbx_version.into(),
             rest: self.fbx_rest.map_or(options.rest, FbxRest::from),
             max_error,
+            textures: self.textures.into(),
             ..options
         }
     }
@@ -110,6 +123,23 @@ impl From<RestArg> for FbxRest {
         match arg {
             RestArg::PreRotation => Self::PreRotation,
             RestArg::Rotation => Self::Rotation,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum TexturesArg {
+    /// In the file
+    Embedded,
+    /// In files beside it
+    Beside,
+}
+
+impl From<TexturesArg> for FbxTextures {
+    fn from(arg: TexturesArg) -> Self {
+        match arg {
+            TexturesArg::Embedded => Self::Embedded,
+            TexturesArg::Beside => Self::Beside,
         }
     }
 }

@@ -11,8 +11,8 @@ use mocap::skeleton::humanoid;
 use mocap::verify::{Verification, Verifier};
 use mocap::{Diagnostic, SkeletonMesh, bvh, fbx, vrma};
 
-use super::{change, fewer_keys, import_to_resample, verify};
-use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FbxArgs, FormatArg, Given, NOT_FBX};
+use super::{change, fewer_keys, import_to_resample, textures_beside, verify, write_with_textures};
+use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FormatArg, Given, NOT_FBX, NOT_ONE_FILE};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report, streams};
@@ -182,6 +182,11 @@ fn packed(args: &ConvertArgs, scene: &Scene) -> mocap::Result<PackedClip<'static
 
 /// Refuses options that change nothing in an output of this format.
 pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg) -> Result<(), Failure> {
+    let reason = match (&args.batch.out_dir, args.paths.get(1)) {
+        (Some(_), _) => Some("textures of many files could have one name; convert one file at a time, or leave it out"),
+        (None, Some(output)) if streams::is_standard(output) => Some(NOT_ONE_FILE),
+        _ => None,
+    };
     let out = &args.change.out;
     let is_exact = matches!(format, FormatArg::Fbx) || args.compress.compression() == Compression::None;
     if args.compress.max_error == Some(0.0) && !is_exact {
@@ -209,7 +214,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
                 &["keep-constant", "embed", "compress", "shell-distance"],
                 "it applies to glTF; write .glb, or leave it out",
             )?;
-            FbxArgs::check(args.compress.max_error)?;
+            args.fbx.check(args.compress.max_error, reason)?;
             (true, true)
         }
         FormatArg::Mclip => {
@@ -384,7 +389,8 @@ pub(crate) fn convert(
         hash = args.batch.out_dir.is_some().then(|| sha256_of(clip.bytes()));
     } else if matches!(format, Some(FormatArg::Fbx)) {
         let options = args.fbx.options(args.compress.max_error);
-        let report = fbx::export(&scene, output, &options).map_err(|error| error.with_path(input))?;
+        let (bytes, report) = fbx::write(&scene, &options).map_err(|error| error.with_path(input))?;
+        write_with_textures(policy, output, &bytes, &textures_beside(&scene, &report))?;
         decisions.extend(fewer_keys(&report));
         of_fbx = report.max_error;
         (written.bytes, written.warnings) = (report.bytes, report.warnings);

@@ -15,7 +15,7 @@ use self::sentence::sentence;
 use super::plot::joints_named;
 use super::{
     check_json, convert_aloud, extension, import_moving, output_format, print_json, scene_bytes, short_name,
-    unknown_extension, write_drawing, write_output,
+    unknown_extension, write_drawing, write_output, write_whole_output,
 };
 use crate::args::{EditArgs, Given};
 use crate::{Failure, report, streams};
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     if !["glb", "gltf", "bvh", "fbx"].contains(&format.as_str()) {
         return Err(unknown_extension(&args.output, ".glb, .gltf, .bvh or .fbx"));
     }
-    let fbx = args.fbx.options(given, &format)?;
+    let fbx = args.fbx.options(given, &format, &args.output)?;
     if let Some(file) = &args.contacts
         && !["json", "npz"].contains(&extension(file).as_str())
     {
@@ -81,8 +81,8 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    let bytes = scene_bytes(&scene, &format, &fbx)?;
-    write_output(&policy, &args.output, &bytes)?;
+    let (bytes, images) = scene_bytes(&scene, &format, &fbx)?;
+    write_whole_output(&policy, &args.output, &bytes, &images)?;
     if let Some((file, bytes)) = contact_bytes {
         write_output(&policy, file, &bytes)?;
     }

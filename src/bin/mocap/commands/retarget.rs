@@ -13,8 +13,8 @@ use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
 use super::{
-    check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes, short_name,
-    unknown_extension, write_output,
+    ImageFile, check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes,
+    short_name, unknown_extension, write_whole_output,
 };
 use crate::args::{FeetArg, Given, RetargetArgs};
 use crate::{Failure, report, streams};
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     };
     let format = output_format(&args.output, args.to.as_deref(), default)?;
     check_output(args, &file, &target, &format)?;
-    let fbx = args.fbx.options(given, &format)?;
+    let fbx = args.fbx.options(given, &format, &args.output)?;
     let bones = match &target {
         Target::Character(character) => character.humanoid().cloned(),
         Target::Scene(_) => None,
@@ -97,8 +97,8 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         }
     }
     let count = clips.len();
-    let bytes = write(args, target, bones, clips, (&format, &fbx))?;
-    write_output(&policy, &args.output, &bytes)?;
+    let (bytes, images) = write(args, target, bones, clips, (&format, &fbx))?;
+    write_whole_output(&policy, &args.output, &bytes, &images)?;
     match args.json {
         true => print_json(&reports)?,
         false => reports.iter().for_each(tell),
@@ -275,7 +275,7 @@ fn write(
     bones: Humanoid,
     clips: Vec<(Animation, Provenance)>,
     (format, fbx): (&str, &FbxOptions),
-) -> Result<Vec<u8>, Failure> {
+) -> Result<(Vec<u8>, Vec<ImageFile>), Failure> {
     match target {
         target if ["vrma", "fbx"].contains(&format) => {
             let mut scene = target.into_scene();
@@ -291,9 +291,9 @@ fn write(
                 humanoid: Some(bones),
                 ..vrma::VrmaOptions::default()
             };
-            Ok(vrma::write(&scene, &options)?.0)
+            Ok((vrma::write(&scene, &options)?.0, Vec::new()))
         }
-        Target::Character(character) => Ok(character.with_clips(&clips, args.replace_animations)?),
+        Target::Character(character) => Ok((character.with_clips(&clips, args.replace_animations)?, Vec::new())),
         Target::Scene(mut scene) => {
             if format == "bvh" && clips.len() > 1 {
                 let message = format!("{}: a BVH file has one motion; name one", args.output.display());

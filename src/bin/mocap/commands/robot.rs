@@ -124,7 +124,7 @@ pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg)
         RobotFormatArg::Qpos => npz::write_qpos(motion),
         RobotFormatArg::Pkl => arrays::pickle(motion),
         RobotFormatArg::Csv => arrays::csv(motion, robot).into_bytes(),
-        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb", &FbxOptions::default())?,
+        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb", &FbxOptions::default())?.0,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Materials as Phong, which every program has, with a texture of colour.
 //!
-//! Colours are those of a screen (sRGB), as the reader has them. An image is embedded.
+//! Colours are those of a screen (sRGB), as the reader has them. An image is embedded, or a file beside.
 
 use std::collections::HashMap;
 
@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::document::{Document, Id};
 use super::encode::Element;
-use super::names::Names;
+use super::names::{Names, file_stem};
 use super::properties::Properties;
+use super::{FbxReport, FbxTextures};
 use crate::scene::{AlphaMode, Material, Scene, Surface};
 
 /// Writes each material and each texture that is used once.
@@ -19,12 +20,17 @@ pub(super) struct Materials<'a> {
     files: Names,
     known: HashMap<usize, Id>,
     textures: HashMap<usize, Id>,
+    place: FbxTextures,
+    /// The files beside the file that is written: their names, and the indices of the textures.
+    beside: Vec<(String, usize)>,
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
+    pub(super) fn new(scene: &'a Scene, place: FbxTextures) -> Self {
         Self {
             scene,
+            place,
+            beside: Vec::new(),
             names: Names::default(),
             files: Names::default(),
             known: HashMap::new(),
@@ -32,8 +38,9 @@ impl<'a> Materials<'a> {
         }
     }
 
-    pub(super) fn texture_count(&self) -> usize {
-        self.textures.len()
+    pub(super) fn report(self, report: &mut FbxReport) {
+        report.textures = self.textures.len();
+        report.beside = self.beside;
     }
 
     /// A material by its index in the scene.
@@ -77,11 +84,7 @@ impl<'a> Materials<'a> {
         // A name of a file without folders.
         let stem = texture.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = stem.strip_suffix(&format!(".{extension}")).unwrap_or(stem);
-        let stem: String = stem
-            .chars()
-            .map(|c| if ":*?\"<>|".contains(c) { '_' } else { c })
-            .collect();
-        let file = format!("{}.{extension}", self.files.unique(&stem, "texture"));
+        let file = format!("{}.{extension}", self.files.unique_file(&file_stem(stem), "texture"));
         let name = if texture.name.is_empty() { &file } else { &texture.name };
         let names = |element: Element<'a>, name: &'static str| {
             element
@@ -94,7 +97,11 @@ impl<'a> Materials<'a> {
             .child(Element::of("Type", "Clip"))
             .child(path.element())
             .child(Element::of("UseMipMap", 0));
-        let element = names(element, "Filename").child(Element::of("Content", texture.bytes.as_slice()));
+        let element = names(element, "Filename");
+        let element = match self.place {
+            FbxTextures::Embedded => element.child(Element::of("Content", texture.bytes.as_slice())),
+            FbxTextures::Beside => element,
+        };
         document.add("Video", element);
         let (id, element) = document.object("Texture", [name, "Texture", ""]);
         let uses = Properties::new().flag("UseMaterial", true).flag("UseMipMap", false);
@@ -112,6 +119,9 @@ impl<'a> Materials<'a> {
         document.add("Texture", element);
         document.connect(video, id);
         self.textures.insert(index, id);
+        if self.place == FbxTextures::Beside {
+            self.beside.push((file, index));
+        }
         id
     }
 }

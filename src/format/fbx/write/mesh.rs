@@ -14,7 +14,7 @@ use super::names::Names;
 use super::properties::Properties;
 use super::skeleton::{Placed, model};
 use super::space::Space;
-use super::{FbxReport, unrepresentable};
+use super::{FbxReport, FbxTextures, unrepresentable};
 use crate::error::Result;
 use crate::limits::is_plausible;
 use crate::math::rotation::to_euler_xyz;
@@ -58,13 +58,13 @@ fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
 pub(super) fn write<'a>(
     scene: &'a Scene,
     space: &Space,
-    placed: &[Placed],
-    bound: &dyn Fn(usize, DMat4) -> DMat4,
+    (placed, bound): (&[Placed], &dyn Fn(usize, DMat4) -> DMat4),
+    textures: FbxTextures,
     names: &mut Names,
     document: &mut Document<'a>,
     report: &mut FbxReport,
 ) -> Result<Vec<(Id, DMat4)>> {
-    let mut materials = Materials::new(scene);
+    let mut materials = Materials::new(scene, textures);
     let mut skinned = Vec::new();
     for (index, node) in scene.nodes.iter().enumerate() {
         let own: Vec<&Mesh> = node.meshes.iter().map(|mesh| &scene.meshes[*mesh]).collect();
@@ -110,7 +110,7 @@ pub(super) fn write<'a>(
             }
         }
     }
-    report.textures = materials.texture_count();
+    materials.report(report);
     Ok(skinned)
 }
 
