@@ -57,7 +57,7 @@ impl Robot {
             Err(reason) => {
                 let message = format!("the robot is not a humanoid: {reason}");
                 return Err(Diagnostic::new(Code::NotHumanoid, message)
-                    .help("name the links that are its bones in a map")
+                    .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
                     .into());
             }
         };
@@ -84,7 +84,7 @@ impl Robot {
             if !links.contains_key(&bone) {
                 let message = format!("the robot is not a humanoid: no link is the bone {}", bone.as_str());
                 return Err(Diagnostic::new(Code::NotHumanoid, message)
-                    .help("name the links that are its bones in a map")
+                    .help("name the links that are its bones in a map: --robot-map, or RobotOptions::map")
                     .into());
             }
         }
@@ -214,6 +214,12 @@ impl<'a> Tree<'a> {
         self.words(link).iter().any(|found| found.contains(word))
     }
 
+    /// Whether the names say that a limb is an arm.
+    fn is_arm(&self, limb: &Limb) -> bool {
+        let mut words = limb.links.iter().flat_map(|link| self.words(*link));
+        words.any(|word| word.ends_with("arm") || ["shoulder", "elbow", "wrist"].iter().any(|part| word.contains(part)))
+    }
+
     fn side_by_name(&self, limb: &Limb) -> Option<Side> {
         let mut left = 0_usize;
         let mut right = 0_usize;
@@ -238,9 +244,13 @@ impl<'a> Tree<'a> {
         let limbs = self.limbs();
         let pairs = self.pairs(&limbs, height);
         let reach = |pair: &[Limb; 2]| self.end(&pair[0]).z;
-        let lowest = pairs.iter().min_by(|a, b| reach(a).total_cmp(&reach(b)));
+        let lowest = pairs.iter().filter(|pair| !self.is_arm(&pair[0]));
+        let lowest = lowest.min_by(|a, b| reach(a).total_cmp(&reach(b)));
         let Some(legs) = lowest else {
-            return Err("no two limbs of at least three joints mirror each other".to_owned());
+            return Err(match pairs.is_empty() {
+                true => "no two limbs of at least three joints mirror each other, so it has no legs".to_owned(),
+                false => "the two limbs that mirror each other have the names of arms, so it has no legs".to_owned(),
+            });
         };
         let leg = self.start(&legs[0]).z - self.end(&legs[0]).z;
         if leg < 0.2 * height {

@@ -169,7 +169,7 @@ fn a_map_of_bones_is_understood_by_every_command_that_uses_bones() {
     folder.refuses(
         "convert cmu_short.bvh new.glb --map empty.json",
         2,
-        "there is no object \"bones\"",
+        "there is no object \"bones\": write {\"bones\": {\"hips\": \"NAME\", ...}}",
     );
 }
 

@@ -62,7 +62,46 @@ fn a_verdict_counts_also_for_motions_that_were_done_before() {
         said.contains("2 done before") && said.contains("0 good, 2 fair, 0 poor"),
         "{said}"
     );
+    assert!(
+        said.contains("error: 2 of 2 motions are worse than --require allows"),
+        "{said}"
+    );
     folder.succeeds(&format!("{command} --require fair"));
+}
+
+/// Limits of velocity that the file does not state are not spoken of, and what exit code 1 means is.
+#[test]
+fn what_is_said_of_one_motion_is_what_was_found() {
+    let folder = folder();
+    let said = ends_with(
+        &folder,
+        1,
+        "robot in/a.bvh --robot robot.urdf -o a.npz --fps 60 --require good",
+    );
+    assert!(
+        said.contains("a: fair: limbs ") && said.contains("error: a: the motion is fair, which --require refuses"),
+        "{said}"
+    );
+    assert!(
+        said.contains("joints are faster than the file of the robot allows in "),
+        "{said}"
+    );
+    let urdf = String::from_utf8(folder.read("robot.urdf")).unwrap();
+    folder.write("robot.urdf", urdf.replace(" velocity=", " speed=").as_bytes());
+    let said = folder.succeeds("robot in/a.bvh --robot robot.urdf -o a.npz --fps 60 --require good");
+    assert!(
+        said.contains("the fastest joint is ") && !said.contains("allows"),
+        "{said}"
+    );
+}
+
+#[test]
+fn several_motions_do_not_go_into_what_has_the_name_of_a_file() {
+    let folder = folder();
+    for output in ["new.npz", "robot.csv"] {
+        let reason = format!("{output}: several motions go into a folder");
+        folder.refuses(&format!("robot in --robot robot.urdf -o {output}"), 2, &reason);
+    }
 }
 
 #[cfg(not(feature = "parquet"))]

@@ -191,6 +191,38 @@ fn a_map_names_other_links() {
     assert_eq!(read(URDF).bones(None).unwrap_err().code(), Code::NotHumanoid);
 }
 
+#[test]
+fn two_arms_are_not_legs() {
+    let arm = |side: &str, y: f64| {
+        let link = |index: usize| {
+            let parent = if index == 0 {
+                "base".to_owned()
+            } else {
+                format!("{side}_arm_{}", index - 1)
+            };
+            let y = if index == 0 { y } else { 0.0 };
+            format!(
+                "<link name=\"{side}_arm_{index}\"/><joint name=\"{side}_{index}\" type=\"continuous\"><parent link=\"{parent}\"/>\
+                 <child link=\"{side}_arm_{index}\"/><origin xyz=\"0 {y} -0.2\"/><axis xyz=\"0 1 0\"/></joint>"
+            )
+        };
+        (0..5).map(link).collect::<String>()
+    };
+    let text = format!(
+        "<robot name=\"r\"><link name=\"base\"/>{}{}</robot>",
+        arm("left", 0.1),
+        arm("right", -0.1)
+    );
+    let error = read(&text).bones(None).unwrap_err();
+    assert_eq!(error.code(), Code::NotHumanoid);
+    assert!(
+        error.to_string().contains("have the names of arms, so it has no legs"),
+        "{error}"
+    );
+    // The same limbs under names that say nothing are legs.
+    assert!(read(&text.replace("_arm_", "_")).bones(None).is_ok());
+}
+
 /// The motion of a file on a robot.
 fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, mocap::robot::RobotReport) {
     let robot = robot(name);

@@ -48,7 +48,7 @@ pub(crate) enum Command {
     Convert(ConvertArgs),
     /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),
-    /// Put motions on a robot, of URDF or MJCF: positions of its joints, within their limits
+    /// Put motions of humans on a robot of URDF or MJCF, within the limits of its joints
     Robot(RobotArgs),
     /// Change a motion: foot lock, mirror, smooth, loop, join, blend, warp
     Edit(EditArgs),

@@ -10,7 +10,7 @@ use super::{FeetArg, InputArgs, MapArgs, ReadArgs, SourceArgs, SpreadArgs, TrimA
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
-    /// The motion files; with a folder as output also folders and wildcards
+    /// The motion files of humans; with a folder as output also folders and wildcards
     #[arg(required = true, value_name = "MOTION")]
     pub(crate) paths: Vec<PathBuf>,
     /// The robot: a .urdf file, or an .xml file of MuJoCo
@@ -22,7 +22,7 @@ pub(crate) struct RobotArgs {
     /// Format of the outputs [default: what the name of the output says, else npz]
     #[arg(long, value_name = "FORMAT")]
     pub(crate) to: Option<RobotFormatArg>,
-    /// Frames per second to write
+    /// Frames per second to write [default: those of the motion]
     #[arg(long, value_name = "RATE")]
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
@@ -34,22 +34,24 @@ pub(crate) struct RobotArgs {
     /// Feet: lock (they stand where those of the source stand), or free
     #[arg(long, value_name = "KIND", default_value = "lock")]
     pub(crate) feet: FeetArg,
-    /// Keep joints within the velocities that the file of the robot allows, too
+    /// Keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
-    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints
+    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the robot;
+    /// those that it does not name are searched for
     #[arg(long, value_name = "FILE", value_parser = source::read_map)]
     pub(crate) robot_map: Option<HumanoidMap>,
-    /// Exit with 1 where a motion is worse than this
+    /// Exit with 1 where the verdict of a motion is worse than this
     #[arg(long, value_name = "VERDICT")]
     pub(crate) require: Option<VerdictArg>,
     /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Write the reports of all motions as a table to this .parquet file, a row for each; a shard adds its number to the name
+    /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet is
+    /// x.1-of-8.parquet
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Print the report as JSON
+    /// Print the report of one motion as JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Replace a file that may be a source; an input is never replaced

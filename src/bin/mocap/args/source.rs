@@ -180,7 +180,7 @@ pub(super) fn read_map(path: &str) -> Result<HumanoidMap, String> {
     let text = fs::read_to_string(path).map_err(|error| error.to_string())?;
     let file: MapFile = serde_json::from_str(&text).map_err(|error| error.to_string())?;
     let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);
-    let bones = bones.ok_or("there is no object \"bones\"")?;
+    let bones = bones.ok_or("there is no object \"bones\": write {\"bones\": {\"hips\": \"NAME\", ...}}")?;
     let name = |joint| match joint {
         MapBone::Name(joint) | MapBone::Bone { joint } => joint,
     };

@@ -45,7 +45,13 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     }
     match is_good_enough(&found, args.require) {
         true => Ok(()),
-        false => Err(Failure::Told),
+        false => {
+            let (clip, verdict) = (&found.clip, found.verdict.as_str());
+            report::say(&format!(
+                "error: {clip}: the motion is {verdict}, which --require refuses"
+            ));
+            Err(Failure::Told)
+        }
     }
 }
 
@@ -88,7 +94,11 @@ pub(super) fn moved(
         .map(|warning| format!("{}: {warning}", file.display()))
         .collect();
     if scene.animations.is_empty() {
-        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+        let message = format!(
+            "{}: there is no motion in it: name a file with one, such as a .bvh",
+            file.display()
+        );
+        return Err(Failure::Usage(message));
     }
     if scene.animations.len() > 1 {
         let count = scene.animations.len();
@@ -148,10 +158,10 @@ pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) ->
 fn tell(found: &RobotReport) {
     let clip = &found.clip;
     report::say(&format!(
-        "{clip}: limbs {:.1} degrees off in the mean, in {} frames: {}; path scaled by {:.3}",
+        "{clip}: {}: limbs {:.1} degrees off in the mean of {} frames; path scaled by {:.3}",
+        found.verdict.as_str(),
         found.mean_degrees,
         found.frames,
-        found.verdict.as_str(),
         found.scale
     ));
     for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
@@ -171,7 +181,7 @@ fn tell(found: &RobotReport) {
     }
     if let (Some(skate), Some(source)) = (found.skate, found.source_skate) {
         report::say(&format!(
-            "{clip}: feet on the ground slide {:.1} cm/s, {:.1} in the source; a sole is at most {:.1} mm below the floor",
+            "{clip}: feet on the ground slide at {:.1} cm/s in the mean, those of the source at {:.1}; soles are at most {:.1} mm below the floor",
             100.0 * skate,
             100.0 * source,
             1000.0 * found.deepest.max(0.0)
@@ -186,10 +196,14 @@ fn tell(found: &RobotReport) {
             100.0 * pair.deepest
         ));
     }
+    if found.share_too_fast > 0.0 {
+        report::say(&format!(
+            "{clip}: joints are faster than the file of the robot allows in {:.2} % of samples; --velocity-limits holds them back",
+            100.0 * found.share_too_fast
+        ));
+    }
     report::say(&format!(
-        "{clip}: joints move at most {:.1} rad/s ({}), beyond what the robot allows in {:.2} % of samples",
-        found.max_velocity,
-        found.fastest_joint,
-        100.0 * found.share_too_fast
+        "{clip}: the fastest joint is {}, at {:.1} rad/s",
+        found.fastest_joint, found.max_velocity
     ));
 }

@@ -41,6 +41,10 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         let message = "--json prints the report of one motion; the manifest in the folder has those of many";
         return Err(Failure::Usage(message.to_owned()));
     }
+    if RobotFormatArg::of(folder).is_some() && !folder.is_dir() {
+        let message = "several motions go into a folder, and this is the name of a file: name a folder";
+        return Err(Failure::Usage(format!("{}: {message}", folder.display())));
+    }
     let format = args.to.unwrap_or(RobotFormatArg::Npz);
     let known = KnownOutputs::of(folder);
     let is_robot = |path: &Path| path == args.robot;
@@ -106,9 +110,16 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         robot_reports::write(path, records())?;
     }
     counts.verdict()?;
-    match found.iter().all(|report| is_good_enough(report, args.require)) {
-        true => Ok(()),
-        false => Err(Failure::Told),
+    let worse = found.iter().filter(|report| !is_good_enough(report, args.require));
+    match worse.count() {
+        0 => Ok(()),
+        worse => {
+            report::say(&format!(
+                "error: {worse} of {} motions are worse than --require allows",
+                found.len()
+            ));
+            Err(Failure::Told)
+        }
     }
 }
 
