@@ -1,4 +1,5 @@
-//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide.
+//! One function compiled twice: for every processor, and for those with AVX2, whose vectors are twice as wide, and
+//! with BMI, whose shifts take any register: every processor with AVX2 has it.
 //!
 //! Products and sums are not fused (that would be the instructions FMA), so that both give the same bits.
 
@@ -33,11 +34,14 @@ macro_rules! dispatch {
         $visibility fn $name($($argument: $type),*) $(-> $output)? {
             #[cfg(target_arch = "x86_64")]
             {
-                #[target_feature(enable = "avx2")]
+                #[target_feature(enable = "avx2,bmi1,bmi2")]
                 fn with_avx2($($argument: $type),*) $(-> $output)? $wide
 
-                if std::arch::is_x86_feature_detected!("avx2") {
-                    // SAFETY: all that a call requires is that the processor has AVX2, and it has.
+                if std::arch::is_x86_feature_detected!("avx2")
+                    && std::arch::is_x86_feature_detected!("bmi1")
+                    && std::arch::is_x86_feature_detected!("bmi2")
+                {
+                    // SAFETY: all that a call requires is that the processor has AVX2, BMI1 and BMI2, and it has.
                     #[allow(unsafe_code, reason = "up to twice as fast: tools/bench/README.md")]
                     return unsafe { with_avx2($($argument),*) };
                 }

@@ -167,20 +167,37 @@ fn key_in(mask: &Mask, frame: usize) -> (usize, usize, Option<usize>) {
     (key, offset, next)
 }
 
-/// The stored components of eight rotations, in steps, and the number of the component that is not stored. Each is a list
-/// of lanes, so that what is computed of them becomes vector instructions.
+/// The lines of eight rotations in a block. Each number is a list of lanes, so that what is computed of them becomes vector
+/// instructions.
 #[derive(Clone, Copy)]
-struct Points {
+struct LineLanes {
     numbers: [[i32; LANES]; 3],
     rises: [[i32; LANES]; 3],
-    above: [[i32; LANES]; 3],
-    dropped: [usize; LANES],
 }
 
-impl Points {
+impl LineLanes {
     const ZERO: Self = Self {
         numbers: [[0; LANES]; 3],
         rises: [[0; LANES]; 3],
+    };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, block: &RotationBlock) {
+        for axis in 0..3 {
+            (self.numbers[axis][lane], self.rises[axis][lane]) = block.lines[axis];
+        }
+    }
+}
+
+/// What eight rotations store above their lines, and the number of the component that is not stored.
+#[derive(Clone, Copy)]
+struct KeyLanes {
+    above: [[i32; LANES]; 3],
+    dropped: [u32; LANES],
+}
+
+impl KeyLanes {
+    const ZERO: Self = Self {
         above: [[0; LANES]; 3],
         dropped: [0; LANES],
     };
@@ -190,25 +207,24 @@ impl Points {
     fn read(&mut self, lane: usize, block: &RotationBlock, bytes: &[u8], key: &mut Key) {
         let mut bits = bits_at(bytes, key.at);
         key.at += block.key_bits() as usize;
-        self.dropped[lane] = block.kind as usize;
+        self.dropped[lane] = block.kind;
         if block.kind >= MIXED {
-            self.dropped[lane] = lowest(bits, DROPPED_BITS) as usize;
+            self.dropped[lane] = lowest(bits, DROPPED_BITS);
             bits >>= DROPPED_BITS;
         }
         for axis in 0..3 {
             self.above[axis][lane] = lowest(bits, block.widths[axis]) as i32;
             bits >>= block.widths[axis];
-            (self.numbers[axis][lane], self.rises[axis][lane]) = block.lines[axis];
         }
     }
 
     /// The components, that which is not stored first.
     #[inline(always)]
-    fn components(&self, offset: i32, log2: u32, step: Lanes) -> Quaternions {
+    fn components(&self, lines: &LineLanes, offset: i32, log2: u32, step: Lanes) -> Quaternions {
         let mut stored = [Lanes::ZERO; 3];
         for (axis, stored) in stored.iter_mut().enumerate() {
             for lane in 0..LANES {
-                let line = (self.numbers[axis][lane], self.rises[axis][lane]);
+                let line = (lines.numbers[axis][lane], lines.rises[axis][lane]);
                 stored.0[lane] = on_line(line, offset, log2).wrapping_add(self.above[axis][lane]) as f32;
             }
             *stored = *stored * step;
@@ -218,6 +234,25 @@ impl Points {
         let x = Lanes::of(|lane| if square.0[lane] > 0.0 { square.0[lane] } else { 0.0 }).sqrt();
         Quaternions { x, y, z, w }
     }
+}
+
+/// Moves every component on by as many places as its lane says, of which the lowest two bits count.
+#[inline(always)]
+fn moved_on(quaternions: Quaternions, places: [u32; LANES]) -> Quaternions {
+    let mut components = quaternions.components();
+    for places_of_bit in [1, 2] {
+        let before = components;
+        for (slot, component) in components.iter_mut().enumerate() {
+            let from = before[(slot + 4 - places_of_bit) % 4];
+            for (lane, places) in places.iter().enumerate() {
+                if places & places_of_bit as u32 != 0 {
+                    component.0[lane] = from.0[lane];
+                }
+            }
+        }
+    }
+    let [x, y, z, w] = components;
+    Quaternions { x, y, z, w }
 }
 
 wide::dispatch! {
@@ -230,40 +265,40 @@ wide::dispatch! {
 #[inline(always)]
 fn sample_rotation_lanes(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, alpha: f32, pose: &mut [Trs]) {
     let (bytes, log2) = (&*clip.bytes, clip.log2_block_frames);
-    let (mut a, mut b) = (Points::ZERO, Points::ZERO);
+    let in_one_block = from.block == to.block;
+    let (mut lines, mut next_lines) = (LineLanes::ZERO, LineLanes::ZERO);
+    let (mut a, mut b) = (KeyLanes::ZERO, KeyLanes::ZERO);
     let mut step = Lanes::ZERO;
     for tracks in clip.rotations.chunks(LANES) {
         for (lane, track) in tracks.iter().enumerate() {
             step.0[lane] = track.step;
             let block = track.in_block(bytes, from.headers);
+            lines.set(lane, &block);
             a.read(lane, &block, bytes, from);
-            if to.block == from.block {
+            if in_one_block {
                 b.read(lane, &block, bytes, to);
             } else {
-                b.read(lane, &track.in_block(bytes, to.headers), bytes, to);
+                let block = track.in_block(bytes, to.headers);
+                next_lines.set(lane, &block);
+                b.read(lane, &block, bytes, to);
             }
         }
-        let first = a.components(from.offset, log2, step);
-        let mut second = b.components(to.offset, log2, step);
+        let first = a.components(&lines, from.offset, log2, step);
+        let lines_of_second = if in_one_block { &lines } else { &next_lines };
+        let mut second = b.components(lines_of_second, to.offset, log2, step);
         if a.dropped != b.dropped {
-            for lane in 0..LANES {
-                let components = second.lane(lane);
-                let mut moved = [0.0; 4];
-                for (slot, moved) in moved.iter_mut().enumerate() {
-                    *moved = components[(a.dropped[lane] + slot + 4 - b.dropped[lane]) & 3];
-                }
-                second.set_lane(lane, moved);
+            let mut places = [0; LANES];
+            for (lane, places) in places.iter_mut().enumerate() {
+                *places = b.dropped[lane].wrapping_sub(a.dropped[lane]);
             }
+            second = moved_on(second, places);
         }
         let weight = Lanes::all(alpha).negated_where_negative(first.dot(second));
         let mixed = (first * Lanes::all(1.0 - alpha) + second * weight).normalize();
+        let mixed = moved_on(mixed, a.dropped);
         for (lane, track) in tracks.iter().enumerate() {
             if let Some(node) = pose.get_mut(track.node as usize) {
-                let mut rotation = [0.0; 4];
-                for (slot, component) in mixed.lane(lane).into_iter().enumerate() {
-                    rotation[(a.dropped[lane] + slot) & 3] = component;
-                }
-                node.rotation = Quat::from_array(rotation);
+                node.rotation = Quat::from_array(mixed.lane(lane));
             }
         }
     }
