@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <vector>
 
 namespace {
@@ -95,9 +96,9 @@ int main(int count, char **arguments) {
   settings.error_metric = &metric;
   acl::output_stats stats;
   acl::compressed_tracks *compressed = nullptr;
-  const auto start = Clock::now();
+  const std::clock_t start = std::clock();
   const acl::error_result result = acl::compress_track_list(allocator, list, settings, compressed, stats);
-  const double encode = seconds_since(start);
+  const double encode = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   if (result.any()) {
     std::fprintf(stderr, "%s\n", result.c_str());
     return 1;

@@ -8,7 +8,10 @@ import { parseArgs } from "node:util";
 
 import { fixtures, mocap } from "../../interop/mocap.js";
 import { PACKERS } from "../../interop/packers.js";
+import { readGlb } from "../../interop/glb.js";
+import { inChromium } from "./browser.js";
 import { errorsOf, openGlb } from "./clips.js";
+import { decodeTimes } from "./decode.js";
 import { openPacked } from "./packed.js";
 
 const { values: options, positionals } = parseArgs({
@@ -67,6 +70,23 @@ function compressWithAcl(source, bound) {
   return { said, lossy: { parents, times, at: (_, frame) => poseOf(frame) } };
 }
 
+/** What decode times are measured of: the first clip at the middle bound. Bytes are base64. */
+const decoded = { clip: "", frames: 0, packed: {}, clips: {} };
+
+function keepToDecode(clip, frames, writer, path) {
+  if (decoded.clip === "") Object.assign(decoded, { clip, frames });
+  if (clip !== decoded.clip) return;
+  const base64 = (bytes) => Buffer.from(bytes).toString("base64");
+  if (writer === "mclip") {
+    decoded.clips[writer] = base64(readFileSync(path));
+    return;
+  }
+  const { json, bin } = readGlb(path);
+  const packings = json.bufferViews.map(({ extensions = {} }) => extensions.EXT_meshopt_compression ?? extensions.KHR_meshopt_compression);
+  const views = packings.filter(Boolean).map(({ byteOffset = 0, ...view }) => ({ ...view, byteOffset }));
+  if (views.length > 0) decoded.packed[writer] = { views, bytes: base64(bin) };
+}
+
 /** Frames of a file at its own rate. @type {Map<string, number>} */
 const framesOf = new Map();
 
@@ -98,6 +118,7 @@ async function measure(file, fps) {
       }
       const lossy = isPacked ? { ...openPacked(output), names: undefined } : await openGlb(output);
       add(form, bound, statSync(output).size, lossy);
+      if (bound === BOUNDS[1]) keepToDecode(clip, source.times.length, form, output);
     }
   }
   for (const { name, pack } of OTHERS) {
@@ -105,6 +126,7 @@ async function measure(file, fps) {
     try {
       pack(plain, output);
       add(name, null, statSync(output).size, await openGlb(output));
+      keepToDecode(clip, source.times.length, name, output);
     } catch (error) {
       failures.push(`${clip}, ${name}: ${String(error.message).split("\n")[0]}`);
     }
@@ -150,10 +172,39 @@ function printClips() {
 function printSpeed() {
   const acl = rows.filter((row) => row.writer === "ACL" && row.bound === BOUNDS[0]);
   if (acl.length === 0) return;
-  console.log(`\nACL at ${BOUNDS[0]} mm: ${(sum(acl.map((row) => row.raw)) / sum(acl.map((row) => row.extra.encode)) / 1e6).toFixed(1)} MB of raw samples compressed a second.`);
+  console.log("");
+  for (const bound of BOUNDS) {
+    const mine = rows.filter((row) => row.writer === "ACL" && row.bound === bound);
+    const speed = sum(mine.map((row) => row.raw)) / sum(mine.map((row) => row.extra.encode)) / 1e6;
+    console.log(`ACL at ${bound} mm: ${speed.toFixed(1)} MB of raw samples compressed a second.`);
+  }
   console.log("\n| clip | ACL's pose, us | of 64 clips, us |");
   console.log("|---|--:|--:|");
   for (const { clip, extra } of acl) console.log(`| ${clip} | ${extra.random} | ${extra.clips} |`);
+}
+
+/** In Node and in Chromium: unpacking a whole file, and a pose of a packed clip. */
+async function printDecoding() {
+  const { MeshoptDecoder } = await import(new URL("../../interop/node_modules/meshoptimizer/meshopt_decoder.mjs", import.meta.url));
+  const { load } = await import("../../wasm/package/index.js");
+  await MeshoptDecoder.ready;
+  const bytesOf = (text) => new Uint8Array(Buffer.from(text, "base64"));
+  const node = decodeTimes({
+    decoder: MeshoptDecoder,
+    mocap: await load(),
+    packed: Object.fromEntries(Object.entries(decoded.packed).map(([name, { views, bytes }]) => [name, { views, bytes: bytesOf(bytes) }])),
+    clips: Object.fromEntries(Object.entries(decoded.clips).map(([name, bytes]) => [name, bytesOf(bytes)])),
+  });
+  const browser = await inChromium(decoded);
+  console.log(`\nDecoding ${decoded.clip}, ${decoded.frames} frames, at ${BOUNDS[1]} mm; Chromium ${browser.version}:\n`);
+  console.log("| file | what | Node | Chromium |");
+  console.log("|---|---|--:|--:|");
+  for (const name of Object.keys(node.unpack)) {
+    console.log(`| ${name} | the whole file unpacked, ms | ${node.unpack[name].toFixed(2)} | ${browser.unpack[name].toFixed(2)} |`);
+  }
+  for (const name of Object.keys(node.pose)) {
+    console.log(`| ${name} | a pose at a random tick, us | ${node.pose[name].toFixed(2)} | ${browser.pose[name].toFixed(2)} |`);
+  }
 }
 
 const chosen = positionals.length > 0 ? positionals : fixtures("real").filter(isHumanoid);
@@ -170,6 +221,11 @@ console.log(`${cpus()[0].model}, Node ${process.version}, ${new Date().toISOStri
 printSums();
 printClips();
 printSpeed();
+try {
+  await printDecoding();
+} catch (error) {
+  failures.push(`decode times: ${error.message.split("\n")[0]}`);
+}
 if (options.bench) {
   console.log(`\n${execFileSync(options.bench, ["packed", ...chosen], { encoding: "utf8" })}`);
 }

@@ -6,6 +6,8 @@ use std::time::Instant;
 
 use mocap::compress::PackedClip;
 use mocap::glam::{DQuat, DVec3};
+use mocap::gltf::{self, Compression, GltfOptions};
+use mocap::scene::Animation;
 use mocap::{Binding, Conversion, Importer, Scene, SkeletonMesh, Trs};
 
 use crate::Result;
@@ -17,7 +19,16 @@ const BOUNDS: [f64; 3] = [0.0001, 0.001, 0.005];
 const CLIPS: usize = 64;
 const POSES: usize = 100_000;
 
-/// Prints a row for each file and bound; then, of the first file, the time of a pose.
+/// Bytes of a joint in a sample that ACL calls raw: rotation, translation and scale as floats.
+const RAW: usize = 40;
+
+/// The forms of glTF whose encoding is timed.
+#[cfg(feature = "meshopt")]
+const FORMS: &[Compression] = &[Compression::Int16, Compression::Meshopt, Compression::MeshoptKhr];
+#[cfg(not(feature = "meshopt"))]
+const FORMS: &[Compression] = &[Compression::Int16];
+
+/// Prints a row for each file and bound with the time of a pose, and then how fast all files are encoded.
 pub(crate) fn measure(files: &[&str]) -> Result<()> {
     println!(
         "| clip | frames | nodes | bound, mm | bytes | error, mm | encode, s | poses in order, us | random poses, us | random clips, us |"
@@ -38,6 +49,50 @@ pub(crate) fn measure(files: &[&str]) -> Result<()> {
                 1e3 * bound,
                 clip.bytes().len(),
                 1e3 * error(&scene, &clip),
+            );
+        }
+    }
+    encoding(files)
+}
+
+/// Prints how many bytes are encoded in a second of processor time: of raw samples, and of the files.
+fn encoding(files: &[&str]) -> Result<()> {
+    println!("\n| form | bound, mm | MB of raw samples a second | MB of files a second |");
+    println!("|---|--:|--:|--:|");
+    let mut scenes = Vec::new();
+    let (mut raw, mut bytes) = (0, 0);
+    for file in files {
+        let scene = import(Path::new(file))?;
+        let frames = scene.animations.first().map_or(0, Animation::frame_count);
+        raw += RAW * frames * scene.nodes.len();
+        bytes += std::fs::metadata(file)?.len();
+        scenes.push(scene);
+    }
+    for form in FORMS.iter().map(Some).chain([None]) {
+        for bound in BOUNDS {
+            let start = crate::cpu_seconds();
+            for scene in &scenes {
+                match form {
+                    Some(compression) => {
+                        let options = GltfOptions {
+                            compression: *compression,
+                            max_error: Some(bound),
+                            ..GltfOptions::default()
+                        };
+                        black_box(gltf::Document::new(scene, &options)?.to_glb()?);
+                    }
+                    None => drop(black_box(PackedClip::encode(scene, 0, bound)?)),
+                }
+            }
+            let seconds = crate::cpu_seconds()
+                .zip(start)
+                .map_or(f64::NAN, |(end, start)| end - start);
+            println!(
+                "| {} | {} | {:.1} | {:.1} |",
+                form.map_or("mclip".to_owned(), |form| format!("{form:?}").to_lowercase()),
+                1e3 * bound,
+                raw as f64 / seconds / 1e6,
+                bytes as f64 / seconds / 1e6,
             );
         }
     }
