@@ -40,6 +40,13 @@ impl ObjectSpaceTrack {
         })
     }
 
+    /// The positions of a point that is attached to this joint, at `offset` from it, at some frames.
+    #[inline]
+    pub(super) fn attached(&self, offset: Vec3, frames: Range<usize>) -> impl Iterator<Item = Vec3> {
+        std::iter::zip(&self.positions[frames.clone()], &self.rotations[frames])
+            .map(move |(position, rotation)| *position + *rotation * offset)
+    }
+
     /// The rotation of a joint, given its rotation to `parent`.
     #[inline]
     pub(super) fn rotation(parent: Option<&Self>, frame: usize, local: Quat) -> Quat {
@@ -61,8 +68,15 @@ pub(super) fn decode_translations(
     match track {
         Track::Constant(value) => {
             let offset = *value * scale;
-            for frame in ranges.iter().cloned().flatten() {
-                positions[frame] = ObjectSpaceTrack::position(parent, frame, offset);
+            for frames in ranges {
+                let positions = &mut positions[frames.clone()];
+                match parent {
+                    None => positions.fill(offset),
+                    Some(parent) => {
+                        let attached = parent.attached(offset, frames.clone());
+                        std::iter::zip(positions, attached).for_each(|(position, attached)| *position = attached);
+                    }
+                }
             }
         }
         Track::Animated { key_frames, keys, .. } => {

@@ -4,6 +4,7 @@
 //! Peucker; only the new keys are encoded. Where a frame with a key has too large an error, or each joint has key frames
 //! of its own, the joints up the chain get smaller tolerances, and another pass starts.
 
+use std::iter::zip;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -130,7 +131,7 @@ impl Refinement<'_> {
                 coarsest: None,
             }
         };
-        std::iter::zip(depth, deepest).map(budget).collect()
+        zip(depth, deepest).map(budget).collect()
     }
 
     /// Shrinks the tolerance of every joint whose error, given by node, is too large, and of all joints above it.
@@ -165,30 +166,42 @@ impl Refinement<'_> {
 
     /// The largest error of a joint at every frame of some ranges, in single precision and for a reader that uses nlerp.
     fn estimate_errors(&self, lossy: &[ObjectSpaceTrack], ranges: &[Range<usize>], errors: &mut [f32]) {
-        let raw = &self.encoder.raw;
-        let frames = || ranges.iter().cloned().flatten();
-        frames().for_each(|frame| errors[frame] = 0.0);
+        for frames in ranges {
+            errors[frames.clone()].fill(0.0);
+        }
         for (index, joint) in self.encoder.clip.joints.iter().enumerate() {
-            match (joint.is_static_leaf(), joint.parent) {
-                (false, _) => {
-                    let (raw, lossy) = (&raw[index].positions, &lossy[index].positions);
-                    for frame in frames() {
-                        errors[frame] = errors[frame].max(raw[frame].distance_squared(lossy[frame]));
+            let of = |joint: usize| (&self.encoder.raw[joint], &lossy[joint]);
+            for frames in ranges {
+                let errors = &mut errors[frames.clone()];
+                match (joint.is_static_leaf(), joint.parent) {
+                    (false, _) => {
+                        let (raw, lossy) = of(index);
+                        let positions = zip(&raw.positions[frames.clone()], &lossy.positions[frames.clone()]);
+                        for (error, (raw, lossy)) in zip(errors, positions) {
+                            *error = error.max(raw.distance_squared(*lossy));
+                        }
                     }
-                }
-                (true, Some(parent)) => {
-                    let offset = joint.offset() * joint.parent_scale;
-                    for frame in frames() {
-                        let [raw, lossy] = [&raw[parent], &lossy[parent]]
-                            .map(|parent| ObjectSpaceTrack::position(Some(parent), frame, offset));
-                        errors[frame] = errors[frame].max(raw.distance_squared(lossy));
+                    (true, Some(parent)) => {
+                        let (raw, lossy) = of(parent);
+                        let offset = joint.offset() * joint.parent_scale;
+                        let positions = zip(
+                            raw.attached(offset, frames.clone()),
+                            lossy.attached(offset, frames.clone()),
+                        );
+                        for (error, (raw, lossy)) in zip(errors, positions) {
+                            *error = error.max(raw.distance_squared(lossy));
+                        }
                     }
+                    // A root that is a static leaf has no error.
+                    (true, None) => {}
                 }
-                // A root that is a static leaf has no error.
-                (true, None) => {}
             }
         }
-        frames().for_each(|frame| errors[frame] = errors[frame].sqrt());
+        for frames in ranges {
+            errors[frames.clone()]
+                .iter_mut()
+                .for_each(|error| *error = error.sqrt());
+        }
     }
 
     /// Adds keys where the error is above `bound`, and encodes them. Returns the ranges of frames that this changes. After
