@@ -21,7 +21,9 @@
 
 mod bones;
 mod collision;
+mod following;
 mod kinematics;
+mod measure;
 mod model;
 mod motion;
 mod report;

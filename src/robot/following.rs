@@ -1,0 +1,238 @@
+//! What the links of the robot follow: the bones of the twin, with feet that stay on the floor and where they stand.
+
+use glam::{DQuat, DVec2, DVec3, Quat};
+
+use super::kinematics::Kinematics;
+use super::model::Robot;
+use super::sole::SoleBall;
+use super::solver::{Goals, Reach, Turn};
+use super::twin::{Twin, TwinBone};
+use crate::pose::Pose;
+use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// Squares of weights: of directions of limbs, of turns about limbs, of what no joint of an ankle does, and of places, of
+/// a metre against a radian.
+const DIRECTION: f64 = 1.0;
+const TWIST: f64 = 0.01;
+const NOT_DRIVEN: f64 = 0.01;
+const TRUNK: f64 = 1.0;
+const HAND: f64 = 0.2;
+const HEAD: f64 = 0.3;
+const FOOT_TURN: f64 = 0.3;
+/// How many times as much the turn of a foot counts that stands, less 1.
+const STANDING: f64 = 12.0;
+const FOOT_PLACE: f64 = 10_000.0;
+const HIPS_PLACE: f64 = 9.0;
+
+/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often the
+/// interval is halved in which the turn is looked for.
+const RAISED: f64 = 0.02;
+const HALVINGS: usize = 12;
+
+/// How far a foot that stands is held away from where the twin has it at most, in metres, and how long it takes to come
+/// back, in seconds.
+const FARTHEST_HELD: f64 = 0.1;
+const RETURN: f64 = 0.12;
+
+/// A bone of the twin with the body of the robot that follows it.
+#[derive(Clone, Debug)]
+struct Follower {
+    node: NodeId,
+    /// The body to the figure's axes in the T-pose.
+    body_to_frame: DQuat,
+    /// Squares of the weights, of a foot in the air.
+    weights: DVec3,
+}
+
+/// A point of the robot that goes where a joint of the twin is.
+#[derive(Clone, Debug)]
+struct Reached {
+    node: NodeId,
+    /// The joint, in the frame of the body.
+    point: DVec3,
+    /// Of an ankle: the turn of its foot, and the sole in the frame of the foot's body.
+    foot: Option<(usize, Vec<SoleBall>, Side)>,
+}
+
+/// A foot from frame to frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Stand {
+    /// How far the goal of the ankle is from where the twin has it, over the ground.
+    shift: DVec2,
+    /// The lowest ball of the sole in the frame before, and where it was.
+    lowest: Option<(usize, DVec3)>,
+    /// From 0 in the air to 1 on the ground, smoothly.
+    grip: f64,
+}
+
+/// The goals of the solver, and what each of them follows.
+#[derive(Clone, Debug)]
+pub(super) struct Following {
+    pub(super) goals: Goals,
+    /// For each turn of the goals, whose it is; for each reach, its node.
+    turns: Vec<Follower>,
+    reaches: Vec<Reached>,
+    figure_to_world: DQuat,
+}
+
+impl Following {
+    pub(super) fn new(robot: &Robot, kinematics: &Kinematics, twin: &Twin) -> Self {
+        let mut goals = Goals::default();
+        let (mut turns, mut reaches) = (Vec::new(), Vec::new());
+        for bone in &twin.bones {
+            let (body, place) = kinematics.body_of(bone.link);
+            let body_to_frame = (bone.link_to_frame * place.rotation.inverse()).normalize();
+            let weights = weights(twin, bone, robot);
+            goals.turns.push(Turn {
+                body,
+                weight_axes: body_to_frame.inverse(),
+                weights,
+                target: DQuat::IDENTITY,
+            });
+            turns.push(Follower {
+                node: bone.node,
+                body_to_frame,
+                weights,
+            });
+            let weight = match bone.bone.on(Side::Left) {
+                Bone::LeftFoot => FOOT_PLACE,
+                Bone::Hips => HIPS_PLACE,
+                _ => continue,
+            };
+            goals.reaches.push(Reach {
+                body,
+                point: place.point(bone.start),
+                weight,
+                target: DVec3::ZERO,
+            });
+            let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
+            reaches.push(Reached {
+                node: bone.node,
+                point: place.point(bone.start),
+                foot: side.map(|side| {
+                    let balls = twin.soles[side as usize].iter().map(|ball| SoleBall {
+                        centre: place.point(ball.centre),
+                        ..*ball
+                    });
+                    (turns.len() - 1, balls.collect(), side)
+                }),
+            });
+        }
+        Self {
+            goals,
+            turns,
+            reaches,
+            figure_to_world: twin.figure_to_world,
+        }
+    }
+
+    /// The goals of the hips.
+    pub(super) fn hips(&self) -> Option<(&Turn, &Reach)> {
+        let reach = self.reaches.iter().position(|reached| reached.foot.is_none())?;
+        let turn = self
+            .turns
+            .iter()
+            .position(|turn| turn.node == self.reaches[reach].node)?;
+        Some((&self.goals.turns[turn], &self.goals.reaches[reach]))
+    }
+
+    /// Sets the goals to a pose of the twin.
+    pub(super) fn aim(&mut self, twin: &Pose) {
+        let to_world = self.figure_to_world;
+        for (turn, follower) in self.goals.turns.iter_mut().zip(&self.turns) {
+            let matrix = &twin.node_to_world[follower.node.index()];
+            let frame = Quat::from_mat4(matrix).as_dquat().normalize();
+            turn.target = (to_world * frame * follower.body_to_frame).normalize();
+        }
+        for (reach, reached) in self.goals.reaches.iter_mut().zip(&self.reaches) {
+            reach.target = to_world * twin.position(reached.node).as_dvec3();
+            reach.point = reached.point;
+            let Some((turn, sole, _)) = &reached.foot else { continue };
+            let depth = |rotation: DQuat| {
+                let depths = sole
+                    .iter()
+                    .map(|ball| ball.radius - (rotation * (ball.centre - reach.point)).z);
+                depths.fold(f64::NEG_INFINITY, f64::max)
+            };
+            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the rest.
+            let goal = &mut self.goals.turns[*turn];
+            let tilted = goal.target;
+            let upright = tilted * self.turns[*turn].body_to_frame.inverse() * DVec3::Y;
+            let flat = DQuat::from_rotation_arc(upright.normalize(), DVec3::Z) * tilted;
+            let most = reach.target.z + RAISED;
+            if depth(tilted) > most {
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (low + high);
+                    match depth(tilted.slerp(flat, middle)) > most {
+                        true => low = middle,
+                        false => high = middle,
+                    }
+                }
+                goal.target = tilted.slerp(flat, high);
+            }
+            reach.target.z = reach.target.z.max(depth(goal.target));
+        }
+    }
+
+    /// The ankle of a side: its place among the reaches, the turn of the foot, and the sole.
+    fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
+        let feet = self.reaches.iter().enumerate();
+        let mut feet = feet.filter_map(|(reach, reached)| reached.foot.as_ref().map(|foot| (reach, foot)));
+        let (reach, (turn, sole, _)) = feet.find(|(_, foot)| foot.2 as usize == side)?;
+        Some((reach, *turn, sole))
+    }
+
+    /// Moves the goal of an ankle so that the point on which the foot stands stays where it is: the foot may roll over it. A
+    /// foot that does not stand comes back to where the twin has it. All of it by the goals: what a pose misses would add up.
+    pub(super) fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
+        let Some((reach, turn, sole)) = self.ankle(side) else {
+            return;
+        };
+        let rotation = self.goals.turns[turn].target;
+        let goal = &self.goals.reaches[reach];
+        let way = |ball: usize| rotation * (sole[ball].centre - goal.point);
+        let held = stand.lowest.filter(|_| is_held);
+        let held = held.map(|(ball, place)| (place - way(ball) - goal.target).truncate());
+        stand.shift = held.unwrap_or(returned * stand.shift).clamp_length_max(FARTHEST_HELD);
+        let place = goal.target + stand.shift.extend(0.0);
+        let height = |ball: usize| way(ball).z - sole[ball].radius;
+        let lowest = (0..sole.len()).min_by(|a, b| height(*a).total_cmp(&height(*b)));
+        stand.lowest = lowest.map(|ball| (ball, place + way(ball)));
+        // A foot that stands is turned as it should be; one in the air gives way to the leg.
+        let grip = f64::from(u8::from(is_held));
+        stand.grip = grip + returned * (stand.grip - grip);
+        self.goals.reaches[reach].target = place;
+        self.goals.turns[turn].weights = self.turns[turn].weights * (1.0 + STANDING * stand.grip);
+    }
+}
+
+/// The share of the way back to where the twin has a foot that is left after a frame.
+pub(super) fn returned(fps: f64) -> f64 {
+    (-1.0 / (RETURN * fps)).exp()
+}
+
+/// Squares of the weights of a bone's turn about left, up and forward of the figure in the T-pose.
+fn weights(twin: &Twin, bone: &TwinBone, robot: &Robot) -> DVec3 {
+    match bone.bone.on(Side::Left) {
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => DVec3::new(DIRECTION, TWIST, DIRECTION),
+        Bone::LeftUpperArm | Bone::LeftLowerArm => DVec3::new(TWIST, DIRECTION, DIRECTION),
+        Bone::LeftHand => DVec3::splat(HAND),
+        Bone::Head => DVec3::splat(HEAD),
+        Bone::LeftFoot => {
+            let places = robot.zero_pose();
+            let drives = |direction: DVec3| {
+                let axes = bone
+                    .joints
+                    .iter()
+                    .map(|joint| places[*joint].rotation * robot.links[*joint].joint.axis);
+                let mut along = axes.map(|axis| (twin.figure_to_world.inverse() * axis).dot(direction).abs());
+                along.any(|along| along > 0.7)
+            };
+            let weight = |direction| if drives(direction) { FOOT_TURN } else { NOT_DRIVEN };
+            // A foot is turned about the up axis by the hip.
+            DVec3::new(weight(DVec3::X), 0.3 * FOOT_TURN, weight(DVec3::Z))
+        }
+        _ => DVec3::splat(TRUNK),
+    }
+}

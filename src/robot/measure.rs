@@ -1,0 +1,138 @@
+//! What a motion does on a robot: the heights and speeds of its soles, and the bones that it has there.
+
+use glam::{DVec3, Quat, Vec3};
+
+use super::kinematics::{Kinematics, RobotPose};
+use super::model::Placement;
+use super::motion::RobotMotion;
+use super::twin::{Twin, TwinBone};
+use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId};
+
+/// A motion on a robot.
+#[derive(Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub(super) kinematics: &'a Kinematics,
+    pub(super) twin: &'a Twin,
+    pub(super) motion: &'a RobotMotion,
+}
+
+impl Measured<'_> {
+    /// The height of the lowest point of each sole in each frame.
+    pub(super) fn sole_heights(&self) -> Vec<[f64; 2]> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
+        let mut pose = self.kinematics.rest();
+        let frames = (0..self.motion.frames()).map(|frame| {
+            self.pose(frame, &mut pose);
+            [0, 1].map(|side| {
+                let Some(link) = feet[side] else { return f64::INFINITY };
+                let foot = self.kinematics.link(&pose, link);
+                let heights = self.twin.soles[side]
+                    .iter()
+                    .map(|ball| foot.point(ball.centre).z - ball.radius);
+                heights.fold(f64::INFINITY, f64::min)
+            })
+        });
+        frames.collect()
+    }
+
+    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot may
+    /// roll. `None` where none rests.
+    pub(super) fn sole_speed(&self) -> Option<f64> {
+        let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
+        let mut pose = self.kinematics.rest();
+        let mut before: [Vec<DVec3>; 2] = Default::default();
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for frame in 0..self.motion.frames() {
+            self.pose(frame, &mut pose);
+            for (side, before) in before.iter_mut().enumerate() {
+                let Some(link) = feet[side] else { continue };
+                let foot = self.kinematics.link(&pose, link);
+                let soles = &self.twin.soles[side];
+                let places: Vec<DVec3> = soles.iter().map(|ball| foot.point(ball.centre)).collect();
+                if frame > 0 && self.motion.contacts[frame][side] && self.motion.contacts[frame - 1][side] {
+                    let steps = places.iter().zip(&*before);
+                    let steps = steps.map(|(place, before)| (*place - *before).truncate().length());
+                    sum += steps.fold(f64::INFINITY, f64::min) * self.motion.fps;
+                    count += 1;
+                }
+                *before = places;
+            }
+        }
+        (count > 0)
+            .then(|| sum / count as f64)
+            .filter(|speed| speed.is_finite())
+    }
+
+    /// The motion of the robot as one of the twin whose joints are where those of the robot are.
+    pub(super) fn as_twin(&self) -> Animation {
+        let nodes = &self.twin.scene.nodes;
+        let frames = self.motion.frames();
+        let to_figure = self.twin.figure_to_world.inverse();
+        let mut places: Vec<Option<(Vec<Vec3>, Vec<Quat>)>> = vec![None; nodes.len()];
+        let mut pose = self.kinematics.rest();
+        let mut world = vec![Placement::IDENTITY; nodes.len()];
+        let mut driven = vec![false; nodes.len()];
+        self.twin.bones.iter().for_each(|bone| driven[bone.node.index()] = true);
+        self.twin
+            .tips
+            .iter()
+            .for_each(|(node, _, _)| driven[node.index()] = true);
+        for frame in 0..frames {
+            self.pose(frame, &mut pose);
+            for TwinBone {
+                node,
+                link,
+                link_to_frame,
+                start,
+                ..
+            } in &self.twin.bones
+            {
+                let place = self.kinematics.link(&pose, *link);
+                world[node.index()] = Placement {
+                    rotation: (to_figure * place.rotation * link_to_frame.inverse()).normalize(),
+                    translation: to_figure * place.point(*start),
+                };
+            }
+            for (node, link, point) in &self.twin.tips {
+                let place = self.kinematics.link(&pose, *link);
+                let parent = nodes[node.index()].parent.map_or(0, NodeId::index);
+                world[node.index()] = Placement {
+                    rotation: world[parent].rotation,
+                    translation: to_figure * place.point(*point),
+                };
+            }
+            for (index, node) in nodes.iter().enumerate().filter(|(index, _)| driven[*index]) {
+                let parent = node.parent.map_or(Placement::IDENTITY, |parent| world[parent.index()]);
+                let (positions, rotations) = places[index].get_or_insert_with(Default::default);
+                positions.push(parent.to_inner(world[index].translation).as_vec3());
+                rotations.push(
+                    (parent.rotation.inverse() * world[index].rotation)
+                        .normalize()
+                        .as_quat(),
+                );
+            }
+        }
+        let channels = places.into_iter().enumerate().filter_map(|(index, tracks)| {
+            let (positions, rotations) = tracks?;
+            Some(Channel {
+                node_name: nodes[index].name.clone(),
+                node: Some(NodeId::new(index)),
+                position_keys: Keys::every_tick(positions),
+                rotation_keys: Keys::every_tick(rotations),
+                scaling_keys: Keys::constant(Vec3::ONE),
+            })
+        });
+        Animation {
+            name: self.motion.name.clone(),
+            ticks_per_second: self.motion.fps,
+            duration: frames.saturating_sub(1) as f64,
+            channels: channels.collect(),
+        }
+    }
+
+    fn pose(&self, frame: usize, pose: &mut RobotPose) {
+        pose.root = self.motion.root[frame];
+        pose.positions.copy_from_slice(self.motion.dof_of(frame));
+        self.kinematics.update(pose);
+    }
+}
