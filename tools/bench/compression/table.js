@@ -70,11 +70,11 @@ function compressWithAcl(source, bound) {
   return { said, lossy: { parents, times, at: (_, frame) => poseOf(frame) } };
 }
 
-/** What decode times are measured of: the first clip at the middle bound. Bytes are base64. */
+/** What decode times are measured of: the longest clip at the middle bound. Bytes are base64. */
 const decoded = { clip: "", frames: 0, packed: {}, clips: {} };
 
 function keepToDecode(clip, frames, writer, path) {
-  if (decoded.clip === "") Object.assign(decoded, { clip, frames });
+  if (frames > decoded.frames) Object.assign(decoded, { clip, frames, packed: {}, clips: {} });
   if (clip !== decoded.clip) return;
   const base64 = (bytes) => Buffer.from(bytes).toString("base64");
   if (writer === "mclip") {
