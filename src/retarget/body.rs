@@ -32,6 +32,11 @@ const TURNED_SHOULDER: f32 = 0.35;
 /// The smallest angle of a foot that counts, in radians.
 const SMALLEST_LEVELLED: f32 = 0.02;
 
+/// The smallest angle by which both feet of a rest pose that stands may be rolled, in radians, and by how much they may
+/// differ. In motions whose rest pose has flat feet they are rolled by up to 0.09, and one by 0.25.
+const SMALLEST_ROLL: f32 = 0.1;
+const UNEQUAL_ROLL: f32 = 0.1;
+
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
@@ -284,7 +289,8 @@ impl Body {
     }
 
     /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where `stands`
-    /// is false, the reference pose is computed, and says nothing about how the feet roll.
+    /// is false, the reference pose is computed, and says nothing about how the feet roll. Where it stands with its legs
+    /// apart, as that of CMU's database, its feet may be rolled outwards with them.
     fn level_feet(&mut self, scene: &Scene, stands: bool) {
         let largest = if stands { LEVELLED } else { LEVELLED_WITHOUT_REST };
         let bones = [Bone::LeftFoot, Bone::RightFoot];
@@ -305,11 +311,33 @@ impl Body {
         let counts = |pitch: &f32| (SMALLEST_LEVELLED..=largest).contains(&pitch.abs());
         let is_pitched = [left.pitch, right.pitch].iter().all(counts);
         let pitch = Some(0.5 * (left.pitch + right.pitch)).filter(|_| is_pitched);
-        for (foot, roll) in bones.into_iter().zip([left.roll, right.roll]) {
+        let rolls = match (stands, left.roll, right.roll) {
+            (false, left, right) => [left, right],
+            (true, Some(left), Some(right)) if is_mirrored(left, right) => {
+                let roll = 0.5 * (left - right);
+                [Some(roll), Some(-roll)]
+            }
+            (true, ..) => [None, None],
+        };
+        for (foot, roll) in bones.into_iter().zip(rolls) {
             let Some(&ankle) = self.bones.get(&foot) else { continue };
             let pitch = Quat::from_rotation_x(-pitch.unwrap_or(0.0));
-            let turn = pitch * Quat::from_rotation_z(roll.filter(|_| !stands).unwrap_or(0.0));
+            let turn = pitch * Quat::from_rotation_z(roll.unwrap_or(0.0));
             self.turn(foot, ankle, turn);
+            if roll.is_some() {
+                // The toes of a foot that is rolled point aside of where they point on the ground.
+                let (up, forward) = (self.up(), self.axes * Vec3::Z);
+                let facing = self.turn_to_face(up, forward);
+                let rotation = self.foot(ankle, foot, facing, up, forward).normalize();
+                let toes = if foot == Bone::LeftFoot {
+                    Bone::LeftToes
+                } else {
+                    Bone::RightToes
+                };
+                for bone in [foot, toes] {
+                    self.to_t_pose.entry(bone).and_modify(|to_t_pose| *to_t_pose = rotation);
+                }
+            }
         }
     }
 
@@ -496,6 +524,12 @@ impl Body {
             _ => 0.0,
         }
     }
+}
+
+/// Whether two feet that stand are rolled by the same angle, inwards or outwards, more than feet are that stand on their
+/// soles.
+fn is_mirrored(left: f32, right: f32) -> bool {
+    (left + right).abs() <= UNEQUAL_ROLL && (SMALLEST_ROLL..=LEVELLED).contains(&(0.5 * (left - right)).abs())
 }
 
 /// The bone that ends a bone of a limb.

@@ -671,6 +671,39 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
     );
 }
 
+/// A rest pose with its legs apart may have feet that are rolled outwards with them, as those of CMU's database by 15 to 25
+/// degrees. In the motion they stand on their soles.
+#[test]
+fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
+    let target = character("human_default");
+    let (rest, joint) = (Pose::rest(&target), joints(&target));
+    for file in [
+        "real/cmu_12_01_walk.bvh",
+        "real/cmu_01_01.bvh",
+        "real/cmu_salsa_poser_names.bvh",
+    ] {
+        let moved = retargeted(&motion(file), &target);
+        let poses: Vec<Pose> = frames(&moved, 100)
+            .filter_map(|tick| Pose::at_tick(&moved, 0, tick))
+            .collect();
+        for foot in [Bone::LeftFoot, Bone::RightFoot] {
+            let foot = joint(foot).unwrap();
+            let mut heights: Vec<f32> = poses.iter().map(|pose| pose.position(foot).y).collect();
+            heights.sort_by(f32::total_cmp);
+            let stands = |pose: &&Pose| pose.position(foot).y <= heights[heights.len() * 2 / 5];
+            // How far the left edge of the foot is above the right one.
+            let roll = |pose: &Pose| {
+                let [here, there] = [pose, &rest].map(|pose| Quat::from_mat4(&pose.node_to_world[foot.index()]));
+                (here * there.inverse() * Vec3::X).y.asin().to_degrees()
+            };
+            let mut rolls: Vec<f32> = poses.iter().filter(stands).map(roll).collect();
+            rolls.sort_by(f32::total_cmp);
+            let median = rolls[rolls.len() / 2];
+            assert!(median.abs() < 6.0, "{file}: {median} degrees");
+        }
+    }
+}
+
 /// Nobody carries the head at a right angle to the chest all the time, whatever the bones of the rest pose say.
 #[test]
 fn heads_are_upright_on_the_average() {
