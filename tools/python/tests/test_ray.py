@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from make_clips import make_clips
 
@@ -36,3 +37,20 @@ def test_rows_equal_those_of_one_process(cluster: None, tmp_path: Path) -> None:
     errors = [row for row in found if row["error"] is not None]
     assert [row["clip"] for row in errors] == [paths[7].name]
     assert "unexpected-end" in errors[0]["error"]
+
+
+def test_motions_on_a_robot_equal_those_of_one_process(cluster: None, tmp_path: Path) -> None:
+    import mocap
+    import ray_robot
+
+    fixtures = Path(__file__).parents[3] / "fixtures"
+    robot, clip = fixtures / "robots/h1.urdf", (fixtures / "real/cmu_short.bvh").read_bytes()
+    (tmp_path / "a.bvh").write_bytes(clip)
+    (tmp_path / "b.bvh").write_bytes(clip[:2000])
+    ray_robot.on_robot(tmp_path, robot).write_parquet(str(tmp_path / "out"))
+    found = pq.read_table(tmp_path / "out").sort_by("clip").to_pylist()
+    assert [row["clip"] for row in found] == ["a.bvh", "b.bvh"]
+    motion = mocap.Robot(str(robot)).retarget(mocap.read(str(tmp_path / "a.bvh")), fps=50)
+    assert [list(pose) for pose in found[0]["qpos"]] == motion.qpos.tolist()
+    assert (found[0]["verdict"], found[0]["error"]) == (motion.report["verdict"], None)
+    assert found[1]["qpos"] is None and "unexpected-end" in found[1]["error"]
