@@ -182,6 +182,19 @@ mod tests {
                 || !may_suffice(&joint, coarser, &frames, TOLERANCE)
         );
 
+        // Keys decoded eight at a time are those decoded alone.
+        for coarsest in [Lattice::of_filter(4), Lattice::of_filter(12), Lattice::of_steps(300.0)] {
+            let (lattice, keys) = select(&joint, coarsest, &frames, TOLERANCE);
+            for key in keys {
+                let [x, y, z, _] = key.stored.map(i32::from);
+                let alone = lattice.at([x, y, z], key.dropped());
+                assert_eq!(
+                    (key.stored, key.value, key.ambiguous),
+                    (alone.stored, alone.value, alone.ambiguous)
+                );
+            }
+        }
+
         // A key that is inserted later is the same.
         let stored = |keys: &[QuantizedRotation]| keys.iter().map(|key| key.stored).collect::<Vec<_>>();
         let later = quantize_after(&joint, lattice, &[500, 700], &[keys[499], keys[699]], TOLERANCE);

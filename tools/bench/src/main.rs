@@ -277,7 +277,7 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     let packing = stages
         .seconds(PACKING)
         .map(|(least, _)| text.len() as f64 / least / 1e6);
-    print_figure("within 1 mm in streams, 1 thread, MB/s", packing, wanted(50.0));
+    print_figure("within 1 mm in streams, 1 thread, MB/s", packing, wanted(80.0));
     for threads in [1, 2] {
         let peak = peak_memory(threads, path, &output)? as f64;
         let name = format!(
