@@ -10,6 +10,7 @@ pub mod fbx;
 pub mod gltf;
 mod mclip;
 mod mesh_bounds;
+mod mimic;
 mod mjcf;
 mod provenance;
 pub(crate) mod text;

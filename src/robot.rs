@@ -36,7 +36,7 @@ mod twin;
 pub use self::bones::{RobotBone, RobotMap};
 pub use self::collision::LinkCollision;
 pub use self::model::{
-    Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+    Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
 };
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};

@@ -9,6 +9,7 @@
 //!     <body name pos quat | euler | axisangle | xyaxes | zaxis childclass>
 //!       <inertial> <joint type pos axis range> | <freejoint>, <geom type size pos ... | fromto>
 //!       <body> ...
+//!   <equality> <joint joint1 joint2 polycoef>
 //! ```
 //!
 //! Bodies are nested. Joints of a body are applied in their order, each about a point of the body; a body with several
@@ -18,6 +19,7 @@
 
 mod attributes;
 mod body;
+mod equality;
 
 use glam::DVec3;
 
@@ -82,7 +84,8 @@ pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
             base.diagnostic(Code::SeveralRoots, message)
         });
     }
-    let links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;
+    let mut links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;
+    equality::tie_joints(&root, &mut links, bodies.len() > 1, warnings)?;
     let name = root.attribute("model").unwrap_or_default();
     Ok(Robot {
         name: root.checked_name("model", name, limits)?,

@@ -5,6 +5,7 @@
 //!   <link name>    <inertial>, <visual>*, <collision>*: each with <origin xyz rpy> and <geometry>
 //!   <joint name type="revolute | continuous | prismatic | fixed | floating | planar">
 //!     <origin xyz rpy> <parent link> <child link> <axis xyz> <limit lower upper velocity effort>
+//!     <mimic joint multiplier offset>
 //! ```
 //!
 //! Links and joints stand in any order, and make one tree. The frame of a link is that of the joint that carries it.
@@ -15,6 +16,7 @@ use std::collections::HashMap;
 use glam::{DQuat, DVec3, EulerRot};
 
 use super::mesh_bounds::mesh_bounds;
+use super::mimic::{self, NamedMimic};
 use super::text::{LineIndex, nearest, quote};
 use super::warnings::Warnings;
 use super::xml::{self, Element};
@@ -49,7 +51,12 @@ pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     };
     let (links, names) = reader.links(&root)?;
     let joints = reader.joints(&root, &names, warnings)?;
-    let links = tree(&root, links, joints, limits)?;
+    let mimics: Vec<NamedMimic<'_, '_>> = joints
+        .iter()
+        .filter_map(|tie| read_mimic(tie).transpose())
+        .collect::<Result<_, _>>()?;
+    let mut links = tree(&root, links, joints, limits)?;
+    mimic::tie(&mut links, &mimics)?;
     let name = root.attribute("name").unwrap_or_default();
     Ok(Robot {
         name: root.checked_name("name", name, limits)?,
@@ -286,6 +293,7 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
         anchor: DVec3::ZERO,
         axis,
         limits: JointLimits::default(),
+        mimic: None,
     };
     if let Some(limit) = element.child("limit").filter(|_| moves) {
         let positive = |name: &str| Ok::<_, Failure>(limit.number(name)?.filter(|value| *value > 0.0));
@@ -307,6 +315,21 @@ fn read_joint(element: &Element<'_, '_>, limits: &Limits, warnings: &mut Warning
         }
     }
     Ok(joint)
+}
+
+/// `<mimic>` of a joint that moves.
+fn read_mimic<'a, 'input>(tie: &Tie<'a, 'input>) -> Result<Option<NamedMimic<'a, 'input>>, Failure> {
+    let Some(element) = tie.element.child("mimic").filter(|_| tie.joint.moves()) else {
+        return Ok(None);
+    };
+    Ok(Some(NamedMimic {
+        element,
+        attribute: "joint",
+        follower: tie.joint.name.clone(),
+        leader: element.required("joint")?.to_owned(),
+        multiplier: element.number("multiplier")?.unwrap_or(1.0),
+        offset: element.number("offset")?.unwrap_or_default(),
+    }))
 }
 
 /// The links depth-first, each with its joint.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::model::{JointKind, JointLimits, Placement, Robot};
+use super::model::{JointKind, JointLimits, Mimic, Placement, Robot};
 
 /// A moving link, or the base, with what is fixed to it.
 #[derive(Clone, Debug)]
@@ -23,8 +23,19 @@ pub(super) struct Body {
 #[derive(Clone, Debug)]
 pub(super) struct Kinematics {
     pub(super) bodies: Vec<Body>,
+    /// The positions that follow others.
+    pub(super) followers: Vec<Follower>,
     /// For each link its body, and where the link is in that.
     of_link: Vec<(usize, Placement)>,
+}
+
+/// A position that follows another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Follower {
+    pub(super) position: usize,
+    pub(super) leader: usize,
+    pub(super) multiplier: f64,
+    offset: f64,
 }
 
 /// A pose of the robot.
@@ -73,7 +84,25 @@ impl Kinematics {
                 chain,
             });
         }
-        Self { bodies, of_link }
+        let followers = robot.links.iter().zip(&of_link).filter_map(|(link, (body, _))| {
+            let Mimic {
+                leader,
+                multiplier,
+                offset,
+            } = link.joint.mimic.filter(|_| link.joint.moves())?;
+            let leads = robot.links.get(leader).is_some_and(|leader| leader.joint.moves());
+            leads.then_some(Follower {
+                position: body.checked_sub(1)?,
+                leader: of_link[leader].0.checked_sub(1)?,
+                multiplier,
+                offset,
+            })
+        });
+        Self {
+            followers: followers.collect(),
+            bodies,
+            of_link,
+        }
     }
 
     /// The body of a link, and where the link is in it.
@@ -93,8 +122,14 @@ impl Kinematics {
         pose
     }
 
-    /// Forward kinematics.
+    /// Forward kinematics. Followers go where their leaders bring them.
     pub(super) fn update(&self, pose: &mut RobotPose) {
+        for follower in &self.followers {
+            let at = follower.multiplier * pose.positions[follower.leader] + follower.offset;
+            // What is beyond the limits here is so by rounding.
+            let limits = &self.bodies[follower.position + 1].limits;
+            pose.positions[follower.position] = at.max(limits.lower).min(limits.upper);
+        }
         pose.bodies[0] = pose.root;
         for (index, body) in self.bodies.iter().enumerate().skip(1) {
             let position = pose.positions[index - 1];

@@ -65,8 +65,22 @@ pub struct RobotJoint {
     pub anchor: DVec3,
     /// The unit vector of the axis, in the frame of the link.
     pub axis: DVec3,
-    /// The limits.
+    /// The limits; of a joint that others follow, narrowed to what keeps theirs.
     pub limits: JointLimits,
+    /// The joint that it follows, where it is not free: URDF's mimic.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mimic: Option<Mimic>,
+}
+
+/// A joint whose position is `multiplier * leader + offset`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Mimic {
+    /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
+    pub leader: usize,
+    /// What the position of the leader is multiplied by.
+    pub multiplier: f64,
+    /// What is added, in radians or metres.
+    pub offset: f64,
 }
 
 /// The limits of a joint, in radians or metres.
@@ -196,6 +210,7 @@ impl Default for RobotJoint {
             anchor: DVec3::ZERO,
             axis: DVec3::Z,
             limits: JointLimits::default(),
+            mimic: None,
         }
     }
 }

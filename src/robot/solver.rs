@@ -67,8 +67,8 @@ pub(super) struct Bounds {
 /// Solves one frame after another.
 #[derive(Clone, Debug)]
 pub(super) struct Solver {
-    /// The unknown of each position; none for joints that carry no bone.
-    unknown: Vec<Option<usize>>,
+    /// The unknown of each position, and how much it moves with that; none for joints that carry no bone.
+    unknown: Vec<Option<(usize, f64)>>,
     /// The position of each unknown after those of the base.
     positions: Vec<usize>,
     normal: Vec<f64>,
@@ -89,10 +89,18 @@ impl Solver {
                 used[joint - 1] = true;
             }
         }
+        // A follower has the unknown of its leader.
+        for follower in &kinematics.followers {
+            used[follower.leader] |= std::mem::take(&mut used[follower.position]);
+        }
         let positions: Vec<usize> = (0..count).filter(|position| used[*position]).collect();
         let mut unknown = vec![None; count];
         for (index, &position) in positions.iter().enumerate() {
-            unknown[position] = Some(ROOT + index);
+            unknown[position] = Some((ROOT + index, 1.0));
+        }
+        for follower in &kinematics.followers {
+            let leader: Option<(usize, f64)> = unknown[follower.leader];
+            unknown[follower.position] = leader.map(|(unknown, _)| (unknown, follower.multiplier));
         }
         let size = ROOT + positions.len();
         Self {
@@ -171,14 +179,25 @@ impl Solver {
             self.columns.push((3 + index, axis, axis.cross(from_root)));
         }
         for &joint in &kinematics.bodies[body].chain {
-            let Some(unknown) = self.unknown[joint - 1] else {
+            let Some((unknown, multiplier)) = self.unknown[joint - 1] else {
                 continue;
             };
             let (axis, anchor) = kinematics.axis(pose, joint);
-            self.columns.push(match kinematics.bodies[joint].kind {
-                JointKind::Slide => (unknown, DVec3::ZERO, axis),
-                _ => (unknown, axis, axis.cross(point - anchor)),
-            });
+            let axis = multiplier * axis;
+            let (angular, linear) = match kinematics.bodies[joint].kind {
+                JointKind::Slide => (DVec3::ZERO, axis),
+                _ => (axis, axis.cross(point - anchor)),
+            };
+            // Joints that are tied share a column.
+            let is_tied = !kinematics.followers.is_empty();
+            let mut columns = self.columns.iter_mut().filter(|_| is_tied);
+            match columns.find(|column| column.0 == unknown) {
+                Some(column) => {
+                    column.1 += angular;
+                    column.2 += linear;
+                }
+                None => self.columns.push((unknown, angular, linear)),
+            }
         }
     }
 
@@ -312,6 +331,7 @@ fn cholesky(matrix: &mut [f64], right: &mut [f64], size: usize) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::model::{Mimic, Robot, RobotJoint, RobotLink};
     use super::*;
 
     #[test]
@@ -328,5 +348,51 @@ mod tests {
         for (found, known) in right.iter().zip(known) {
             assert!((found - known).abs() < 1e-12, "{right:?}");
         }
+    }
+
+    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a turn of 0.9 the first makes 0.3.
+    #[test]
+    fn a_follower_shares_the_turn_of_its_leader() {
+        let link = |parent, mimic| RobotLink {
+            parent,
+            joint: RobotJoint {
+                kind: JointKind::Hinge,
+                mimic,
+                ..RobotJoint::default()
+            },
+            ..RobotLink::default()
+        };
+        let mimic = Mimic {
+            leader: 1,
+            multiplier: 2.0,
+            offset: 0.0,
+        };
+        let robot = Robot {
+            links: vec![RobotLink::default(), link(Some(0), None), link(Some(1), Some(mimic))],
+            ..Robot::default()
+        };
+        let kinematics = Kinematics::new(&robot);
+        let turn = |body, target, weight| Turn {
+            body,
+            weight_axes: DQuat::IDENTITY,
+            weights: DVec3::splat(weight),
+            target,
+        };
+        let goals = Goals {
+            turns: vec![
+                turn(0, DQuat::IDENTITY, 1e6),
+                turn(2, DQuat::from_axis_angle(DVec3::Z, 0.9), 1.0),
+            ],
+            reaches: Vec::new(),
+        };
+        let mut pose = kinematics.rest();
+        let bounds = |most: f64| Bounds {
+            lower: vec![-most; 2],
+            upper: vec![most; 2],
+        };
+        let mut solver = Solver::new(&kinematics, &goals);
+        solver.solve(&kinematics, &goals, &bounds(3.0), &mut pose, 30);
+        assert!((pose.positions[0] - 0.3).abs() < 1e-4, "{:?}", pose.positions);
+        assert_eq!(pose.positions[1], 2.0 * pose.positions[0]);
     }
 }

@@ -431,3 +431,103 @@ fn large_robots_are_an_error_or_a_valid_scene() {
     let error = tight.read_robot(URDF.as_bytes(), "robot.urdf").unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded);
 }
+
+/// A robot of three joints, with what is put into each.
+fn tied(first: &str, second: &str, third: &str) -> String {
+    let joint = |index: usize, inner: &str| {
+        format!(
+            "<link name=\"l{index}\"/>\n<joint name=\"j{index}\" type=\"revolute\"><parent link=\"l{}\"/><child link=\"l{index}\"/>\
+             <limit lower=\"-1\" upper=\"2\" velocity=\"3\"/>{inner}</joint>\n",
+            index - 1
+        )
+    };
+    let joints = [joint(1, first), joint(2, second), joint(3, third)].concat();
+    format!("<robot name=\"r\">\n<link name=\"l0\"/>\n{joints}</robot>")
+}
+
+fn mimic(joint: &str, rest: &str) -> String {
+    format!("<mimic joint=\"{joint}\" {rest}/>")
+}
+
+#[test]
+fn followers_are_tied_to_joints_that_are_free() {
+    // j1 = -2 j2 + 0.5 and j2 = 0.5 j3, so that j1 = -j3 + 0.5; j3 keeps the limits of all: -1 <= 0.5 - j3 <= 2.
+    let text = tied(
+        &mimic("j2", "multiplier=\"-2\" offset=\"0.5\""),
+        &mimic("j3", "multiplier=\"0.5\""),
+        "",
+    );
+    let robot = read(&text);
+    assert_eq!(robot.dof_names(), ["j1", "j2", "j3"]);
+    let ties = [1, 2, 3].map(|link: usize| {
+        let mimic = robot.links[link].joint.mimic;
+        mimic.map(|mimic| (mimic.leader, mimic.multiplier, mimic.offset))
+    });
+    assert_eq!(ties, [Some((3, -1.0, 0.5)), Some((3, 0.5, 0.0)), None]);
+    let free = robot.links[3].joint.limits;
+    assert_eq!((free.lower, free.upper, free.velocity), (-1.0, 1.5, Some(3.0)));
+    let own = robot.links[1].joint.limits;
+    assert_eq!((own.lower, own.upper), (-1.0, 2.0));
+
+    let unknown = refused(&tied("", &mimic("j9", ""), ""));
+    assert!(unknown.starts_with("invalid-robot 6: "), "{unknown}");
+    assert!(unknown.contains("no joint that moves is called \"j9\""), "{unknown}");
+    for circle in [
+        tied(&mimic("j1", ""), "", ""),
+        tied(&mimic("j2", ""), &mimic("j3", ""), &mimic("j1", "")),
+        tied(&mimic("j2", ""), &mimic("j2", ""), ""),
+    ] {
+        let error = refused(&circle);
+        assert!(error.contains("make a circle"), "{error}");
+    }
+    let beyond = refused(&tied(&mimic("j2", "offset=\"9\""), "", ""));
+    assert!(
+        beyond.starts_with("invalid-robot 4: ") && beyond.contains("no position of the joint \"j2\""),
+        "{beyond}"
+    );
+    assert!(refused(&tied("", &mimic("j1", "multiplier=\"x\""), "")).starts_with("invalid-number 6: "));
+}
+
+#[test]
+fn equalities_of_mjcf_tie_joints() {
+    let tie = |equality: &str| MJCF.replace("</mujoco>", &format!("\n<equality>{equality}</equality></mujoco>"));
+    let robot = read(&tie("<joint joint1=\"b\" joint2=\"a\" polycoef=\"0.1 0.5 0 0 0\"/>"));
+    let mimic = robot.links[2].joint.mimic.unwrap();
+    assert_eq!((mimic.leader, mimic.multiplier, mimic.offset), (1, 0.5, 0.1));
+    let upper = robot.links[1].joint.limits.upper;
+    assert!((upper - (20_f64.to_radians() - 0.1) / 0.5).abs() < 1e-12, "{upper}");
+
+    let curved = read(&tie("<joint joint1=\"b\" joint2=\"a\" polycoef=\"0 1 2\"/>"));
+    assert_eq!((curved.links[2].joint.mimic, curved.warnings.len()), (None, 1));
+    let off = read(&tie("<joint joint1=\"b\" joint2=\"a\" active=\"false\"/>"));
+    assert_eq!((off.links[2].joint.mimic, off.warnings.len()), (None, 0));
+    let unknown = refused(&tie("<joint joint1=\"b\" joint2=\"z\"/>"));
+    assert!(unknown.contains("no joint that moves is called \"z\""), "{unknown}");
+}
+
+#[test]
+fn a_follower_keeps_its_tie_in_a_motion() {
+    let text = fs::read_to_string("fixtures/robots/h1.urdf").unwrap();
+    let start = text.find("<joint name=\"right_elbow_joint\"").unwrap();
+    let end = start + text[start..].find("</joint>").unwrap();
+    let tie = mimic("left_elbow_joint", "multiplier=\"0.5\" offset=\"0.2\"");
+    let text = format!("{}{tie}{}", &text[..end], &text[end..]);
+    let robot = read(&text);
+    let names = robot.dof_names();
+    let of = |name: &str| names.iter().position(|other| other == name).unwrap();
+    let (leader, follower) = (of("left_elbow_joint"), of("right_elbow_joint"));
+    let mut source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
+    conversion.frame_rate(6.0).apply(&mut source).unwrap();
+    let mut retargeter = RobotRetargeter::new(&source, &robot, &RobotOptions::default()).unwrap();
+    let (motion, report) = retargeter.clip(&source, 0).unwrap();
+    assert_eq!(report.limit_violations, 0);
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    for frame in 0..motion.frames() {
+        let positions = motion.dof_of(frame);
+        assert_eq!(positions[follower], 0.5 * positions[leader] + 0.2, "{frame}");
+        least = least.min(positions[follower]);
+        most = most.max(positions[follower]);
+    }
+    assert!(motion.frames() > 5 && most - least > 0.01, "{least} {most}");
+}

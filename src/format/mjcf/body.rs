@@ -166,6 +166,7 @@ impl<'a> Bodies<'a> {
             anchor: attributes.vector("pos")?.unwrap_or_default(),
             axis: DVec3::Z,
             limits: JointLimits::default(),
+            mimic: None,
         };
         match kind {
             "free" if is_base => joints.push(RobotJoint {
