@@ -23,6 +23,9 @@ const { values: options, positionals } = parseArgs({
 const BOUNDS = [0.1, 1, 5];
 /** The forms of mocap. */
 const FORMS = ["int16", "meshopt", "meshopt-khr", "mclip"];
+/** Those that bound a shell 3 cm from the joints too, as ACL does. */
+const WITH_SHELL = ["meshopt", "meshopt-khr", "mclip"].map((form) => `${form}, shell`);
+const boundsShell = (writer) => writer === "ACL" || WITH_SHELL.includes(writer);
 /** Of the packers those that keep the skeleton and every key. */
 const OTHERS = PACKERS.filter(({ name }) => ["gltfpack -kn -cc -af 0", "gltf-transform meshopt"].includes(name));
 /** Bytes of a joint in a sample that ACL calls raw: rotation, translation and scale as floats. */
@@ -70,6 +73,11 @@ function compressWithAcl(source, bound) {
   return { said, lossy: { parents, times, at: (_, frame) => poseOf(frame) } };
 }
 
+/** Whether an error is above the bound: of a joint, and of the shell where the writer bounds that. @param {Row} row */
+function isOver({ writer, bound, joints, shells }) {
+  return (boundsShell(writer) ? Math.max(joints, shells) : joints) > bound / 1000;
+}
+
 /** What decode times are measured of: the longest clip at the middle bound. Bytes are base64. */
 const decoded = { clip: "", frames: 0, packed: {}, clips: {} };
 
@@ -106,19 +114,21 @@ async function measure(file, fps) {
       const { said, lossy } = compressWithAcl(source, bound);
       add("ACL", bound, said.bytes, lossy, said);
     }
-    for (const form of FORMS) {
+    for (const writer of [...FORMS, ...WITH_SHELL]) {
+      const [form, shell] = writer.split(", ");
       const isPacked = form === "mclip";
       const output = join(folder, isPacked ? "out.mclip" : "out.glb");
       const more = isPacked ? [] : ["--mesh", "none", "--compress", form];
+      if (shell) more.push("--shell-distance", "3cm");
       try {
         mocap("convert", file, output, "--force", "--quiet", ...rate, ...more, "--max-error", `${bound}mm`);
       } catch (error) {
-        failures.push(`${clip}, ${form}, ${bound} mm: ${String(error.stderr).trim().split("\n")[0]}`);
+        failures.push(`${clip}, ${writer}, ${bound} mm: ${String(error.stderr).trim().split("\n")[0]}`);
         continue;
       }
       const lossy = isPacked ? { ...openPacked(output), names: undefined } : await openGlb(output);
-      add(form, bound, statSync(output).size, lossy);
-      if (bound === BOUNDS[1]) keepToDecode(clip, source.times.length, form, output);
+      add(writer, bound, statSync(output).size, lossy);
+      if (bound === BOUNDS[1] && !shell) keepToDecode(clip, source.times.length, form, output);
     }
   }
   for (const { name, pack } of OTHERS) {
@@ -148,7 +158,7 @@ function printSums() {
       const bytes = sum(mine.map((row) => row.bytes));
       const ofAcl = acl.every(Boolean) ? (bytes / sum(acl.map((row) => row.bytes))).toFixed(3) : "-";
       const larger = acl.every(Boolean) ? mine.filter((row, index) => row.bytes > acl[index].bytes).length : "-";
-      const over = bound === null ? "-" : mine.filter((row) => row.joints > bound / 1000).length;
+      const over = bound === null ? "-" : mine.filter(isOver).length;
       console.log(
         `| ${bound ?? "none"} | ${writer} | ${mine.length} | ${count(bytes)} | ${(sum(mine.map((row) => row.raw)) / bytes).toFixed(1)} | ${ofAcl} | ${larger} | ${millimetres(Math.max(...mine.map((row) => row.joints)))} | ${millimetres(Math.max(...mine.map((row) => row.shells)))} | ${over} |`,
       );
@@ -159,7 +169,7 @@ function printSums() {
 function printClips() {
   const bytesOf = (clip, writer, bound) => {
     const row = rows.find((row) => row.clip === clip && row.writer === writer && row.bound === bound);
-    return row ? `${count(row.bytes)}${bound !== null && row.joints > bound / 1000 ? " !" : ""}` : "-";
+    return row ? `${count(row.bytes)}${bound !== null && isOver(row) ? " !" : ""}` : "-";
   };
   const writers = ["ACL", ...FORMS];
   console.log(`\n| clip | ${BOUNDS.flatMap((bound) => writers.map((writer) => `${writer} ${bound}`)).join(" | ")} |`);
