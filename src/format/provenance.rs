@@ -68,6 +68,17 @@ impl Provenance {
         }
     }
 
+    /// The decisions without their reasons, for files that are to be small.
+    pub(crate) fn without_reasons(mut self) -> Self {
+        if let Some(used) = &mut self.root_offset {
+            used.reason.clear();
+        }
+        for assumption in &mut self.assumptions {
+            assumption.reason.clear();
+        }
+        self
+    }
+
     /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What was
     /// done to the skeleton is a part of that.
     pub fn record(&self, scene: &mut Scene) {

@@ -313,7 +313,8 @@ pub enum RootOffset {
 pub struct RootOffsetUsed {
     /// [`RootOffset::Replace`] or [`RootOffset::Add`].
     pub policy: RootOffset,
-    /// The reason, as one phrase.
+    /// The reason, as one phrase. Empty where a compressed file left it out.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
     /// The confidence.
     #[serde(default)]
@@ -351,7 +352,8 @@ pub struct Assumption {
     pub topic: Topic,
     /// The decision.
     pub choice: String,
-    /// The reason, as one phrase.
+    /// The reason, as one phrase. Empty where a compressed file left it out.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reason: String,
     /// The confidence, where it is a guess.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -440,6 +442,7 @@ impl Assumption {
     /// The reason, and in brackets the confidence.
     pub fn explanation(&self) -> String {
         match self.confidence {
+            Some(confidence) if self.reason.is_empty() => format!("({})", confidence.as_str()),
             Some(confidence) => format!("{} ({})", self.reason, confidence.as_str()),
             None => self.reason.clone(),
         }

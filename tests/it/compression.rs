@@ -9,7 +9,7 @@ use crate::sample::Sample;
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
 use mocap::process::{reduce_keys, trim};
-use mocap::scene::{Node, NodeId, Scene};
+use mocap::scene::{Keys, Node, NodeId, Scene};
 use mocap::verify::verify;
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh};
 
@@ -317,6 +317,97 @@ fn a_scene_with_fewer_keys_stands_where_it_stood() {
             );
         }
     }
+}
+
+/// The JSON of a `.glb`.
+fn json(glb: &[u8]) -> serde_json::Value {
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    serde_json::from_slice(&glb[20..20 + length]).unwrap()
+}
+
+#[test]
+fn a_small_file_leaves_out_what_a_reader_knows() {
+    let path = format!("{}/fixtures/real/cmu_short.bvh", env!("CARGO_MANIFEST_DIR"));
+    let with_mesh = in_metres(&Importer::new().import(path).unwrap());
+    let bare = in_metres(&import("cmu_short.bvh"));
+    for (scene, compression, has_matrices) in [
+        (&bare, Compression::None, true),
+        (&bare, Compression::Int16, false),
+        (&with_mesh, Compression::Int16, true),
+    ] {
+        let json = json(&write_glb(scene, &options(compression, 0.001)).unwrap());
+        let animation = &json["animations"][0];
+        let samplers = animation["samplers"].as_array().unwrap();
+        assert!(samplers.iter().all(|sampler| sampler.as_object().unwrap().len() == 2));
+        assert_eq!(samplers.len(), animation["channels"].as_array().unwrap().len());
+        // The joints are stated even where nothing is bound to them.
+        if let Some(skin) = json["skins"].get(0) {
+            assert_eq!(skin["joints"].as_array().unwrap().len(), scene.nodes.len());
+            assert_eq!(
+                skin.get("inverseBindMatrices").is_some(),
+                has_matrices,
+                "{compression:?}"
+            );
+        }
+        // Every decision stays, but of a small file without its reason.
+        let assumptions = &json["asset"]["extras"]["mocap"]["assumptions"];
+        let topics: Vec<_> = scene.metadata.assumptions.iter().map(|a| a.topic.to_string()).collect();
+        let written: Vec<_> = assumptions.as_array().unwrap().iter().collect();
+        assert_eq!(
+            written.iter().map(|a| a["topic"].as_str().unwrap()).collect::<Vec<_>>(),
+            topics
+        );
+        assert!(
+            written
+                .iter()
+                .all(|a| a.get("reason").is_some() == (compression == Compression::None))
+        );
+    }
+}
+
+#[test]
+fn a_scale_that_is_one_but_for_rounding_is_no_track() {
+    let mut scene = in_metres(&import("cmu_short.bvh"));
+    let frames = scene.animations[0].duration as usize + 1;
+    let noise = |frame: usize| Vec3::new(1.0 + 1e-7 * (frame % 3) as f32, 1.0, 1.0 - 2e-7 * (frame % 2) as f32);
+    let paths = |scene: &Scene| -> BTreeSet<String> {
+        let json = json(&write_glb(scene, &options(Compression::Int16, 0.001)).unwrap());
+        let channels = json["animations"][0]["channels"].as_array().unwrap();
+        channels
+            .iter()
+            .map(|channel| channel["target"]["path"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    scene.animations[0].channels[3].scaling_keys = Keys::every_tick((0..frames).map(noise).collect());
+    assert!(!paths(&scene).contains("scale"));
+    let larger = |frame: usize| Vec3::ONE + 20.0 * (noise(frame) - Vec3::ONE);
+    scene.animations[0].channels[3].scaling_keys = Keys::every_tick((0..frames).map(larger).collect());
+    assert!(paths(&scene).contains("scale"));
+}
+
+#[test]
+fn constant_rotations_of_a_small_file_have_few_decimals() {
+    let scene = in_metres(&import("rokoko_dance.bvh"));
+    let json = json(&write_glb(&scene, &options(Compression::Int16, 0.001)).unwrap());
+    let mut rotations = 0;
+    for rotation in json["nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|node| node["rotation"].as_array())
+    {
+        let numbers: Vec<f64> = rotation.iter().map(|number| number.as_f64().unwrap()).collect();
+        let length = numbers.iter().map(|number| number * number).sum::<f64>().sqrt();
+        assert!((length - 1.0).abs() < 1e-5, "{numbers:?}");
+        assert!(
+            numbers
+                .iter()
+                .all(|number| (number * 1e6 - (number * 1e6).round()).abs() < 1e-6),
+            "{numbers:?}"
+        );
+        rotations += 1;
+    }
+    assert!(rotations > 20, "{rotations}");
 }
 
 /// Skeletons and motions that no one would capture: short and long links, fast turns, joints that slide.

@@ -32,6 +32,9 @@ mod container;
 mod mesh;
 mod names;
 pub(super) mod patch;
+mod rest;
+mod text;
+mod values;
 
 use std::path::Path;
 
@@ -135,7 +138,9 @@ enum Content {
 /// A scene as a glTF document, before it is written to files.
 #[derive(Clone, Debug)]
 pub struct Document {
+    /// All but the animations.
     root: ::gltf::json::Root,
+    animations: Vec<text::Animation>,
     bin: Vec<u8>,
     report: GltfReport,
 }

@@ -1,46 +1,24 @@
 //! Writes channels: animated tracks become samplers, constant tracks become part of the node.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
+use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType};
-use gltf::json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Node, scene::UnitQuaternion};
+use gltf::json::animation::Property;
 
 use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
+use super::rest::Rest;
+use super::text::{Animation, Channel, Sampler, Target};
+use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, without_noise};
 use super::{GltfOptions, GltfReport};
 use crate::compress::{CompressedClip, ErrorBound, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
 use crate::pose::Binding;
-use crate::scene::{self, Keys, NodeId, Scene};
-
-/// The rest transform of a node.
-#[derive(Clone, Copy)]
-pub(super) struct Rest {
-    pub(super) translation: Vec3,
-    pub(super) rotation: Quat,
-    pub(super) scale: Vec3,
-}
-
-impl Rest {
-    pub(super) fn is_finite(&self) -> bool {
-        self.translation.is_finite() && self.rotation.is_finite() && self.scale.is_finite()
-    }
-
-    /// Writes the values that differ from glTF's defaults into `node`.
-    pub(super) fn apply(&self, node: &mut Node) {
-        node.translation = Some(self.translation).filter(|t| *t != Vec3::ZERO).map(Into::into);
-        node.rotation = Some(self.rotation)
-            .filter(|r| *r != Quat::IDENTITY)
-            .map(|rotation| UnitQuaternion(rotation.into()));
-        node.scale = Some(self.scale).filter(|scale| *scale != Vec3::ONE).map(Into::into);
-    }
-}
+use crate::scene::{self, Keys, Scene};
 
 /// Writes the animation of a scene, track by track.
 struct Writer<'a> {
@@ -69,69 +47,8 @@ struct Clock<'a> {
     kept: Option<Vec<usize>>,
 }
 
-/// Moves constant tracks to `rest` where all animations have the same constant value. Other constant tracks are written
-/// as one key, because the node has only one rest transform.
-pub(super) fn rest_of_all(scene: &Scene, rest: &mut [Rest]) {
-    let Some((first, others)) = scene.animations.split_first() else {
-        return;
-    };
-    let still = |animation: &scene::Animation| -> HashMap<usize, Still> {
-        let driven = Binding::new(scene, animation);
-        let still = |(node, channel): (NodeId, usize)| (node.index(), Still::of(&animation.channels[channel]));
-        driven.driven().map(still).collect()
-    };
-    let others: Vec<_> = others.iter().map(still).collect();
-    for (node, still) in still(first) {
-        let of = |other: &HashMap<usize, Still>| other.get(&node).copied().unwrap_or_default();
-        let shared = others.iter().map(of).fold(still, Still::and);
-        let place = &mut rest[node];
-        if let Some(translation) = shared.translation.filter(|translation| translation.is_finite()) {
-            place.translation = translation + Vec3::ZERO;
-        }
-        if let Some(rotation) = shared.rotation.and_then(unit) {
-            place.rotation = rotation;
-        }
-        if let Some(scale) = shared.scale.filter(|scale| scale.is_finite()) {
-            place.scale = scale + Vec3::ZERO;
-        }
-    }
-}
-
-/// The constant values of a channel.
-#[derive(Clone, Copy, Default)]
-struct Still {
-    translation: Option<Vec3>,
-    rotation: Option<Quat>,
-    scale: Option<Vec3>,
-}
-
-impl Still {
-    fn of(channel: &scene::Channel) -> Self {
-        fn value<T: Value<N>, const N: usize>(keys: &Keys<T>) -> Option<T> {
-            keys.values.first().copied().filter(|_| is_constant(keys))
-        }
-        Self {
-            translation: value(&channel.position_keys),
-            rotation: value(&channel.rotation_keys),
-            scale: value(&channel.scaling_keys),
-        }
-    }
-
-    /// The values that both have.
-    fn and(self, other: Self) -> Self {
-        fn same<T: Value<N>, const N: usize>(a: Option<T>, b: Option<T>) -> Option<T> {
-            a.filter(|a| b.is_some_and(|b| a.is_same(b)))
-        }
-        Self {
-            translation: same(self.translation, other.translation),
-            rotation: same(self.rotation, other.rotation),
-            scale: same(self.scale, other.scale),
-        }
-    }
-}
-
 /// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes, unless
-/// it `keeps_rest`; of several animations, [`rest_of_all`] has moved what they share.
+/// it `keeps_rest`; of several animations, [`rest::of_all`](super::rest::of_all) has moved what they share.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
@@ -163,6 +80,7 @@ pub(super) fn write(
         writer.report.add_error(scene, clip);
     }
     let mut first_driven = None;
+    let mut is_driven = vec![false; scene.nodes.len()];
     for (node, channel) in Binding::new(scene, animation).driven() {
         let node = node.index();
         first_driven.get_or_insert(node);
@@ -177,9 +95,28 @@ pub(super) fn write(
             }
         }
         // A constant scale is part of the node even where constant tracks are kept, if it can be.
-        let moves = !is_constant(&channel.scaling_keys);
+        let nearly = compressed
+            .as_ref()
+            .and_then(|_| nearly_constant_scale(&channel.scaling_keys));
+        let moves = nearly.is_none() && !is_constant(&channel.scaling_keys);
         if moves || !options.keep_constant || scene.animations.len() > 1 {
-            place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?;
+            match nearly {
+                Some(scale) => writer.constant(node, Property::Scale, scale, &mut place.scale, scale.to_array()),
+                None => place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?,
+            }
+        }
+        is_driven[node] = true;
+    }
+    if let Some(clip) = compressed.as_ref().filter(|_| writer.sets_rest) {
+        // A node that nothing drives is rounded as the others are.
+        for (node, track) in clip.tracks.iter().enumerate().filter(|(node, _)| !is_driven[*node]) {
+            if let (Track::Constant(translation), Track::Constant(rotation)) = (&track.translation, &track.rotation) {
+                rest[node] = Rest {
+                    translation: *translation + Vec3::ZERO,
+                    rotation: rounded_unit(*rotation),
+                    scale: without_noise(rest[node].scale),
+                };
+            }
         }
     }
     if writer.channels.is_empty()
@@ -192,11 +129,9 @@ pub(super) fn write(
         return Ok(None);
     }
     Ok(Some(Animation {
+        name: None,
         channels,
         samplers,
-        name: None,
-        extensions: None,
-        extras: None,
     }))
 }
 
@@ -357,7 +292,7 @@ impl<'a> Writer<'a> {
         }
         match &track.rotation {
             Track::Constant(value) => {
-                let value = unit(*value).unwrap_or(*value);
+                let value = rounded_unit(*value);
                 self.constant(node, Property::Rotation, value, &mut place.rotation, value.to_array());
             }
             Track::Animated {
@@ -428,83 +363,15 @@ impl<'a> Writer<'a> {
     }
 
     fn sampler(&mut self, node: usize, property: Property, input: Index<Accessor>, output: Index<Accessor>) {
-        let interpolation = Checked::Valid(Interpolation::Linear);
-        self.samplers.push(Sampler {
-            input,
-            output,
-            interpolation,
-            extensions: None,
-            extras: None,
-        });
-        let (node, path) = (Index::new(node as u32), Checked::Valid(property));
         self.channels.push(Channel {
-            sampler: Index::new(self.samplers.len() as u32 - 1),
+            sampler: self.samplers.len(),
             target: Target {
-                node,
-                path,
-                extensions: None,
-                extras: None,
+                node: Index::new(node as u32),
+                path: name_of(property),
             },
-            extensions: None,
-            extras: None,
         });
+        self.samplers.push(Sampler { input, output });
     }
-}
-
-/// A value of a track: `N` floats in the file.
-trait Value<const N: usize>: Copy {
-    /// Whether two values give the same transform.
-    fn is_same(self, other: Self) -> bool;
-
-    /// The values for the file; `None` if one is not finite.
-    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
-
-    /// A value in the units of the file.
-    fn from(array: [f32; N]) -> Self;
-}
-
-impl Value<3> for Vec3 {
-    fn is_same(self, other: Self) -> bool {
-        self == other
-    }
-
-    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
-        // Adding zero turns -0 into 0.
-        values
-            .map(|value| value.is_finite().then(|| (value + Vec3::ZERO).to_array()))
-            .collect()
-    }
-
-    fn from(array: [f32; 3]) -> Self {
-        Self::from_array(array)
-    }
-}
-
-impl Value<4> for Quat {
-    fn is_same(self, other: Self) -> bool {
-        self == other || self == -other
-    }
-
-    /// Unit quaternions, each in the hemisphere of the one before: some clients blend component by component.
-    fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 4]>> {
-        let mut previous = None;
-        let continuous = values.map(|value| {
-            let rotation = unit(value)?;
-            let turned = previous.is_some_and(|previous| rotation.dot(previous) < 0.0);
-            let rotation = if turned { -rotation } else { rotation };
-            previous = Some(rotation);
-            Some(rotation.to_array())
-        });
-        continuous.collect()
-    }
-
-    fn from(array: [f32; 4]) -> Self {
-        Self::from_array(array)
-    }
-}
-
-fn is_constant<T: Value<N>, const N: usize>(keys: &Keys<T>) -> bool {
-    keys.values.windows(2).all(|pair| pair[0].is_same(pair[1]))
 }
 
 fn name_of(property: Property) -> &'static str {
@@ -513,12 +380,4 @@ fn name_of(property: Property) -> &'static str {
         Property::Scale => "scale",
         Property::Translation | Property::MorphTargetWeights => "translation",
     }
-}
-
-/// `rotation` normalised in double precision and rounded once, without minus zeros; `None` if it is not a rotation.
-pub(super) fn unit(rotation: Quat) -> Option<Quat> {
-    let rotation = rotation.as_dquat();
-    let length = rotation.length();
-    (length.is_finite() && length > 0.0)
-        .then(|| Quat::from_array((rotation / length).to_array().map(|c| c as f32 + 0.0)))
 }

@@ -1,6 +1,7 @@
 //! A scene as the tree of objects that glTF writes as JSON.
 
 use glam::{Affine3A, Mat4, Vec3};
+use gltf::json::accessor::Accessor;
 use gltf::json::image::MimeType;
 use gltf::json::material::{
     self, AlphaCutoff, EmissiveFactor, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor,
@@ -12,11 +13,14 @@ use gltf::json::{Asset, Image, Index, Material, Mesh, Node, Root, Skin, Texture}
 use serde_json::json;
 use serde_json::value::{RawValue, to_raw_value};
 
-use super::super::Provenance;
 use super::super::humanoid::VRM_ANIMATION;
-use super::animation::{self, Rest, unit};
+use super::super::{Compression, Provenance};
+use super::animation;
 use super::buffer::Buffer;
 use super::names::Names;
+use super::rest::{self, Rest};
+use super::text::Animation;
+use super::values::unit;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
@@ -28,18 +32,20 @@ struct Builder<'a> {
     options: &'a GltfOptions,
     content: Content,
     root: Root,
+    animations: Vec<Animation>,
     buffer: Buffer,
     names: Names,
     report: GltfReport,
 }
 
 pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -> Result<Document> {
-    let (root, buffer, names, report) = Default::default();
+    let (root, animations, buffer, names, report) = Default::default();
     let mut builder = Builder {
         scene,
         options,
         content,
         root,
+        animations,
         buffer,
         names,
         report,
@@ -56,19 +62,29 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
     }
     let Builder {
         mut root,
+        animations,
         buffer,
         report,
         ..
     } = builder;
     let bin = buffer.finish(&mut root, options.compression)?;
-    Ok(Document { root, bin, report })
+    Ok(Document {
+        root,
+        animations,
+        bin,
+        report,
+    })
 }
 
 impl Builder<'_> {
     fn asset(&mut self) {
+        let provenance = match self.options.compression {
+            Compression::None => Provenance::of(self.scene),
+            _ => Provenance::of(self.scene).without_reasons(),
+        };
         self.root.asset = Asset {
             generator: Some(concat!("mocap ", env!("CARGO_PKG_VERSION")).to_owned()),
-            extras: extras(&json!({ "mocap": Provenance::of(self.scene) })),
+            extras: extras(&json!({ "mocap": provenance })),
             ..Asset::default()
         };
     }
@@ -143,7 +159,7 @@ impl Builder<'_> {
         // The rest pose of a VRM animation is the T-pose, whatever does not move.
         let keeps_rest = self.content == Content::VrmAnimation;
         if scene.animations.len() > 1 && !keeps_rest {
-            animation::rest_of_all(scene, &mut rest);
+            rest::of_all(scene, &mut rest);
         }
         // glTF takes several animations; the names of clips and their order stay.
         for take in &scene.animations {
@@ -161,7 +177,7 @@ impl Builder<'_> {
                 .into_iter()
                 .find(|n| !n.is_empty());
             if let Some(written) = written {
-                self.root.animations.push(gltf::json::Animation {
+                self.animations.push(Animation {
                     name: name.map(str::to_owned),
                     ..written
                 });
@@ -266,7 +282,10 @@ impl Builder<'_> {
                 self.skinned_mesh(&mesh.name, written, skin);
             }
         }
-        if self.root.skins.is_empty() {
+        if self.root.skins.is_empty() && scene.meshes.is_empty() && self.options.compression != Compression::None {
+            // Nothing is bound to the joints, so that 64 bytes for each would say nothing.
+            self.skin_with(&joints, None);
+        } else if self.root.skins.is_empty() {
             let skin = self.skin(&joints, &[]);
             if let Some(mesh) = scene.meshes.first() {
                 let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
@@ -312,10 +331,14 @@ impl Builder<'_> {
             .iter()
             .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))
             .collect();
-        self.report.joints = joints.len();
         let accessor = self.buffer.push_matrices(self.options.compression, &matrices);
+        self.skin_with(joints, Some(accessor))
+    }
+
+    fn skin_with(&mut self, joints: &[usize], inverse_bind_matrices: Option<Index<Accessor>>) -> Index<Skin> {
+        self.report.joints = joints.len();
         self.root.push(Skin {
-            inverse_bind_matrices: Some(accessor),
+            inverse_bind_matrices,
             joints: joints.iter().map(|&joint| Index::new(joint as u32)).collect(),
             skeleton: Some(Index::new(0)),
             name: None,

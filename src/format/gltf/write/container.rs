@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use gltf::binary::{Glb, Header};
 use gltf::json::Root;
 
-use super::Document;
+use super::{Document, text};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::write_file_with;
 
@@ -55,7 +55,7 @@ impl Document {
 
     /// The parts of a `.glb` file.
     fn glb(&self) -> Result<Glb<'_>> {
-        let json = text(&self.root)?;
+        let json = self.text(&self.root)?;
         if u32::try_from(json.len() + self.bin.len() + GLB_OVERHEAD).is_err() {
             let message = "the file would be larger than the 4 GiB that a .glb can hold";
             return Err(Diagnostic::new(Code::LimitExceeded, message)
@@ -96,12 +96,13 @@ impl Document {
         if let Some(buffer) = root.buffers.first_mut() {
             buffer.uri = Some(uri());
         }
-        text(&root)
+        self.text(&root)
     }
-}
 
-fn text(root: &Root) -> Result<Vec<u8>> {
-    root.to_vec().map_err(|error| unwritable(&error))
+    /// The JSON text, with `root` in place of the document's own.
+    fn text(&self, root: &Root) -> Result<Vec<u8>> {
+        text::write(root, &self.animations).map_err(|error| unwritable(&error))
+    }
 }
 
 fn unwritable(error: &dyn std::error::Error) -> Error {
