@@ -180,7 +180,7 @@ fn what_is_wrong_is_said() {
             r#""asset":{"#,
             r#""extensionsRequired":["EXT_moves_everything"],"asset":{"#,
         ),
-        text.replace(r#""translation":[0.0,90.0,0.0]"#, r#""translation":[0.0,1e39,0.0]"#),
+        text.replace(r#""translation":[0,90,0]"#, r#""translation":[0,1e39,0]"#),
     ];
     for changed in changed {
         assert_ne!(changed, text);
