@@ -206,12 +206,22 @@ def source_joints(mocap, motion, folder):
     names = list(arrays["names"])
     # Forward, left and up become +X, +Y and +Z.
     facing = found["facing"]["value"]
+    if facing == "unknown":
+        # The rest pose of what was written may be another than that of the file.
+        done, _ = run(mocap, "skeleton", motion, "--json")
+        original = json.loads(done.stdout)
+        facing = original["facing"]["value"] if original["up"]["value"] == "y" else facing
     facing = facing if facing in ("x", "-x", "z", "-z") else "z"
     forward = (-1.0 if facing.startswith("-") else 1.0) * np.eye(3)["xyz".index(facing[-1])]
     up = np.array([0.0, 1.0, 0.0])
     axes = np.stack([forward, np.cross(up, forward), up])
     places = {}
+    # Some devices name the sides as a mirror shows them; the robot moves as the body does.
+    is_mirrored = found["sides"]["value"] == "opposite"
+    other = {"left": "right", "right": "left"}
     for bone, joint in found["humanoid"]["bones"].items():
+        side = next((side for side in other if is_mirrored and bone.startswith(side)), None)
+        bone = other[side] + bone.removeprefix(side) if side else bone
         if names.count(joint["joint"]) == 1:
             places[bone] = arrays["positions"][:, names.index(joint["joint"])].astype(float) @ axes.T
     return places
