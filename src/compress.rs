@@ -115,18 +115,18 @@ pub(crate) fn compress(
     compress_as(scene, animation, bound.into(), storage, None)
 }
 
-/// Reduces `animation` to curves, with the angles that `euler` says of each node, so that no joint is more than `bound`
-/// metres from its place.
+/// Reduces `animation` to curves, with the angles that `euler` says of each node, so that no joint is farther from its
+/// place than `bound` allows.
 ///
 /// # Errors
 /// As [`compress`].
 pub(crate) fn reduce_curves(
     scene: &Scene,
     animation: &Animation,
-    bound: f64,
+    bound: ErrorBound,
     euler: &[EulerAngles],
 ) -> Result<CompressedClip> {
-    compress_as(scene, animation, bound.into(), Storage::Curves, Some(euler))
+    compress_as(scene, animation, bound, Storage::Curves, Some(euler))
 }
 
 fn compress_as(

@@ -125,8 +125,8 @@ pub struct FbxOptions {
     /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number. Default:
     /// `false`.
     pub whole_rate: bool,
-    /// The largest distance of a joint from its place in any frame, in metres, within which keys are left out of the
-    /// curves. Default: none, every key is written.
+    /// The largest distance of a joint, and of points 3 cm from it that stand for its skin, from its place in any frame, in
+    /// metres, within which keys are left out of the curves. Default: none, every key is written.
     ///
     /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their keys.
     pub max_error: Option<f64>,

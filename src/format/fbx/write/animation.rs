@@ -48,20 +48,19 @@ pub(super) fn write(
 ) -> Result<Clips> {
     let mut names = Names::default();
     let mut clips = Clips::default();
-    let metres = scene.metadata.metres_per_unit.unwrap_or(1.0);
-    let bound = options.max_error.map(|bound| bound / metres);
     for animation in &scene.animations {
         let rate = Rate::new(animation.ticks_per_second, options)?.frames_per_second();
         let source = scene.metadata.origin.as_ref().map(Origin::stem);
         let name = [animation.name.as_str(), source.unwrap_or_default()];
         let name = name.into_iter().find(|name| !name.trim().is_empty());
         let name = names.unique(name.unwrap_or_default(), "Motion");
-        let reduced = bound
+        let reduced = options
+            .max_error
             .map(|bound| Reduced::new(scene, animation, space, placed, bound))
             .transpose()?;
         if let Some(reduced) = &reduced {
             let largest = report.max_error.unwrap_or(0.0);
-            report.max_error = Some(f64::max(largest, reduced.error() * metres));
+            report.max_error = Some(f64::max(largest, reduced.error()));
         }
         let duration = limits::not_negative(Code::Unrepresentable, "the duration in ticks", animation.duration)?;
         let end = time(duration, rate);

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::skeleton::Placed;
 use super::space::Space;
-use crate::compress::{self, CompressedClip, EulerAngles, Track, reduce_curves};
+use crate::compress::{self, CompressedClip, ErrorBound, EulerAngles, Track, reduce_curves};
 use crate::error::Result;
 use crate::scene::{Animation, Scene};
 
@@ -58,14 +58,19 @@ impl Curve {
     }
 }
 
+/// How far from a joint the points are that stand for its skin, in metres: the default of ACL.
+const SKIN: f64 = 0.03;
+
 /// A clip whose tracks have fewer keys.
 pub(super) struct Reduced<'a> {
     clip: CompressedClip,
+    /// Metres in a unit of the scene.
+    metres: f64,
     space: &'a Space,
 }
 
 impl<'a> Reduced<'a> {
-    /// `bound` is in the unit of the scene.
+    /// `bound` is in metres.
     ///
     /// # Errors
     /// As [`reduce_curves`].
@@ -76,6 +81,11 @@ impl<'a> Reduced<'a> {
         placed: &[Placed],
         bound: f64,
     ) -> Result<Self> {
+        let metres = scene.metadata.metres_per_unit.unwrap_or(1.0);
+        let bound = ErrorBound {
+            max_error: bound / metres,
+            shell_distance: SKIN / metres,
+        };
         let euler = placed.iter().map(|place| EulerAngles {
             order: space.order_in_scene(place.order),
             pre_rotation: space.rotation_in_scene(place.pre_rotation),
@@ -84,13 +94,14 @@ impl<'a> Reduced<'a> {
         let euler: Vec<EulerAngles> = euler.collect();
         Ok(Self {
             clip: reduce_curves(scene, animation, bound, &euler)?,
+            metres,
             space,
         })
     }
 
-    /// The largest distance of a joint from its place, in the unit of the scene.
+    /// The largest distance of a joint or of its skin from its place, in metres.
     pub(super) fn error(&self) -> f64 {
-        self.clip.error.max
+        self.clip.error.max * self.metres
     }
 
     /// The curves of a part of a node that has any; `None` where every key stays.
