@@ -44,7 +44,7 @@ pub use self::plan::Unmapped;
 use self::root::Root;
 use self::solve::Solved;
 pub use self::vrm_humanoid::vrm_humanoid;
-use crate::edit::{FootLockReport, contacts_of, follow_feet};
+use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
@@ -203,7 +203,7 @@ impl Retargeter {
         let Some(motion) = source.animations.get(animation) else {
             return Err(no_animation(animation, source));
         };
-        let contacts = contacts_of(source, motion, &self.source.humanoid)?;
+        let contacts = self.contacts(source, motion)?;
         let Some(followed) = feet::followed(&self.source, &self.target, target, &self.root, &contacts) else {
             return Ok(FootLockReport::default());
         };
@@ -218,6 +218,11 @@ impl Retargeter {
             *moved = locked;
         }
         Ok(report)
+    }
+
+    /// The contacts of an animation of `source`, left and right as the body has them.
+    pub(crate) fn contacts(&self, source: &Scene, animation: &Animation) -> Result<DetectedContacts> {
+        contacts_of(source, animation, &self.source.humanoid)
     }
 
     /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With `lock_feet` its

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3, Quat};
 
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, RobotPose};
 use super::model::Robot;
 use super::sole::SoleBall;
 use super::solver::{Goals, Reach, Turn};
@@ -34,6 +34,9 @@ const HALVINGS: usize = 12;
 const FARTHEST_HELD: f64 = 0.1;
 const RETURN: f64 = 0.12;
 
+/// How much lower another ball of the sole must be for a foot to stand on that, in metres.
+const LOWER: f64 = 0.002;
+
 /// A bone of the twin with the body of the robot that follows it.
 #[derive(Clone, Debug)]
 struct Follower {
@@ -55,14 +58,21 @@ struct Reached {
 }
 
 /// A foot from frame to frame.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Stand {
-    /// How far the goal of the ankle is from where the twin has it, over the ground.
-    shift: DVec2,
-    /// The lowest ball of the sole in the frame before, and where it was.
-    lowest: Option<(usize, DVec3)>,
+    /// How far the goal of the ankle is from where the twin has it.
+    shift: DVec3,
+    /// The ball of the sole on which the foot stands, and where that stays, over the ground.
+    ball: Option<(usize, DVec2)>,
+    /// How much higher the ball is than it should be.
+    above: f64,
     /// From 0 in the air to 1 on the ground, smoothly.
     grip: f64,
+    /// Where the twin has the ankle, and how high its sole is.
+    twin: DVec3,
+    height: f64,
+    /// Where the balls of the sole were in the frame before.
+    places: Vec<DVec3>,
 }
 
 /// The goals of the solver, and what each of them follows.
@@ -116,6 +126,17 @@ impl Following {
                     });
                     (turns.len() - 1, balls.collect(), side)
                 }),
+            });
+        }
+        // After those: the balls on which the feet stand.
+        for side in Side::ALL {
+            let feet = reaches
+                .iter()
+                .position(|reached: &Reached| reached.foot.as_ref().is_some_and(|foot| foot.2 == side));
+            let foot: &Reach = &goals.reaches[feet.unwrap_or_default()];
+            goals.reaches.push(Reach {
+                weight: 0.0,
+                ..foot.clone()
             });
         }
         Self {
@@ -183,27 +204,61 @@ impl Following {
         Some((reach, *turn, sole))
     }
 
-    /// Moves the goal of an ankle so that the point on which the foot stands stays where it is: the foot may roll over it. A
-    /// foot that does not stand comes back to where the twin has it. All of it by the goals: what a pose misses would add up.
+    /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that does
+    /// not stand comes back to where the twin has it.
     pub(super) fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
-        let Some((reach, turn, sole)) = self.ankle(side) else {
+        let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;
         };
-        let rotation = self.goals.turns[turn].target;
-        let goal = &self.goals.reaches[reach];
-        let way = |ball: usize| rotation * (sole[ball].centre - goal.point);
-        let held = stand.lowest.filter(|_| is_held);
-        let held = held.map(|(ball, place)| (place - way(ball) - goal.target).truncate());
-        stand.shift = held.unwrap_or(returned * stand.shift).clamp_length_max(FARTHEST_HELD);
-        let place = goal.target + stand.shift.extend(0.0);
-        let height = |ball: usize| way(ball).z - sole[ball].radius;
-        let lowest = (0..sole.len()).min_by(|a, b| height(*a).total_cmp(&height(*b)));
-        stand.lowest = lowest.map(|ball| (ball, place + way(ball)));
+        let (rotation, twin) = (self.goals.turns[turn].target, self.goals.reaches[ankle].target);
+        let way = |ball: usize| rotation * (sole[ball].centre - self.reaches[ankle].point);
+        let height = |ball: usize| twin.z + way(ball).z - sole[ball].radius;
+        let height = (0..sole.len()).map(height).fold(f64::INFINITY, f64::min);
+        let was = |ball: usize| stand.places[ball].z - sole[ball].radius;
+        let lowest = (0..stand.places.len()).min_by(|a, b| was(*a).total_cmp(&was(*b)));
+        stand.above *= returned;
+        stand.shift *= returned;
+        stand.ball = match (stand.ball, lowest.filter(|_| is_held)) {
+            (Some((ball, anchor)), Some(lowest)) if was(ball) <= was(lowest) + LOWER => Some((ball, anchor)),
+            (_, Some(lowest)) => {
+                stand.above = was(lowest) - stand.height;
+                Some((lowest, stand.places[lowest].truncate()))
+            }
+            (_, None) => None,
+        };
+        let mut held = Reach {
+            weight: 0.0,
+            ..self.goals.reaches[self.reaches.len() + side].clone()
+        };
+        if let Some((ball, anchor)) = &mut stand.ball {
+            let there = (twin + way(*ball)).truncate();
+            *anchor = there + (*anchor - there).clamp_length_max(FARTHEST_HELD);
+            held.point = sole[*ball].centre;
+            held.target = anchor.extend(height + stand.above + sole[*ball].radius);
+            held.weight = FOOT_PLACE;
+        }
         // A foot that stands is turned as it should be; one in the air gives way to the leg.
         let grip = f64::from(u8::from(is_held));
         stand.grip = grip + returned * (stand.grip - grip);
-        self.goals.reaches[reach].target = place;
+        (stand.twin, stand.height) = (twin, height);
         self.goals.turns[turn].weights = self.turns[turn].weights * (1.0 + STANDING * stand.grip);
+        let goal = &mut self.goals.reaches[ankle];
+        goal.target += stand.shift;
+        goal.weight = FOOT_PLACE - held.weight;
+        self.goals.reaches[self.reaches.len() + side] = held;
+    }
+
+    /// Keeps where a foot is in a pose that was solved.
+    pub(super) fn keep(&self, side: usize, stand: &mut Stand, pose: &RobotPose) {
+        let Some((ankle, turn, sole)) = self.ankle(side) else {
+            return;
+        };
+        let foot = &pose.bodies[self.goals.turns[turn].body];
+        stand.places.clear();
+        stand.places.extend(sole.iter().map(|ball| foot.point(ball.centre)));
+        if stand.ball.is_some() {
+            stand.shift = foot.point(self.reaches[ankle].point) - stand.twin;
+        }
     }
 }
 

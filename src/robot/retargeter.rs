@@ -12,7 +12,6 @@ use super::motion::RobotMotion;
 use super::report::{self, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::twin::Twin;
-use crate::edit::{ContactOptions, contacts};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Binding, Pose};
 use crate::retarget::{RetargetOptions, Retargeter, Scale};
@@ -111,7 +110,7 @@ impl RobotRetargeter {
         if self.options.lock_feet {
             self.retargeter.lock_feet(source, index, &self.twin.scene, &mut held)?;
         }
-        let contacts = self.contacts_of(source, index, animation.frame_count());
+        let contacts = self.contacts_of(source, animation);
         let mut motion = self.follow(&held, animation, contacts);
         self.lift(&mut motion);
         let measured = self.measured(&motion);
@@ -138,7 +137,7 @@ impl RobotRetargeter {
             dof_names: self.robot.dof_names(),
             contacts,
         };
-        let mut stands = [Stand::default(); 2];
+        let mut stands = [Stand::default(), Stand::default()];
         let returned = returned(animation.ticks_per_second);
         for frame in 0..frames {
             twin.sample(&binding, held, frame as f64);
@@ -158,6 +157,9 @@ impl RobotRetargeter {
             let steps = if frame == 0 { FIRST_STEPS } else { STEPS };
             self.solver
                 .solve(&self.kinematics, &self.following.goals, &bounds, &mut pose, steps);
+            for (side, stand) in stands.iter_mut().enumerate() {
+                self.following.keep(side, stand, &pose);
+            }
             motion.root.push(continued(pose.root, motion.root.last()));
             motion.dof_pos.extend(&pose.positions);
         }
@@ -229,9 +231,9 @@ impl RobotRetargeter {
         }
     }
 
-    fn contacts_of(&self, source: &Scene, index: usize, frames: usize) -> Vec<[bool; 2]> {
-        let found = contacts(source, index, self.options.source.as_ref(), &ContactOptions::default());
-        let Ok(found) = found else {
+    fn contacts_of(&self, source: &Scene, animation: &Animation) -> Vec<[bool; 2]> {
+        let frames = animation.frame_count();
+        let Ok(found) = self.retargeter.contacts(source, animation) else {
             return vec![[false; 2]; frames];
         };
         let rests = |side: Side, frame: usize| {

@@ -162,7 +162,7 @@ impl Solver {
             self.collect(kinematics, pose, turn.body, place.translation);
             self.add(weights, error, |(_, angular, _)| *angular);
         }
-        for reach in &goals.reaches {
+        for reach in goals.reaches.iter().filter(|reach| reach.weight > 0.0) {
             let point = pose.bodies[reach.body].point(reach.point);
             let weights = DMat3::from_diagonal(DVec3::splat(reach.weight));
             self.collect(kinematics, pose, reach.body, point);
