@@ -20,6 +20,8 @@ BLENDER = os.environ.get("BLENDER_PYTHON")
 ALLOWED = 5e-5
 SAMPLE = 10
 TIMES = 8
+# In frames: Assimp prints six digits of the time of a key too.
+NEXT = 0.05
 # Fixtures of which a joint is so far away that single precision has no more of it: allowed as a share of that.
 SINGLE = 4e-6
 # Blender keeps a bone as the places of its head and its tail in single precision. A bone that is short and far from the
@@ -91,8 +93,8 @@ def matrix(position, rotation, scale):
 
 def key_at(keys, time):
     """The value at a time: along a line, or an arc where it is a rotation."""
-    before = max((key for key in keys if key[0] <= time + 1e-3), key=lambda key: key[0], default=keys[0])
-    after = min((key for key in keys if key[0] >= time - 1e-3), key=lambda key: key[0], default=keys[-1])
+    before = max((key for key in keys if key[0] <= time + NEXT), key=lambda key: key[0], default=keys[0])
+    after = min((key for key in keys if key[0] >= time - NEXT), key=lambda key: key[0], default=keys[-1])
     if before[0] >= after[0]:
         return before[1]
     share = (time - before[0]) / (after[0] - before[0])
