@@ -418,6 +418,36 @@ fn verify_refuses_a_file_without_its_last_bytes() {
     }
 }
 
+/// A clip that says nothing of any joint, or of one only that it is turned as at rest, is a clip all the same.
+#[test]
+fn a_clip_in_which_nothing_moves_comes_back() {
+    let mut scene = import("fixtures/real/cmu_short.bvh").unwrap();
+    let rest = Pose::rest(&scene);
+    // In the middle of the chain, where a rotation differs from a position.
+    let node = NodeId::new(4);
+    let turned = rest.node_to_parent[node.index()].to_scale_rotation_translation().1;
+    let animation = &mut scene.animations[0];
+    let mut channel = animation.channels[4].clone();
+    channel.node = Some(node);
+    channel.node_name.clone_from(&scene.nodes[node.index()].name);
+    (channel.position_keys, channel.scaling_keys) = (Keys::default(), Keys::default());
+    channel.rotation_keys = Keys::constant(turned);
+    animation.duration = 0.0;
+    for channels in [Vec::new(), vec![channel]] {
+        scene.animations[0].channels = channels;
+        let (bytes, _) = write(&scene, &FbxOptions::default()).unwrap();
+        let again = Importer::new().read(&bytes, "a.fbx").unwrap();
+        assert_eq!(again.animations.len(), 1);
+        let pose = Pose::at_tick(&again, 0, 0.0).unwrap();
+        let still = Pose::rest(&again);
+        for index in 0..again.nodes.len() {
+            let node = NodeId::new(index);
+            let off = pose.position(node).distance(still.position(node));
+            assert!(off < 1e-4, "{}: {off}", again.nodes[index].name);
+        }
+    }
+}
+
 #[test]
 fn names_are_unique_in_the_file_and_come_back() {
     let mut scene = import("fixtures/dialects/names_equal.bvh").unwrap();

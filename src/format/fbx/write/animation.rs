@@ -123,7 +123,6 @@ impl Clip<'_, '_, '_> {
     ) -> Result<()> {
         let binding = Binding::new(self.scene, animation);
         let mut is_empty = true;
-        let mut first = None;
         for (node, channel) in binding.driven() {
             let place = &placed[node.index()];
             if place.id == super::document::SCENE_ROOT {
@@ -134,7 +133,6 @@ impl Clip<'_, '_, '_> {
                 if let Some(curves) = reduced.and_then(|reduced| reduced.curves(node.index(), place, track.part)) {
                     track.curves = curves;
                 }
-                first.get_or_insert((place.id, track.rest));
                 let says_more = self.write(place.id, &track, false)?;
                 is_empty &= !says_more;
                 if says_more && matches!(track.part, Part::Translation) {
@@ -142,14 +140,15 @@ impl Clip<'_, '_, '_> {
                 }
             }
         }
-        // A clip in which everything is as at rest has a curve that says so.
-        if let (true, Some((id, rest))) = (is_empty, first) {
+        // A clip in which everything is as at rest, or that drives nothing, has a curve that says so.
+        let mut placed = placed.iter();
+        if is_empty && let Some(place) = placed.find(|place| place.id != super::document::SCENE_ROOT) {
             let track = Track {
                 part: Part::Translation,
-                rest,
-                curves: Curve::of_vectors(None, &[rest]),
+                rest: place.translation,
+                curves: Curve::of_vectors(None, &[place.translation]),
             };
-            self.write(id, &track, true)?;
+            self.write(place.id, &track, true)?;
         }
         Ok(())
     }
