@@ -136,6 +136,7 @@ const char *mocap_error_text(void);
  - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
  - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
    metres, +Y up.
+ - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
  - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
 
  3ds Max `.bip` is refused, with advice on what to export instead.
