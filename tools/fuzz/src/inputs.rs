@@ -285,28 +285,22 @@ pub const MCLIP: Input = Input {
     name: "mclip",
     folders: &[],
     longest_seed: 16 << 10,
-    cut: false,
     made: mclip_seeds,
     words: &["MCLP", "\0"],
-    // As for FBX: 4 million values, and 256 for each byte.
-    base: 128 << 20,
-    factor: 8192,
-    outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Mclip).read(bytes, "fuzz.mclip"),
+    // 4 million values, and 256 for each byte.
+    ..FBX
 };
 
 /// A scene of any format that is known by its contents, to be written as FBX.
 pub const FBX_OUT: Input = Input {
     name: "fbx_out",
-    folders: &[],
-    longest_seed: 64 << 10,
-    cut: false,
     made: scene_seeds,
-    words: GLTF_WORDS,
     base: 256 << 20,
     factor: 16_384,
     outputs: Outputs::Fbx,
     read: |bytes, importer| importer.read(bytes, "fuzz"),
+    ..GLB
 };
 
 /// All of them.
