@@ -16,7 +16,7 @@ pub struct RobotClip<'a> {
     pub clip: &'a str,
     /// The file with the motion of the robot, if there is one.
     pub output: Option<&'a str>,
-    /// The report, or why there is none.
+    /// The report, or the text of the error by which the motion failed.
     pub report: Result<&'a RobotReport, &'a str>,
 }
 
