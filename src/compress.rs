@@ -10,7 +10,8 @@
 //! 3. `shared_key_frames` and `key_frames`: key frame reduction, for the pose or for each track alone.
 //! 4. `encode` encodes joint by joint from the root on. The `error_metric` says what a rotation error moves, with
 //!    lever arms and a shell distance; `compensation` what rotation a joint needs below its lossy parent;
-//!    `bit_rate` how many bits, and which of the `candidates` around that rotation. `quantize` has the formats.
+//!    `bit_rate` how many bits, and which of the `candidates` around that rotation, with the help of the `trellis`.
+//!    `quantize` has the formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
 //! 7. `clip` is the result, for FBX as `curves`. `stream_size` says how large it becomes in meshopt's streams.
@@ -36,6 +37,7 @@ mod read_ahead;
 mod refinement;
 mod shared_key_frames;
 mod stream_size;
+mod trellis;
 
 use std::sync::Arc;
 

@@ -3,21 +3,15 @@
 //! The QUATERNION filter can store the points of a lattice. The target lies in one of its cells, and the eight corners
 //! of the cell are the candidates. A candidate costs its rate, the bits of its difference to the key before, and its
 //! distortion, its error in units of bits: rate-distortion optimization, as in video encoders. All candidates of eight
-//! frames are evaluated together.
+//! frames are evaluated together, and the [`trellis`](super::trellis) finds those that cost least together.
 
 use glam::Quat;
 
 use super::compensation::Targets;
 use super::error_metric::LeverArms;
 use super::quantize::{Lattice, QuantizedRotation, dropped_component};
+use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
-
-/// About the bits that a difference takes in a stream: see [`stream_size`](super::stream_size).
-#[inline(always)]
-fn rate(difference: i32) -> f32 {
-    const BITS: [f32; 9] = [0.0, 2.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 8.0];
-    BITS[difference.unsigned_abs().min(8) as usize]
-}
 
 /// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints further
 /// down the chain have to compensate for the error. Found by trials on the fixtures.
@@ -32,9 +26,6 @@ const MAX_AMBIGUITY: f32 = 0.15;
 
 /// The cost of a candidate whose error is as large as the tolerance or larger.
 const PENALTY: f32 = 1000.0;
-
-/// The corners of a cell.
-const CORNERS: usize = 8;
 
 /// The component that is dropped at each of several frames.
 pub(super) enum Dropped {
@@ -115,30 +106,21 @@ struct Corner {
 
 impl Corner {
     #[inline(always)]
-    fn cheapest(costs: &[f32; CORNERS]) -> Self {
-        // Floats that are not negative are ordered as their bits are. The index takes the place of the lowest bits, so
-        // that one minimum finds both, without branches.
-        const INDEX: u32 = CORNERS as u32 - 1;
-        let mut least = u32::MAX;
-        for (index, cost) in costs.iter().enumerate() {
-            least = least.min((cost.to_bits() & !INDEX) | index as u32);
-        }
-        let index = (least & INDEX) as usize;
-        Self {
-            index,
-            cost: costs[index],
-        }
+    fn cheapest(costs: Lanes) -> Self {
+        let (index, cost) = least(costs);
+        Self { index, cost }
     }
 
     fn is_within_tolerance(self) -> bool {
         self.cost < PENALTY
     }
+}
 
-    #[inline(always)]
-    fn point(self, origin: [i32; 3]) -> [i32; 3] {
-        let along = |axis: usize| origin[axis] + (self.index >> axis & 1) as i32;
-        [along(0), along(1), along(2)]
-    }
+/// The lattice point at a corner of a cell.
+#[inline(always)]
+fn point(corner: usize, origin: [i32; 3]) -> [i32; 3] {
+    let along = |axis: usize| origin[axis] + (corner >> axis & 1) as i32;
+    [along(0), along(1), along(2)]
 }
 
 /// The distortion of every corner, one cell per lane.
@@ -198,25 +180,23 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Adds the cheapest candidates at all frames, up to the first one that will not do. All are chosen before any is
-    /// decoded, so that they can be decoded together. Returns how many were added.
+    /// Adds the candidates that are cheapest together at all frames, up to the first one that will not do. All are chosen
+    /// before any is decoded, so that they can be decoded together. Returns how many were added.
     #[inline(always)]
     fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
         let mut stored = [[0; 4]; LANES];
         let mut points = [Lanes::ZERO; 3];
         let mut is_good = [true; LANES];
-        let mut before = keys.last().map(|key| key.stored);
+        let chosen = self.cheapest(keys.last());
         for lane in 0..LANES {
-            let dropped = self.dropped.at(lane);
-            let previous = before.and_then(|before| self.lattice.previous(dropped, before));
-            let origin = self.cells.origin(lane);
-            let corner = Corner::cheapest(&costs(&self.distortions, lane, origin, previous));
-            is_good[lane] = corner.is_within_tolerance();
-            stored[lane] = self.lattice.stored(corner.point(origin), dropped);
+            let corner = chosen[lane];
+            is_good[lane] = self.distortions[corner].0[lane] < PENALTY;
+            stored[lane] = self
+                .lattice
+                .stored(point(corner, self.cells.origin(lane)), self.dropped.at(lane));
             for axis in 0..3 {
                 points[axis].0[lane] = stored[lane][axis].into();
             }
-            before = Some(stored[lane]);
         }
         let (components, ambiguous) = self.lattice.decode_lanes(points);
         let value = self.dropped.in_order(components);
@@ -238,14 +218,35 @@ impl<'a> Candidates<'a> {
         good
     }
 
+    /// The corners of the cells that cost least together, after the key `before`.
+    #[inline(always)]
+    fn cheapest(&self, before: Option<&QuantizedRotation>) -> [usize; LANES] {
+        if !self.lattice.stores_differences() {
+            return std::array::from_fn(|lane| least(at_lane(&self.distortions, lane)).0);
+        }
+        let dropped = self.dropped.at(0);
+        let before = before.and_then(|before| self.lattice.previous(dropped, before.stored));
+        let mut trellis = Trellis::new(costs(&self.distortions, 0, self.cells.origin(0), before));
+        let rates = Rates::between(&self.cells.origin);
+        for lane in 1..LANES {
+            let distortions = at_lane(&self.distortions, lane);
+            if self.dropped.at(lane) == self.dropped.at(lane - 1) {
+                trellis.step(lane, &rates, distortions);
+            } else {
+                trellis.jump(lane, distortions);
+            }
+        }
+        trellis.cheapest()
+    }
+
     /// The best candidate at one frame.
     #[inline(always)]
     pub(super) fn best(&self, lane: usize, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
         let dropped = self.dropped.at(lane);
         let previous = previous.and_then(|previous| self.lattice.previous(dropped, previous.stored));
         let origin = self.cells.origin(lane);
-        let corner = Corner::cheapest(&costs(&self.distortions, lane, origin, previous));
-        let key = self.lattice.at(corner.point(origin), dropped);
+        let corner = Corner::cheapest(costs(&self.distortions, lane, origin, previous));
+        let key = self.lattice.at(point(corner.index, origin), dropped);
         if corner.is_within_tolerance() && self.is_unambiguous(&key) {
             return key;
         }
@@ -276,19 +277,19 @@ impl<'a> Candidates<'a> {
     fn cheapest_unambiguous(
         &self,
         dropped: usize,
-        cells: &mut [([i32; 3], [f32; CORNERS])],
+        cells: &mut [([i32; 3], Lanes)],
     ) -> std::result::Result<QuantizedRotation, QuantizedRotation> {
         let mut least: Option<(QuantizedRotation, f32)> = None;
         loop {
-            let mut best = (0, Corner::cheapest(&cells[0].1));
+            let mut best = (0, Corner::cheapest(cells[0].1));
             for (index, (_, costs)) in cells.iter().enumerate().skip(1) {
-                let corner = Corner::cheapest(costs);
+                let corner = Corner::cheapest(*costs);
                 if corner.cost < best.1.cost {
                     best = (index, corner);
                 }
             }
             let (cell, corner) = best;
-            let key = self.lattice.at(corner.point(cells[cell].0), dropped);
+            let key = self.lattice.at(point(corner.index, cells[cell].0), dropped);
             if !corner.is_within_tolerance() {
                 return Err(least.map_or(key, |least| least.0));
             }
@@ -299,7 +300,7 @@ impl<'a> Candidates<'a> {
             if least.as_ref().is_none_or(|least| ambiguity < least.1) {
                 least = Some((key, ambiguity));
             }
-            cells[cell].1[corner.index] = f32::INFINITY;
+            cells[cell].1.0[corner.index] = f32::INFINITY;
         }
     }
 
@@ -330,20 +331,21 @@ impl<'a> Candidates<'a> {
 
 /// The cost of each corner of a cell: rate plus distortion, in bits.
 #[inline(always)]
-fn costs(distortions: &Distortions, lane: usize, origin: [i32; 3], previous: Option<[i32; 3]>) -> [f32; CORNERS] {
-    let mut rates = [[0.0; 2]; 3];
+fn costs(distortions: &Distortions, lane: usize, origin: [i32; 3], previous: Option<[i32; 3]>) -> Lanes {
+    let mut costs = at_lane(distortions, lane);
     if let Some(previous) = previous {
         for axis in 0..3 {
-            let near = origin[axis] - previous[axis];
-            rates[axis] = [rate(near), rate(near + 1)];
+            let along = Lanes::of(|corner| (origin[axis] + (corner >> axis & 1) as i32) as f32);
+            let previous = Component::new(Lanes::all(previous[axis] as f32));
+            costs = costs + Component::new(along).rate_after(&previous);
         }
     }
-    let mut costs = [0.0; CORNERS];
-    for corner in 0..CORNERS {
-        let rate = rates[0][corner & 1] + rates[1][corner >> 1 & 1] + rates[2][corner >> 2 & 1];
-        costs[corner] = rate + distortions[corner].0[lane];
-    }
     costs
+}
+
+#[inline(always)]
+fn at_lane(distortions: &Distortions, lane: usize) -> Lanes {
+    Lanes::of(|corner| distortions[corner].0[lane])
 }
 
 impl Cells {
@@ -446,49 +448,5 @@ impl Cells {
             });
         }
         distortions
-    }
-}
-
-/// Rounds down numbers of a size below 2^16. Adding 1.5 * 2^23 leaves no bits for a fraction.
-#[inline(always)]
-fn floor(value: Lanes) -> Lanes {
-    const ROUND: f32 = 12_582_912.0;
-    Lanes::of(|lane| {
-        let rounded = value.0[lane] + ROUND - ROUND;
-        rounded - if rounded > value.0[lane] { 1.0 } else { 0.0 }
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn larger_differences_take_more_bits() {
-        let rates = [0, 1, -1, 2, 7, -7, 8, 5000].map(rate);
-        assert_eq!(rates, [0.0, 2.0, 2.0, 4.0, 4.0, 4.0, 8.0, 8.0]);
-    }
-
-    #[test]
-    fn the_cheapest_corner_is_found() {
-        for (costs, index) in [
-            ([3.0, 2.0, 5.0, 1.0, 4.0, 9.0, 8.0, 7.0], 3),
-            ([0.0, 0.0, 5.0, 1.0, 4.0, 9.0, 8.0, 7.0], 0),
-            ([f32::INFINITY, 2e3, 5e3, 4e3, 1.5e3, 9e3, 8e3, f32::INFINITY], 4),
-        ] {
-            let corner = Corner::cheapest(&costs);
-            assert_eq!(
-                (corner.index, corner.is_within_tolerance()),
-                (index, costs[index] < PENALTY)
-            );
-        }
-    }
-
-    #[test]
-    fn numbers_are_rounded_down() {
-        let found = floor(Lanes::of(|lane| {
-            [0.0, 0.25, -0.25, 1.0, -1.0, 32767.5, -32767.5, 5.999][lane]
-        }));
-        assert_eq!(found.0, [0.0, 0.0, -1.0, 1.0, -1.0, 32767.0, -32768.0, 5.0]);
     }
 }

@@ -28,7 +28,7 @@ const ROTATION_STEP: f32 = 1.5;
 const TRANSLATION_STEP: f32 = 1.15;
 /// Constant values are rounded to decimals of this share of the bound: they stand in the JSON of a glTF file, where
 /// every digit takes a byte.
-const CONSTANT_STEP: f64 = 1e-3;
+const CONSTANT_STEP: f64 = 1e-2;
 
 /// What stays the same from one pass to the next.
 pub(super) struct Encoder<'a> {

@@ -196,6 +196,11 @@ impl Lattice {
         ((self.max & !3) | dropped as i32) as i16
     }
 
+    /// Whether keys are stored as differences to the key before.
+    pub(in crate::compress) fn stores_differences(self) -> bool {
+        self.rounds
+    }
+
     /// The three integers of the key before; `None` where it dropped another component, or no differences are stored, so
     /// that differences to it mean nothing.
     pub(in crate::compress) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
