@@ -484,6 +484,58 @@ fn the_bound_holds_on_generated_motions() {
     }
 }
 
+/// Three clips of one file, the second shorter and the third as long as the first, with a key at every frame.
+#[test]
+fn clips_with_the_same_frames_share_their_times() {
+    let mut source = import("z_up_dab.bvh");
+    let first = source.animations[0].clone();
+    let mut short = source.clone();
+    trim(&mut short, 0.0, 100.0);
+    let named = |animation: &mocap::scene::Animation, name: &str| mocap::scene::Animation {
+        name: name.to_owned(),
+        ..animation.clone()
+    };
+    source.animations.push(named(&short.animations[0], "short"));
+    source.animations.push(named(&first, "twin"));
+    let scene = in_metres(&source);
+    // Without a bound every frame has keys, and within so small a one too, where they are shared.
+    let streams = |kind: &Compression| matches!(kind, Compression::Meshopt | Compression::MeshoptKhr);
+    let bounded = compressions()
+        .into_iter()
+        .filter(streams)
+        .map(|kind| options(kind, 2e-4));
+    for options in std::iter::once(GltfOptions::default()).chain(bounded) {
+        let (glb, compression) = (write_glb(&scene, &options).unwrap(), options.compression);
+        let json = json(&glb);
+        let times = |animation: usize| -> BTreeSet<u64> {
+            let samplers = json["animations"][animation]["samplers"].as_array().unwrap();
+            samplers
+                .iter()
+                .map(|sampler| sampler["input"].as_u64().unwrap())
+                .collect()
+        };
+        assert_eq!(times(0), times(2), "{compression:?}");
+        let place = |animation: usize| {
+            let longest = times(animation)
+                .into_iter()
+                .map(|accessor| &json["accessors"][accessor as usize])
+                .max_by_key(|accessor| accessor["count"].as_u64())
+                .unwrap();
+            (
+                longest["bufferView"].clone(),
+                longest["byteOffset"].clone(),
+                longest["count"].clone(),
+            )
+        };
+        let (whole, beginning) = (place(0), place(1));
+        assert_eq!((&whole.0, &whole.1), (&beginning.0, &beginning.1), "{compression:?}");
+        let frames = first.duration.round() as u64 + 1;
+        assert_eq!((whole.2, beginning.2), (frames.into(), 101.into()), "{compression:?}");
+        let verified = verify(&source, &glb).unwrap();
+        assert!(verified.max_error <= 2e-4, "{compression:?}: {verified:?}");
+    }
+}
+
 #[test]
 fn a_build_without_meshopt_says_so() {
     let text = br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],

@@ -53,6 +53,15 @@ pub(super) struct Buffer {
     last_usage: Option<Usage>,
     accessors: Vec<Accessor>,
     streams: [Stream; STREAMS.len()],
+    times: Vec<Times>,
+    /// Accessors of times that begin those of another accessor: the same place, fewer elements.
+    beginnings: Vec<(usize, usize)>,
+}
+
+/// Times that are in the buffer already.
+struct Times {
+    times: Vec<[f32; 1]>,
+    accessor: Index<Accessor>,
 }
 
 /// The elements of one stream: those of all tracks with the same filter, because a stream and its view take some 200
@@ -166,16 +175,34 @@ impl Buffer {
         }
     }
 
-    /// As [`Self::push_bounded`], with the times in a stream if `compression` has streams.
+    /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well, or
+    /// begins with, are not written twice.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
-        if compression.extension().is_none() {
-            return self.push_bounded(Usage::Keys, times);
+        if let Some(known) = self.times.iter().find(|known| known.times.starts_with(times)) {
+            if known.times.len() == times.len() {
+                return known.accessor;
+            }
+            let whole = known.accessor.value();
+            let accessor = self.accessor(ComponentType::F32, 1, times.len());
+            self.beginnings.push((accessor, whole));
+            self.bound_times(accessor, times);
+            return Index::new(accessor as u32);
         }
-        let index = self.push_stream(Filter::None, ComponentType::F32, times);
-        let accessor = &mut self.accessors[index.value()];
+        let accessor = match compression.extension() {
+            None => self.push(Usage::Keys, times),
+            Some(_) => self.push_stream(Filter::None, ComponentType::F32, times),
+        };
+        self.bound_times(accessor.value(), times);
+        let times = times.to_vec();
+        self.times.push(Times { times, accessor });
+        accessor
+    }
+
+    /// Times increase: the first is the smallest.
+    fn bound_times(&mut self, accessor: usize, times: &[[f32; 1]]) {
+        let accessor = &mut self.accessors[accessor];
         accessor.min = times.first().map(|time| json!(time.map(f64::from)));
         accessor.max = times.last().map(|time| json!(time.map(f64::from)));
-        index
     }
 
     /// As [`Self::push`], with bounds: the exact decimal value of the smallest and the largest stored number.
@@ -291,6 +318,10 @@ impl Buffer {
         }
         if let Some(extension) = compression.extension() {
             self.finish_streams(root, extension)?;
+        }
+        for (accessor, whole) in std::mem::take(&mut self.beginnings) {
+            self.accessors[accessor].buffer_view = self.accessors[whole].buffer_view;
+            self.accessors[accessor].byte_offset = self.accessors[whole].byte_offset;
         }
         root.accessors = self.accessors;
         root.buffer_views = self.views;
