@@ -178,31 +178,27 @@ impl Buffer {
     /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well, or
     /// begins with, are not written twice.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
-        if let Some(known) = self.times.iter().find(|known| known.times.starts_with(times)) {
-            if known.times.len() == times.len() {
-                return known.accessor;
-            }
-            let whole = known.accessor.value();
+        let known = |is_known: &dyn Fn(&Times) -> bool| self.times.iter().find(|known| is_known(known));
+        if let Some(same) = known(&|known| known.times == times) {
+            return same.accessor;
+        }
+        let accessor = if let Some(whole) = known(&|known| known.times.starts_with(times)) {
+            let whole = whole.accessor.value();
             let accessor = self.accessor(ComponentType::F32, 1, times.len());
             self.beginnings.push((accessor, whole));
-            self.bound_times(accessor, times);
-            return Index::new(accessor as u32);
-        }
-        let accessor = match compression.extension() {
-            None => self.push(Usage::Keys, times),
-            Some(_) => self.push_stream(Filter::None, ComponentType::F32, times),
+            Index::new(accessor as u32)
+        } else if compression.extension().is_some() {
+            self.push_stream(Filter::None, ComponentType::F32, times)
+        } else {
+            self.push(Usage::Keys, times)
         };
-        self.bound_times(accessor.value(), times);
+        // Times increase: the first is the smallest.
+        let bound = |time: Option<&[f32; 1]>| time.map(|time| json!(time.map(f64::from)));
+        self.accessors[accessor.value()].min = bound(times.first());
+        self.accessors[accessor.value()].max = bound(times.last());
         let times = times.to_vec();
         self.times.push(Times { times, accessor });
         accessor
-    }
-
-    /// Times increase: the first is the smallest.
-    fn bound_times(&mut self, accessor: usize, times: &[[f32; 1]]) {
-        let accessor = &mut self.accessors[accessor];
-        accessor.min = times.first().map(|time| json!(time.map(f64::from)));
-        accessor.max = times.last().map(|time| json!(time.map(f64::from)));
     }
 
     /// As [`Self::push`], with bounds: the exact decimal value of the smallest and the largest stored number.
