@@ -6,6 +6,8 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { gzipSync } from "node:zlib";
 
+import { fromBase85, toBase85 } from "./base85.js";
+
 const here = import.meta.dirname;
 const view = join(here, "../../../src/render/view");
 const read = (path) => readFileSync(path, "utf8");
@@ -53,6 +55,8 @@ const element = (id, type, content) => {
 /** A page from a file may start no worker that is a module. This one has its WebAssembly from the page. */
 const worker = bundled(join(here, "worker.js")).replaceAll("import.meta.url", "location.href");
 const wasm = gzipSync(readFileSync(join(here, "../package/mocap.wasm")), { level: 9 });
+const wasmText = toBase85(wasm);
+if (!wasm.equals(fromBase85(wasmText))) throw new Error("the WebAssembly in the page is not what it was made from");
 const parts = {
   title: "mocap",
   policy: POLICY,
@@ -61,7 +65,7 @@ const parts = {
   desk: read(join(here, "desk.html")),
   data: "{}",
   keys: element("worker", "text/plain", worker),
-  skins: element("wasm", "application/octet-stream", wasm.toString("base64")),
+  skins: element("wasm", "application/octet-stream", wasmText),
   textures: "",
   script: bundled(join(here, "drop.js")),
   downloads: "",
@@ -71,4 +75,4 @@ const page = read(join(view, "page.html")).replace(/\{\{(\w+)\}\}/g, (_, name) =
   return parts[name];
 });
 writeFileSync(process.argv[2], page);
-console.error(`${process.argv[2]}: ${page.length} bytes, of which WebAssembly ${Math.ceil(wasm.length / 3) * 4}`);
+console.error(`${process.argv[2]}: ${page.length} bytes, of which WebAssembly ${wasmText.length}`);
