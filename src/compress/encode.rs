@@ -27,8 +27,9 @@ const ROTATION_STEP: f32 = 1.5;
 /// The step of a translation as a share of the tolerance: half the diagonal of a cube of such steps is the tolerance.
 const TRANSLATION_STEP: f32 = 1.15;
 /// Constant values are rounded to decimals of this share of the bound: they stand in the JSON of a glTF file, where
-/// every digit takes a byte.
+/// every digit takes a byte. Where fewer keys save more than digits do, they are finer.
 const CONSTANT_STEP: f64 = 1e-2;
+const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
 
 /// What stays the same from one pass to the next.
 pub(super) struct Encoder<'a> {
@@ -150,7 +151,11 @@ impl Encoder<'_> {
         if matches!(self.storage, Storage::Float32 | Storage::Packed | Storage::Curves) {
             return value;
         }
-        let per_unit = 10f64.powi((self.bound * CONSTANT_STEP).log10().floor().clamp(-9.0, -1.0).abs() as i32);
+        let step = match self.storage {
+            Storage::Int16 => CONSTANT_STEP_OF_INT16,
+            _ => CONSTANT_STEP,
+        };
+        let per_unit = 10f64.powi((self.bound * step).log10().floor().clamp(-9.0, -1.0).abs() as i32);
         ((f64::from(value) * per_unit).round() / per_unit) as f32
     }
 }
