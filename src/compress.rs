@@ -7,7 +7,7 @@
 //!
 //! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
 //! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
-//! 3. `shared_key_frames` and `key_frames`: key frame reduction, for the pose or for each track alone.
+//! 3. `shared_key_frames`, `key_frames`, `fitted_keys`: key frame reduction, for the pose or for each track alone.
 //! 4. `encode` encodes joint by joint from the root on. The `error_metric` says what a rotation error moves, with
 //!    lever arms and a shell distance; `compensation` what rotation a joint needs below its lossy parent;
 //!    `bit_rate` how many bits, and which of the `candidates` around that rotation, with the help of the `trellis`.
@@ -27,6 +27,7 @@ mod curves;
 mod decode;
 mod encode;
 mod error_metric;
+mod fitted_keys;
 mod key_frames;
 mod measure;
 mod object_space;

@@ -9,11 +9,11 @@
 
 use glam::{Quat, Vec3};
 
-use super::error_metric::LeverArms;
-use super::key_frames::{self, KeyFrames};
+use super::error_metric::{LeverArms, small_rotation_vector};
+use super::key_frames;
 use super::object_space::ObjectSpaceTrack;
 use super::quantize::{QuantizedRotation, RotationFormat};
-use crate::math::quaternion::{in_hemisphere_of, mean, nlerp};
+use crate::math::quaternion::{in_hemisphere_of, mean};
 use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
 /// A joint below its lossy parent.
@@ -34,12 +34,21 @@ pub(super) struct Target {
     parent_to_raw: Quat,
     /// From where the joint should be to where it is, in its own axes.
     position_error: Vec3,
+    /// The rotation error, axis times angle, that the best rotation leaves.
+    rotation_error: Vec3,
 }
 
 impl Target {
     /// The error that a rotation to the lossy parent leaves.
     pub(super) fn error(&self, arms: &LeverArms, rotation: Quat) -> f32 {
         arms.error(self.position_error, self.parent_to_raw * rotation)
+    }
+
+    /// The least change of a rotation `off` the best one, axis times angle in the axes of the joint, that brings the error
+    /// to `goal`; `None` where the error is no larger than `largest`.
+    #[inline]
+    pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
+        arms.correction(self.position_error, self.rotation_error + off, largest, goal)
     }
 }
 
@@ -52,10 +61,13 @@ pub(super) struct Targets {
 
 impl Targets {
     fn at(&self, lane: usize) -> Target {
+        let rotation = Quat::from_array(self.rotation.lane(lane));
+        let parent_to_raw = Quat::from_array(self.parent_to_raw.lane(lane));
         Target {
-            rotation: Quat::from_array(self.rotation.lane(lane)),
-            parent_to_raw: Quat::from_array(self.parent_to_raw.lane(lane)),
+            rotation,
+            parent_to_raw,
             position_error: Vec3::from_array(self.position_error.lane(lane)),
+            rotation_error: small_rotation_vector(parent_to_raw * rotation),
         }
     }
 
@@ -132,17 +144,6 @@ impl Compensation<'_> {
         let mean = mean(&rotations)?;
         let fits = targets.iter().all(|target| target.error(self.arms, mean) <= tolerance);
         fits.then_some(mean)
-    }
-
-    /// The key frames that keep the error between keys within `tolerance`, without regard to other joints.
-    pub(super) fn reduce_key_frames(&self, format: RotationFormat, ticks: &[f64], tolerance: f32) -> KeyFrames {
-        let targets = self.all_targets();
-        let key = |frame: usize| format.quantize(targets[frame].rotation, None).value;
-        key_frames::reduce(targets.len(), |from, to| {
-            let (a, b) = (key(from), key(to));
-            let mut between = key_frames::between(ticks, from, to);
-            between.all(|(frame, alpha)| targets[frame].error(self.arms, nlerp(a, b, alpha)) <= tolerance)
-        })
     }
 
     /// The stored rotations nearest to the targets.

@@ -10,6 +10,7 @@ use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, Tr
 use super::compensation::{Compensation, target_translation};
 use super::curves::{EulerAngles, JointCurves};
 use super::error_metric::LeverArms;
+use super::fitted_keys::{self, RotationFit, TranslationFit};
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::object_space::{ObjectSpaceTrack, decode_rotations, decode_translations};
 use super::quantize::{Lattice, QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
@@ -135,15 +136,10 @@ impl Encoder<'_> {
         }
     }
 
-    /// The key frames of one track; all frames where the times of its own would take more bytes than the keys that they
-    /// save. `bytes` are those of a key without its time.
-    fn own_key_frames(&self, reduced: KeyFrames, bytes: usize) -> Arc<KeyFrames> {
-        let frames = self.clip.frames();
-        Arc::new(if reduced.len() * (bytes + TIME_BYTES) < frames * bytes {
-            reduced
-        } else {
-            key_frames::every_frame(frames)
-        })
+    /// Whether a track with key frames of its own is smaller than one with keys at all frames: the times of its own take
+    /// bytes too. `bytes` are those of a key without its time.
+    fn is_smaller(&self, keys: usize, bytes: usize) -> bool {
+        keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }
 
     /// Rounds a constant to no more decimals than it needs, unless 32-bit floats are asked for.
@@ -204,14 +200,25 @@ impl<'a> JointEncoder<'a> {
                 }
             }
         };
-        let key_frames = shared.cloned().unwrap_or_else(|| {
-            let reduced = key_frames::reduce(targets.len(), |from, to| {
-                let mut between = key_frames::between(self.ticks, from, to);
-                let (a, b) = (targets[from], targets[to]);
-                between.all(|(frame, alpha)| a.lerp(b, alpha).distance(targets[frame]) <= tolerance)
-            });
-            self.encoder.own_key_frames(reduced, TranslationFormat::BYTES)
-        });
+        let key_frames = match shared {
+            Some(shared) => Arc::clone(shared),
+            None => {
+                let track = TranslationFit {
+                    targets: &targets,
+                    format,
+                    tolerance,
+                };
+                let (key_frames, keys) = fitted_keys::fit(&track, self.ticks);
+                if self.encoder.is_smaller(key_frames.len(), TranslationFormat::BYTES) {
+                    return Track::Animated {
+                        format,
+                        key_frames: Arc::new(key_frames),
+                        keys,
+                    };
+                }
+                Arc::new(key_frames::every_frame(targets.len()))
+            }
+        };
         let mut keys: Vec<QuantizedTranslation> = Vec::with_capacity(key_frames.len());
         for &frame in key_frames.iter() {
             let key = format.quantize(targets[frame as usize], keys.last(), tolerance);
@@ -269,10 +276,22 @@ impl<'a> JointEncoder<'a> {
                 RotationFormat::SmallestThree(Lattice::of_steps(steps))
             }
         };
-        let key_frames = shared.cloned().unwrap_or_else(|| {
-            let reduced = joint.reduce_key_frames(format, self.ticks, tolerance);
-            self.encoder.own_key_frames(reduced, format.bytes())
-        });
+        let key_frames = match shared {
+            Some(shared) => Arc::clone(shared),
+            None => {
+                let targets = joint.all_targets();
+                let track = RotationFit::new(&targets, self.arms, format, tolerance);
+                let (key_frames, keys) = fitted_keys::fit(&track, self.ticks);
+                if self.encoder.is_smaller(key_frames.len(), format.bytes()) {
+                    return Track::Animated {
+                        format,
+                        key_frames: Arc::new(key_frames),
+                        keys,
+                    };
+                }
+                Arc::new(key_frames::every_frame(self.ticks.len()))
+            }
+        };
         let (format, keys) = match format {
             RotationFormat::QuaternionFilter(lattice) | RotationFormat::SmallestThree(lattice) => {
                 let finer = budget.coarsest.filter(|coarsest| coarsest.max() > lattice.max());

@@ -54,12 +54,38 @@ impl LeverArms {
     /// The error of a joint whose position is off by `position_error`, and whose rotation is off by `rotation_error`,
     /// both in its own axes: the largest distance that an end of an arm or a point of the shell is off.
     pub(super) fn error(&self, position_error: Vec3, rotation_error: Quat) -> f32 {
-        // A small rotation is nearly its axis times its angle.
-        let rotation = rotation_error.xyz() * if rotation_error.w < 0.0 { -2.0 } else { 2.0 };
+        let rotation = small_rotation_vector(rotation_error);
         let shell = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
         let at_ends = self.arms.iter();
         let at_ends = at_ends.map(|arm| (position_error + rotation.cross(*arm)).length_squared());
         at_ends.fold(shell, f32::max).sqrt()
+    }
+
+    /// The least change of a rotation error, axis times angle, that brings what is off most to `goal`, or as near to it as
+    /// the position error allows; `None` where it is off by no more than `largest`.
+    #[inline]
+    pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
+        let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
+        let mut worst = None;
+        for arm in &self.arms {
+            let off = position_error + rotation.cross(*arm);
+            if off.length_squared() > square {
+                (square, worst) = (off.length_squared(), Some((arm, off)));
+            }
+        }
+        if square <= largest * largest {
+            return None;
+        }
+        let Some((arm, off)) = worst else {
+            return Some(rotation * (goal / square.sqrt() - 1.0));
+        };
+        // A rotation moves the end of the arm across the arm alone. It is off along the arm too, which stays.
+        let arm_square = arm.length_squared();
+        let moment = arm.cross(off);
+        let across = moment.length_squared() / arm_square.max(f32::MIN_POSITIVE);
+        let rest = (goal * goal - (square - across)).max(0.0);
+        let keep = (rest / across.max(f32::MIN_POSITIVE)).sqrt().min(1.0);
+        Some(moment * ((keep - 1.0) / arm_square.max(f32::MIN_POSITIVE)))
     }
 
     /// The square of [`Self::error`] at several frames, for rotation errors given as axis times angle.
@@ -72,6 +98,11 @@ impl LeverArms {
         }
         largest
     }
+}
+
+/// A small rotation as a vector: nearly its axis times its angle.
+pub(super) fn small_rotation_vector(rotation: Quat) -> Vec3 {
+    rotation.xyz() * if rotation.w < 0.0 { -2.0 } else { 2.0 }
 }
 
 /// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix that is

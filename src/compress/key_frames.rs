@@ -110,7 +110,7 @@ pub(super) fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new
 }
 
 /// The interpolation factor of a frame between the keys at `from` (0) and `to` (1).
-fn alpha(ticks: &[f64], from: usize, to: usize, frame: usize) -> f32 {
+pub(super) fn alpha(ticks: &[f64], from: usize, to: usize, frame: usize) -> f32 {
     ((ticks[frame] - ticks[from]) / (ticks[to] - ticks[from])) as f32
 }
 

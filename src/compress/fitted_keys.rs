@@ -1,0 +1,487 @@
+//! Key frame reduction with fitted keys, for a track that has key frames of its own.
+//!
+//! A key need not be the target at its frame: anything within the tolerance will do. A line through two targets has its
+//! errors on one side of a curve; a line beside them has them on both, and on a parabola it is longer by the root of 2.
+//!
+//! From a key, the lines that are within the tolerance at all frames up to another form a cone, which gets narrower with
+//! each frame; the line ends where nothing is left of the cone (J. Sklansky and V. Gonzalez, "Fast polygonal
+//! approximation of digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting
+//! straight lines between data ranges", Communications of the ACM 24, 1981). Values here have three components, so a
+//! cone is not computed: a line within it is kept, and where a frame excludes that line, another is found by projections
+//! onto the frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in common).
+//!
+//! A line that is as long as possible may end where the next cannot be long. So it ends at the one of its last frames from
+//! which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
+//! ends, as far as the tolerance allows: joints further down have the less to compensate for.
+
+use glam::{Quat, Vec3};
+
+use super::compensation::Target;
+use super::error_metric::LeverArms;
+use super::key_frames::{KeyFrames, alpha, between};
+use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
+use crate::math::quaternion::{exp, log, nlerp};
+
+// Found by trials on the fixtures. The tolerance holds with any other values.
+
+/// From how many of the frames at which a line may end the next line is tried.
+const ENDS: usize = 4;
+/// The most frames of a line, so that the time for one has a limit.
+const LONGEST: usize = 1024;
+/// The most projections to find a line within the tolerance.
+const PROJECTIONS: usize = 4;
+/// Projections lead to this share of the tolerance, so that fewer of them are needed.
+const GOAL: f32 = 0.99;
+/// What rounding to 16 bits may add to the angle of a rotation, in radians.
+const INT16_ROUNDING: f32 = 3e-5;
+/// How far apart two readers may be between two keys of a rotation, one that uses nlerp and one that uses slerp, at the
+/// end of the chain below the joint: a share of the tolerance. Joints further down compensate for nlerp alone.
+const NLERP_SHARE: f32 = 0.03;
+/// The largest angle between nlerp and slerp, as a share of the cube of the angle from one key to the next, if that is
+/// small: the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
+const NLERP_FROM_SLERP: f32 = 0.004;
+
+/// A track to which keys are fitted.
+pub(super) trait Fit {
+    /// What is stored.
+    type Key: Copy;
+    /// What a reader has at a frame.
+    type Value: Copy;
+
+    fn frames(&self) -> usize;
+
+    fn target(&self, frame: usize) -> Self::Value;
+
+    /// The stored value nearest to another.
+    fn quantize(&self, value: Self::Value, previous: Option<&Self::Key>) -> Self::Key;
+
+    fn value(key: &Self::Key) -> Self::Value;
+
+    fn displaced(value: Self::Value, by: Vec3) -> Self::Value;
+
+    fn interpolate(from: Self::Value, to: Self::Value, alpha: f32) -> Self::Value;
+
+    /// The displacement from a value to the target at a frame.
+    fn displacement(&self, from: Self::Value, frame: usize) -> Vec3;
+
+    /// The longest displacement from one key to the next.
+    fn longest(&self) -> f32;
+
+    /// The least change of a displacement that brings it within the tolerance at a frame, for whose target it would be
+    /// `target`; `None` where it is within.
+    fn correction(&self, frame: usize, target: Vec3, displacement: Vec3) -> Option<Vec3>;
+
+    fn is_within(&self, frame: usize, value: Self::Value) -> bool;
+}
+
+/// The rotations of a joint.
+pub(super) struct RotationFit<'a> {
+    targets: &'a [Target],
+    arms: &'a LeverArms,
+    format: RotationFormat,
+    tolerance: f32,
+    /// The tolerance without what rounding may take of it.
+    before_rounding: f32,
+    longest: f32,
+}
+
+impl<'a> RotationFit<'a> {
+    pub(super) fn new(targets: &'a [Target], arms: &'a LeverArms, format: RotationFormat, tolerance: f32) -> Self {
+        let rounding = match format {
+            RotationFormat::Int16 => arms.longest * INT16_ROUNDING,
+            _ => 0.0,
+        };
+        Self {
+            targets,
+            arms,
+            format,
+            tolerance,
+            before_rounding: (tolerance - rounding).max(0.5 * tolerance),
+            longest: (tolerance * NLERP_SHARE / (arms.chain_length * NLERP_FROM_SLERP)).cbrt(),
+        }
+    }
+}
+
+/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that turns evenly is a straight line.
+impl Fit for RotationFit<'_> {
+    type Key = QuantizedRotation;
+    type Value = Quat;
+
+    fn frames(&self) -> usize {
+        self.targets.len()
+    }
+
+    fn target(&self, frame: usize) -> Quat {
+        self.targets[frame].rotation
+    }
+
+    fn quantize(&self, value: Quat, previous: Option<&QuantizedRotation>) -> QuantizedRotation {
+        self.format.quantize(value, previous)
+    }
+
+    fn value(key: &QuantizedRotation) -> Quat {
+        key.value
+    }
+
+    #[inline]
+    fn displaced(value: Quat, by: Vec3) -> Quat {
+        value * exp(by)
+    }
+
+    fn interpolate(from: Quat, to: Quat, alpha: f32) -> Quat {
+        nlerp(from, to, alpha)
+    }
+
+    #[inline]
+    fn displacement(&self, from: Quat, frame: usize) -> Vec3 {
+        log(from.conjugate() * self.targets[frame].rotation)
+    }
+
+    fn longest(&self) -> f32 {
+        self.longest
+    }
+
+    #[inline]
+    fn correction(&self, frame: usize, target: Vec3, displacement: Vec3) -> Option<Vec3> {
+        // From the axes at the key to those at the frame: the first terms of the right Jacobian of the exponential map.
+        let off = displacement - target;
+        let cross = target.cross(off);
+        let off = off - cross * 0.5 + target.cross(cross) * (1.0 / 6.0);
+        let (largest, goal) = (self.before_rounding, self.before_rounding * GOAL);
+        let change = self.targets[frame].correction(self.arms, off, largest, goal)?;
+        Some(change + target.cross(change) * 0.5)
+    }
+
+    fn is_within(&self, frame: usize, value: Quat) -> bool {
+        self.targets[frame].error(self.arms, value) <= self.tolerance
+    }
+}
+
+/// The translations of a joint.
+pub(super) struct TranslationFit<'a> {
+    pub(super) targets: &'a [Vec3],
+    pub(super) format: TranslationFormat,
+    pub(super) tolerance: f32,
+}
+
+impl Fit for TranslationFit<'_> {
+    type Key = QuantizedTranslation;
+    type Value = Vec3;
+
+    fn frames(&self) -> usize {
+        self.targets.len()
+    }
+
+    fn target(&self, frame: usize) -> Vec3 {
+        self.targets[frame]
+    }
+
+    fn quantize(&self, value: Vec3, previous: Option<&QuantizedTranslation>) -> QuantizedTranslation {
+        self.format.quantize(value, previous, self.tolerance)
+    }
+
+    fn value(key: &QuantizedTranslation) -> Vec3 {
+        key.value
+    }
+
+    fn displaced(value: Vec3, by: Vec3) -> Vec3 {
+        value + by
+    }
+
+    fn interpolate(from: Vec3, to: Vec3, alpha: f32) -> Vec3 {
+        from.lerp(to, alpha)
+    }
+
+    fn displacement(&self, from: Vec3, frame: usize) -> Vec3 {
+        self.targets[frame] - from
+    }
+
+    fn longest(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    fn correction(&self, _: usize, target: Vec3, displacement: Vec3) -> Option<Vec3> {
+        let off = displacement - target;
+        let distance = off.length();
+        (distance > self.tolerance).then(|| off * (self.tolerance * GOAL / distance - 1.0))
+    }
+
+    fn is_within(&self, frame: usize, value: Vec3) -> bool {
+        value.distance(self.targets[frame]) <= self.tolerance
+    }
+}
+
+/// The key frames of a track, and the keys there. Between two keys the track is within the tolerance; so it is at a key,
+/// but where one frame follows another and neither allows a line.
+pub(super) fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
+    let mut keys = vec![fit.quantize(fit.target(0), None)];
+    let mut key_frames = vec![0];
+    let last = fit.frames().saturating_sub(1);
+    let mut search = Search {
+        fit,
+        ticks,
+        seen: Vec::new(),
+    };
+    let (mut from, mut key) = (0, keys[0]);
+    let mut line = search.longest_line(from, F::value(&key));
+    while from < last {
+        let end = search.best_end(from, &key, line);
+        (from, key, line) = (end.frame, end.key, end.next);
+        key_frames.push(from as u32);
+        keys.push(key);
+    }
+    search.smooth(&key_frames, &mut keys);
+    (key_frames, keys)
+}
+
+/// A line from a key.
+#[derive(Clone, Copy)]
+struct Line {
+    /// The last frame up to which it is within the tolerance.
+    last: usize,
+    /// The displacement in a tick.
+    rise: Vec3,
+}
+
+/// Where a line ends, and the line from there.
+struct End<Key> {
+    frame: usize,
+    key: Key,
+    next: Line,
+}
+
+struct Search<'a, F: Fit> {
+    fit: &'a F,
+    ticks: &'a [f64],
+    /// Of the frames after a key, the ticks from the key and the displacement to the target.
+    seen: Vec<(f32, Vec3)>,
+}
+
+impl<F: Fit> Search<'_, F> {
+    fn ticks_between(&self, from: usize, to: usize) -> f32 {
+        (self.ticks[to] - self.ticks[from]) as f32
+    }
+
+    /// The longest line from a value. Displacements stand for it: whether its keys are within the tolerance is yet to see.
+    fn longest_line(&mut self, from: usize, start: F::Value) -> Line {
+        self.seen.clear();
+        let longest = self.fit.longest();
+        let (mut rise, mut sum, mut squares) = (Vec3::ZERO, Vec3::ZERO, 0.0);
+        let last = (self.fit.frames() - 1).min(from + LONGEST);
+        for to in from + 1..=last {
+            let ticks = self.ticks_between(from, to);
+            let target = self.fit.displacement(start, to);
+            self.seen.push((ticks, target));
+            sum += target * ticks;
+            squares += ticks * ticks;
+            if to == from + 1 {
+                rise = target / ticks;
+                continue;
+            }
+            let line = Line { last: to - 1, rise };
+            if target.length_squared() > longest * longest {
+                return line;
+            }
+            if self.fit.correction(to, target, rise * ticks).is_some() {
+                match self.project(from, sum / squares) {
+                    Some(found) => rise = found,
+                    None => return line,
+                }
+            }
+        }
+        Line { last, rise }
+    }
+
+    /// A rise that is within the tolerance at all frames that were seen, from a `rise` that need not be.
+    fn project(&self, from: usize, mut rise: Vec3) -> Option<Vec3> {
+        let mut before = self.seen.len() - 1;
+        for _ in 0..PROJECTIONS {
+            // The frame of the last projection is most likely to exclude the rise again.
+            let mut places = std::iter::once(before).chain((0..self.seen.len()).rev());
+            let excluded = places.find_map(|place| {
+                let (ticks, target) = self.seen[place];
+                let change = self.fit.correction(from + 1 + place, target, rise * ticks)?;
+                Some((place, change / ticks))
+            });
+            let Some((place, change)) = excluded else {
+                return Some(rise);
+            };
+            rise += change;
+            before = place;
+        }
+        None
+    }
+
+    /// Of the last frames of a line that one from which the next line gets farthest.
+    fn best_end(&mut self, from: usize, key: &F::Key, line: Line) -> End<F::Key> {
+        let mut ends = Vec::with_capacity(ENDS);
+        let mut rest = from + 1..line.last + 1;
+        while !rest.is_empty() {
+            for frame in rest.by_ref().rev().take(ENDS) {
+                let end = F::displaced(F::value(key), line.rise * self.ticks_between(from, frame));
+                let next = self.longest_line(frame, end);
+                ends.push((frame, end, next));
+                if next.last + 1 == self.fit.frames() {
+                    break;
+                }
+            }
+            // A stable sort: of two equal ones the later end.
+            ends.sort_by_key(|(_, _, next)| std::cmp::Reverse(next.last));
+            for (frame, end, next) in ends.drain(..) {
+                let end = self.fit.quantize(end, Some(key));
+                if self.fit.is_within(frame, F::value(&end)) && self.fits((from, key), (frame, &end)) {
+                    return End { frame, key: end, next };
+                }
+            }
+            // Rounded or with nlerp it is not: much shorter.
+            rest.end = usize::midpoint(rest.start, rest.end);
+        }
+        let frame = from + 1;
+        let key = self.fit.quantize(self.fit.target(frame), Some(key));
+        let next = self.longest_line(frame, F::value(&key));
+        End { frame, key, next }
+    }
+
+    /// Whether all frames between two keys are within the tolerance.
+    fn fits(&self, (from, start): (usize, &F::Key), (to, end): (usize, &F::Key)) -> bool {
+        let (start, end) = (F::value(start), F::value(end));
+        between(self.ticks, from, to).all(|(frame, alpha)| self.fit.is_within(frame, F::interpolate(start, end, alpha)))
+    }
+
+    /// Moves each key towards where the squared errors of the frames between the keys around it are least.
+    fn smooth(&self, key_frames: &[u32], keys: &mut [F::Key]) {
+        for index in 0..keys.len() {
+            let (at, key) = (key_frames[index] as usize, keys[index]);
+            let beside = |index: Option<usize>| {
+                let index = index?;
+                Some((*key_frames.get(index)? as usize, keys[index]))
+            };
+            let (before, after) = (beside(index.checked_sub(1)), beside(index.checked_add(1)));
+            let mut sum = self.fit.displacement(F::value(&key), at);
+            let mut squares = 1.0;
+            for (end, other) in [before, after].into_iter().flatten() {
+                for frame in at.min(end) + 1..at.max(end) {
+                    let weight = alpha(self.ticks, end, at, frame);
+                    let value = F::interpolate(F::value(&other), F::value(&key), weight);
+                    sum += self.fit.displacement(value, frame) * weight;
+                    squares += weight * weight;
+                }
+            }
+            // As far as that, or half as far.
+            let moved = |share: f32| {
+                let value = F::displaced(F::value(&key), sum * (share / squares));
+                self.fit.quantize(value, Some(&key))
+            };
+            let fits = |moved: &F::Key| {
+                self.fit.is_within(at, F::value(moved))
+                    && before.is_none_or(|(end, other)| self.fits((end, &other), (at, moved)))
+                    && after.is_none_or(|(end, other)| self.fits((at, moved), (end, &other)))
+            };
+            if let Some(moved) = [1.0, 0.5].into_iter().map(moved).find(fits) {
+                keys[index] = moved;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::compensation::Compensation;
+    use super::super::key_frames;
+    use super::super::object_space::ObjectSpaceTrack;
+    use super::*;
+
+    const FRAMES: usize = 1001;
+
+    fn ticks() -> Vec<f64> {
+        (0..FRAMES).map(|frame| frame as f64).collect()
+    }
+
+    /// Of the parabola `x^2`, a line of length `h` is off by `h^2 / 4` in its middle if its ends are on the parabola, and
+    /// by `h^2 / 8` there and at its ends if these are as far below as its middle is above. Within 25, `h` is 10 and 14.1.
+    #[test]
+    fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
+        let (ticks, tolerance) = (ticks(), 25.0);
+        let targets: Vec<Vec3> = (0..FRAMES).map(|x| Vec3::new((x * x) as f32, 1.0, -2.0)).collect();
+        let exact = key_frames::reduce(FRAMES, |from, to| {
+            between(&ticks, from, to)
+                .all(|(frame, alpha)| targets[from].lerp(targets[to], alpha).distance(targets[frame]) <= tolerance)
+        });
+        assert_eq!(exact.len(), 1 + 1000 / 10);
+        let (format, fitted) = (TranslationFormat::Float32, &targets);
+        let (frames, keys) = fit(
+            &TranslationFit {
+                targets: fitted,
+                format,
+                tolerance,
+            },
+            &ticks,
+        );
+        // 71 lines of 14 frames are 994 frames.
+        assert!((73..=75).contains(&frames.len()), "{}", frames.len());
+        assert_eq!((frames[0], frames[frames.len() - 1]), (0, 1000));
+        let line = |key: usize, frame: usize| {
+            let (from, to) = (f64::from(frames[key]), f64::from(frames[key + 1]));
+            let alpha = (frame as f64 - from) / (to - from);
+            f64::from(keys[key].value.x) * (1.0 - alpha) + f64::from(keys[key + 1].value.x) * alpha
+        };
+        for key in 0..keys.len() - 1 {
+            for frame in frames[key] as usize..=frames[key + 1] as usize {
+                let error = line(key, frame) - (frame * frame) as f64;
+                assert!(error.abs() <= 25.001, "{frame}: {error}");
+            }
+        }
+    }
+
+    /// The angle of a joint with an arm of a metre is a parabola, so that its error is the angle times a metre.
+    #[test]
+    fn fitted_rotations_are_within_the_tolerance() {
+        const FRAMES: usize = 201;
+        let (ticks, tolerance) = (&ticks()[..FRAMES], 1e-3);
+        let angle = |x: f64| 2e-5 * x * x;
+        let raw = ObjectSpaceTrack {
+            positions: vec![Vec3::ZERO; FRAMES],
+            rotations: (0..FRAMES)
+                .map(|frame| Quat::from_rotation_z(angle(frame as f64) as f32))
+                .collect(),
+        };
+        let arms = LeverArms::new(vec![Vec3::X]);
+        let joint = Compensation {
+            arms: &arms,
+            raw: &raw,
+            lossy_positions: &raw.positions,
+            lossy_parent: None,
+        };
+        let targets = joint.all_targets();
+        for format in [RotationFormat::Float32, RotationFormat::Int16] {
+            let (frames, keys) = fit(&RotationFit::new(&targets, &arms, format, tolerance), ticks);
+            // Lines with ends on the parabola are up to 14.1 frames long, the root of `4 * 1e-3 / 2e-5`; fitted ones 20.
+            assert!(frames.len() <= 12, "{}", frames.len());
+            for (pair, key) in std::iter::zip(frames.windows(2), keys.windows(2)) {
+                for frame in pair[0]..=pair[1] {
+                    let alpha = (frame - pair[0]) as f32 / (pair[1] - pair[0]) as f32;
+                    let value = nlerp(key[0].value, key[1].value, alpha);
+                    let found = 2.0 * f64::from(value.z).atan2(f64::from(value.w));
+                    let error = found - angle(f64::from(frame));
+                    assert!(error.abs() <= 1.001e-3, "{format:?}, {frame}: {error}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_clip_of_one_or_two_frames_has_its_own_values() {
+        for frames in [1, 2] {
+            let targets: Vec<Vec3> = (0..frames).map(|x| Vec3::splat(x as f32)).collect();
+            let track = TranslationFit {
+                targets: &targets,
+                format: TranslationFormat::Float32,
+                tolerance: 1e-6,
+            };
+            let (key_frames, keys) = fit(&track, &ticks()[..frames]);
+            assert_eq!(key_frames, key_frames::every_frame(frames));
+            let values: Vec<Vec3> = keys.iter().map(|key| key.value).collect();
+            assert_eq!(values, targets);
+        }
+    }
+}
