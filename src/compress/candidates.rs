@@ -16,6 +16,8 @@ use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 /// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints further
 /// down the chain have to compensate for the error. Found by trials on the fixtures.
 const DISTORTION: f32 = 12.0;
+/// The same on a lattice that is fine: there most differences take 8 bits, whichever candidate is chosen.
+const DISTORTION_OF_FINE: f32 = 18.0;
 
 /// The largest error of a candidate, as a share of the tolerance, squared. The rest is for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
@@ -165,7 +167,7 @@ impl<'a> Candidates<'a> {
             lattice,
             tolerance,
             dropped,
-            distortions: cells.distortions(arms, tolerance),
+            distortions: cells.distortions(arms, tolerance, lattice),
             cells,
         }
     }
@@ -262,7 +264,7 @@ impl<'a> Candidates<'a> {
         let found = self.cheapest_unambiguous(dropped, &mut cell);
         found.unwrap_or_else(|_| {
             let cells = self.cells.neighbours(lane);
-            let distortions = cells.distortions(self.arms, self.tolerance);
+            let distortions = cells.distortions(self.arms, self.tolerance, self.lattice);
             let mut cells: [_; CORNERS] = std::array::from_fn(|lane| {
                 let origin = cells.origin(lane);
                 (origin, costs(&distortions, lane, origin, previous))
@@ -428,7 +430,12 @@ impl Cells {
 
     /// The distortion of every corner, in bits. To first order, because a step is a small rotation.
     #[inline(always)]
-    fn distortions(&self, arms: &LeverArms, tolerance: f32) -> Distortions {
+    fn distortions(&self, arms: &LeverArms, tolerance: f32, lattice: Lattice) -> Distortions {
+        let weight = if lattice.is_coarse() {
+            DISTORTION
+        } else {
+            DISTORTION_OF_FINE
+        };
         let mut sides = [[Vectors::ZERO; 2]; 3];
         for (axis, sides) in sides.iter_mut().enumerate() {
             let near = self.per_step[axis] * self.offset[axis];
@@ -444,7 +451,7 @@ impl Cells {
             distortions[corner] = Lanes::of(|lane| {
                 let is_too_large = squares.0[lane] > MAX_SQUARED_ERROR;
                 let penalty = if is_too_large { penalties.0[lane] } else { 0.0 };
-                DISTORTION * squares.0[lane] + penalty
+                weight * squares.0[lane] + penalty
             });
         }
         distortions
