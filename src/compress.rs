@@ -70,6 +70,9 @@ const MAYBE_SMALLER: f32 = 0.9;
 /// Fewer keys than this share of all are smaller for sure.
 const SURELY_SMALLER: f32 = 0.85;
 
+/// Shared key frames are tried where this share of the size of all tracks is smaller than key frames of their own.
+const MAYBE_CONSTANT: f32 = 0.85;
+
 /// What may be how far from its place in a compressed clip. From a number it is the largest error of joints alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorBound {
@@ -188,9 +191,9 @@ fn smallest_numbers(refinement: &Refinement, scene: &Scene) -> Result<Compressed
     let own = refinement.within_bound(scene, None)?;
     let Encoder { clip, raw, bound, .. } = &refinement.encoder;
     let shared = shared_key_frames::reduce(clip, raw, *bound as f32 * KEY_SHARE_OF_NUMBERS);
-    // Refinement only adds to this size.
-    let least: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
-    if least >= own.size() {
+    // Refinement adds to this size, but some tracks may be constant that are not with key frames of their own.
+    let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
+    if size as f32 * MAYBE_CONSTANT >= own.size() as f32 {
         return Ok(own);
     }
     match refinement.within_bound(scene, Some(Arc::new(shared))) {
