@@ -536,6 +536,17 @@ fn clips_with_the_same_frames_share_their_times() {
     }
 }
 
+/// Nothing moves, so that nothing is compressed: every reader can open the file.
+#[test]
+fn a_clip_without_motion_needs_no_extension() {
+    let scene = in_metres(&import("slimevr_headset_root.bvh"));
+    for compression in compressions() {
+        let json = json(&write_glb(&scene, &options(compression, 0.001)).unwrap());
+        assert_eq!(json["animations"].as_array().unwrap().len(), 1, "{compression:?}");
+        assert_eq!(json["extensionsRequired"], serde_json::Value::Null, "{compression:?}");
+    }
+}
+
 #[test]
 fn a_build_without_meshopt_says_so() {
     let text = br#"{"asset":{"version":"2.0"},"extensionsUsed":["EXT_meshopt_compression"],

@@ -216,7 +216,8 @@ impl<'a> Writer<'a> {
             .iter()
             .map(|tick| [(tick / self.ticks_per_second) as f32])
             .collect();
-        let input = self.buffer.push_times(self.options.compression, &times);
+        // Plain, so that a file without any motion needs no extension.
+        let input = self.buffer.push_times(Compression::None, &times);
         let output = self.buffer.push(Usage::Keys, &vec![rotation.to_array(); times.len()]);
         self.sampler(node, Property::Rotation, input, output);
     }
@@ -240,7 +241,7 @@ impl<'a> Writer<'a> {
                 kept.push(key);
             }
         }
-        let accessor = self.buffer.push_times(self.options.compression, &times);
+        let accessor = self.buffer.push_times(Compression::None, &times);
         let kept = (kept.len() < len).then_some(kept);
         self.clocks.push(Clock {
             ticks,

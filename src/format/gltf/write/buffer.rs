@@ -53,15 +53,10 @@ pub(super) struct Buffer {
     last_usage: Option<Usage>,
     accessors: Vec<Accessor>,
     streams: [Stream; STREAMS.len()],
-    times: Vec<Times>,
+    /// The times of keys that are in the buffer already.
+    times: Vec<(Vec<[f32; 1]>, Index<Accessor>)>,
     /// Accessors of times that begin those of another accessor: the same place, fewer elements.
     beginnings: Vec<(usize, usize)>,
-}
-
-/// Times that are in the buffer already.
-struct Times {
-    times: Vec<[f32; 1]>,
-    accessor: Index<Accessor>,
 }
 
 /// The elements of one stream: those of all tracks with the same filter, because a stream and its view take some 200
@@ -178,14 +173,13 @@ impl Buffer {
     /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well, or
     /// begins with, are not written twice.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
-        let known = |is_known: &dyn Fn(&Times) -> bool| self.times.iter().find(|known| is_known(known));
-        if let Some(same) = known(&|known| known.times == times) {
-            return same.accessor;
+        if let Some((_, same)) = self.times.iter().find(|(known, _)| known == times) {
+            return *same;
         }
-        let accessor = if let Some(whole) = known(&|known| known.times.starts_with(times)) {
-            let whole = whole.accessor.value();
+        let longer = self.times.iter().find(|(known, _)| known.starts_with(times));
+        let accessor = if let Some(&(_, whole)) = longer {
             let accessor = self.accessor(ComponentType::F32, 1, times.len());
-            self.beginnings.push((accessor, whole));
+            self.beginnings.push((accessor, whole.value()));
             Index::new(accessor as u32)
         } else if compression.extension().is_some() {
             self.push_stream(Filter::None, ComponentType::F32, times)
@@ -196,8 +190,7 @@ impl Buffer {
         let bound = |time: Option<&[f32; 1]>| time.map(|time| json!(time.map(f64::from)));
         self.accessors[accessor.value()].min = bound(times.first());
         self.accessors[accessor.value()].max = bound(times.last());
-        let times = times.to_vec();
-        self.times.push(Times { times, accessor });
+        self.times.push((times.to_vec(), accessor));
         accessor
     }
 
