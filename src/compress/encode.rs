@@ -28,8 +28,9 @@ const ROTATION_STEP: f32 = 1.5;
 /// The step of a translation as a share of the tolerance: half the diagonal of a cube of such steps is the tolerance.
 const TRANSLATION_STEP: f32 = 1.15;
 /// Constant values are rounded to decimals of this share of the bound: they stand in the JSON of a glTF file, where
-/// every digit takes a byte. Where fewer keys save more than digits do, they are finer.
+/// every digit takes a byte.
 const CONSTANT_STEP: f64 = 1e-2;
+/// The same for 16-bit rotations: a digit more takes fewer bytes than the keys that it saves.
 const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
 
 /// What stays the same from one pass to the next.

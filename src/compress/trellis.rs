@@ -18,7 +18,7 @@ const LARGER: [(f32, f32); 3] = [(0.5, 1.6), (1.5, 2.0), (7.5, 4.6)];
 /// Of the high byte, which hardly ever changes: then its whole group takes bits.
 const HIGH_BYTE: f32 = 7.0;
 
-/// A component as it is stored, one per lane.
+/// One component of eight rotations, as it is stored.
 #[derive(Clone, Copy)]
 pub(super) struct Component {
     value: Lanes,

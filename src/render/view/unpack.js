@@ -2,11 +2,17 @@
 
 import { unpackSkin } from "./skin.js";
 
-// The bytes of an element that holds base64; the text is dropped, because it may be large.
-export function takeBytes(id) {
+// The text of an element, which is dropped there, because it may be large.
+export function takeText(id) {
   const element = document.getElementById(id);
   const text = element.textContent;
   element.textContent = "";
+  return text;
+}
+
+// The bytes of an element that holds base64.
+export function takeBytes(id) {
+  const text = takeText(id);
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
   const binary = atob(text);
   const bytes = new Uint8Array(binary.length);

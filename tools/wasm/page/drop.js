@@ -2,6 +2,7 @@
 
 import { byId } from "../../../src/render/view/dom.js";
 import { Player } from "../../../src/render/view/player.js";
+import { takeText } from "../../../src/render/view/unpack.js";
 import { fromBase85 } from "./base85.js";
 import { Desk } from "./desk.js";
 import { Reader } from "./reader.js";
@@ -11,18 +12,10 @@ async function unzipped(bytes) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** What an element of the page holds; the text is dropped, because it is large. */
-function taken(id) {
-  const element = byId(id);
-  const text = element.textContent;
-  element.remove();
-  return text;
-}
-
 const player = new Player();
 const reader = new Reader({
   script: byId("worker").textContent,
-  wasm: unzipped(fromBase85(taken("wasm"))),
+  wasm: unzipped(fromBase85(takeText("wasm"))),
   progress: (...stage) => desk.showProgress(...stage),
   restarted: (error) => desk.tellRestart(error),
 });
