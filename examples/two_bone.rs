@@ -2,8 +2,8 @@
 //!
 //!     echo "0 1 0  0 0.5 0.1  0 0 0  0.2 0.3 0" | cargo run --example two_bone
 //!
-//! Each line of the input has the positions of three joints and of the goal. Each line of the output has where the second
-//! and the third joint come, and the rotations of the two bones in the world, as x y z w.
+//! Each line of the input has the positions of three joints and of the goal. Each line of the output has where the
+//! second and the third joint come, and the rotations of the two bones in the world, as x y z w.
 
 use std::error::Error;
 use std::io::{self, BufRead, Write};

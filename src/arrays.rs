@@ -153,7 +153,7 @@ impl Header {
 /// ```
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
+/// [`Code::InvalidValue`] where an option is not valid, such as a pattern that matches no joint's name, or a part that
 /// begins after the motion's end; [`Code::LimitExceeded`] where the arrays would have more values than the default
 /// [`Limits::max_values`] and that of another frame rate; [`Code::Unrepresentable`] where a value is not finite.
 pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
@@ -231,7 +231,7 @@ fn check_size(timeline: &timeline::Timeline, values_per_frame: usize) -> Result<
 
 /// The error for an option that is not valid.
 fn unknown_option(message: impl Into<String>, expected: &str, found: impl Into<String>) -> Error {
-    Diagnostic::new(Code::UnknownOption, message)
+    Diagnostic::new(Code::InvalidValue, message)
         .expected_found(expected, found)
         .into()
 }

@@ -2,8 +2,8 @@
 //! of the source, for any reader of the file.
 //!
 //! The algorithm is a variable bit rate quantizer with key frame reduction and in-place error compensation, after the
-//! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>. `docs/compression.md`
-//! explains it. In the order of use:
+//! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>.
+//! `docs/compression.md` explains it. In the order of use:
 //!
 //! 1. `raw_clip` samples the animation at every frame; `object_space` is where errors count.
 //! 2. `constant_tracks`: a track that hardly moves anything becomes constant.
@@ -78,8 +78,8 @@ const MAYBE_CONSTANT: f32 = 0.85;
 pub struct ErrorBound {
     /// The largest distance of any joint or end site from its place, in metres.
     pub max_error: f64,
-    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the joint,
-    /// stand for the skin, and keep the largest error too. 0 for none; 0.03 is the default of ACL.
+    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the
+    /// joint, stand for the skin, and keep the largest error too. 0 for none; 0.03 is the default of ACL.
     pub shell_distance: f64,
 }
 
@@ -100,7 +100,7 @@ impl ErrorBound {
             return Ok(distance);
         }
         let message = "a shell distance must be finite and at least 0";
-        Err(Diagnostic::new(Code::UnknownOption, message)
+        Err(Diagnostic::new(Code::InvalidValue, message)
             .expected_found("a length in metres, such as 0.03", self.shell_distance.to_string())
             .into())
     }
@@ -111,7 +111,7 @@ impl ErrorBound {
 /// # Errors
 /// [`Code::ErrorBound`] where the storage is too coarse for the bound; [`Code::Unrepresentable`] where the scale is not
 /// uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
-/// [`Code::UnknownOption`] where the shell distance is not finite and at least 0.
+/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0.
 pub(crate) fn compress(
     scene: &Scene,
     animation: &Animation,

@@ -1,7 +1,7 @@
 //! Converts a scene from the unit, axes and frames of its file to those of an output.
 //!
 //! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
-//! caller's choices, [`survey`](skeleton::survey()) guesses the rest, and [`Conversion::apply`] returns the guesses:
+//! caller's choices, [`survey`](figure::survey()) guesses the rest, and [`Conversion::apply`] returns the guesses:
 //!
 //! ```
 //! use mocap::{Conversion, gltf};
@@ -19,10 +19,10 @@ mod moment;
 mod space;
 
 use crate::error::{Code, Result};
+use crate::figure::{self, HumanoidMap};
 use crate::limits::{self, Limits};
 use crate::process;
 use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
-use crate::skeleton::{self, HumanoidMap};
 
 pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
@@ -109,7 +109,7 @@ impl Conversion {
 
     /// Metres per unit of length of the file.
     ///
-    /// Default: the unit that the file states, or else the guess of [`survey`](skeleton::survey()), in which the figure
+    /// Default: the unit that the file states, or else the guess of [`survey`](figure::survey()), in which the figure
     /// has the size of a person, with an [`Assumption`].
     ///
     /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
@@ -117,7 +117,7 @@ impl Conversion {
     ///
     /// ```
     /// use mocap::Conversion;
-    /// use mocap::skeleton::Unit;
+    /// use mocap::figure::Unit;
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// assert_eq!(scene.nodes[1].transform.w_axis.x, 2.0); // the elbow, from the shoulder
@@ -134,7 +134,7 @@ impl Conversion {
 
     /// The up axis of the file.
     ///
-    /// Default: the axis that the file states, or else the guess of [`survey`](skeleton::survey()), the axis from the
+    /// Default: the axis that the file states, or else the guess of [`survey`](figure::survey()), the axis from the
     /// feet to the head, with an [`Assumption`].
     ///
     /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).
@@ -160,12 +160,12 @@ impl Conversion {
 
     /// Metres per unit of length of the output.
     ///
-    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF is in metres; leave the default for
-    /// it.
+    /// Default: 1, or the file's own unit with [`keep_units`](Self::keep_units). glTF is in metres; leave the default
+    /// for it.
     ///
     /// ```
     /// use mocap::Conversion;
-    /// use mocap::skeleton::Unit;
+    /// use mocap::figure::Unit;
     ///
     /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
     /// let centimetres = Conversion::new().metres_per_unit(1.0).out_metres_per_unit(Unit::Centimetre.metres());
@@ -181,7 +181,8 @@ impl Conversion {
 
     /// The up axis of the output.
     ///
-    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). glTF has +Y up; leave the default for it.
+    /// Default: +Y, or the file's own axis with [`keep_units`](Self::keep_units). glTF has +Y up; leave the default for
+    /// it.
     ///
     /// ```
     /// use mocap::Conversion;
@@ -222,8 +223,8 @@ impl Conversion {
         self
     }
 
-    /// Joints of the file for bones of the humanoid, where the guess of [`humanoid`](skeleton::humanoid()) is wrong or finds
-    /// none; `None` for a bone that the skeleton does not have.
+    /// Joints of the file for bones of the humanoid, where the guess of [`humanoid`](figure::humanoid()) is wrong or
+    /// finds none; `None` for a bone that the skeleton does not have.
     ///
     /// Default: empty.
     ///
@@ -231,7 +232,7 @@ impl Conversion {
     ///
     /// ```
     /// use mocap::Conversion;
-    /// use mocap::skeleton::{HumanoidBone, HumanoidMap};
+    /// use mocap::figure::{HumanoidBone, HumanoidMap};
     ///
     /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
     /// let wrong = HumanoidMap::from([(HumanoidBone::Head, Some("Hat".to_owned()))]);
@@ -276,7 +277,7 @@ impl Conversion {
     /// Default: the file's own frames.
     ///
     /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
-    /// [cut](skeleton::cuts). If the file's frame time is rounded, and the frames of both rates coincide only without
+    /// [cut](figure::cuts). If the file's frame time is rounded, and the frames of both rates coincide only without
     /// the rounding, the exact rate is used, with an [`Assumption`].
     ///
     /// ```
@@ -390,12 +391,12 @@ impl Conversion {
     /// ```
     ///
     /// # Errors
-    /// [`Code::UnknownOption`].
+    /// [`Code::InvalidValue`].
     pub fn check(&self) -> Result<()> {
         self.source.check()?;
         self.output.check()?;
         if let Some(rate) = self.frame_rate {
-            limits::frame_rate(Code::UnknownOption, rate)?;
+            limits::frame_rate(Code::InvalidValue, rate)?;
         }
         for moment in [self.first, self.last].into_iter().flatten() {
             moment.check()?;
@@ -414,10 +415,10 @@ impl Conversion {
     /// A converted scene states its unit and its up axis; converting it again changes neither.
     ///
     /// # Errors
-    /// As [`Conversion::check`]; and [`Code::UnknownOption`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
+    /// As [`Conversion::check`]; and [`Code::InvalidValue`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
     /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
-    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits) allow;
-    /// `scene` then keeps its frames.
+    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits)
+    /// allow; `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
         let skeleton = skeleton_of(scene, &self.bones)?;
@@ -444,7 +445,7 @@ impl Conversion {
         let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
         guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
         let figure = skeleton.assumptions_of_figure();
-        if skeleton.humanoid.sides == skeleton::Sides::Opposite {
+        if skeleton.humanoid.sides == figure::Sides::Opposite {
             guesses.extend(figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
         }
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
@@ -476,7 +477,7 @@ impl Conversion {
     }
 
     /// Converts the unit and the axes, and what happens over the ground, with +Y up.
-    fn convert_space(&self, scene: &mut Scene, survey: &skeleton::Survey) {
+    fn convert_space(&self, scene: &mut Scene, survey: &figure::Survey) {
         let source = self.source.or_found(&scene.metadata, survey, self.needs());
         let kept = if self.keep_units { source } else { Space::METRES };
         let output = self.output.or(kept);
@@ -521,6 +522,6 @@ pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
 fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
     animation.is_some_and(|animation| {
         let stated = animation.ticks_per_second;
-        skeleton::rate_before(stated, rate) != stated
+        figure::rate_before(stated, rate) != stated
     })
 }

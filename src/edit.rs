@@ -1,7 +1,7 @@
 //! Steps that change a motion, each with a report of what it changed and by how much.
 //!
 //! A step is a function on `&mut Scene` that changes one of its animations, given by its index. No step calls another.
-//! Those that need to know the body take the bones that [`humanoid`](crate::skeleton::humanoid()) finds, and fail with
+//! Those that need to know the body take the bones that [`humanoid`](crate::figure::humanoid()) finds, and fail with
 //! [`Code::NotHumanoid`](crate::Code::NotHumanoid) if it finds none. Bones keep their lengths.
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.

@@ -16,13 +16,14 @@ pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};
 use self::unfinished::{Unfinished, named};
 use crate::error::{Error, Result};
 
-/// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its name.
+/// Writes `bytes` to `path`, whole or not at all: to a file without a name in the same folder, which then gets its
+/// name.
 ///
 /// An existing file is replaced and keeps its permissions; after an error it is unchanged. A read-only file is not
 /// replaced. A link is followed. A pipe or a device is written directly.
 ///
-/// To replace a file, the new one has a temporary name for a moment. Where the system has no files without a name, which
-/// only Linux has, it has that name from the start. A process that is killed then leaves the temporary file;
+/// To replace a file, the new one has a temporary name for a moment. Where the system has no files without a name,
+/// which only Linux has, it has that name from the start. A process that is killed then leaves the temporary file;
 /// [`remove_unfinished`] removes it, and [`unfinished_target`] recognises its name.
 ///
 /// # Errors

@@ -5,7 +5,7 @@
 
 mod axis;
 mod cuts;
-mod figure;
+mod extent;
 mod humanoid;
 mod measure;
 mod poses;
@@ -66,7 +66,7 @@ pub struct Survey {
 ///
 /// ```
 /// use mocap::scene::UpAxis;
-/// use mocap::skeleton::{Unit, survey};
+/// use mocap::figure::{Unit, survey};
 ///
 /// let found = survey(&mocap::import("fixtures/real/cmu_01_01.bvh")?);
 /// assert_eq!(found.unit.value, Unit::Cmu);
@@ -86,11 +86,11 @@ pub(crate) fn up(scene: &Scene) -> Axis {
     }
     let humanoid = humanoid(scene);
     let of_body = measure::Figure::new(scene, &humanoid).up().map(|up| up.value);
-    of_body.unwrap_or_else(|| Axis::from(figure::Figure::new(scene).up().value))
+    of_body.unwrap_or_else(|| Axis::from(extent::Figure::new(scene).up().value))
 }
 
-/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was used, and
-/// the guesses of [`Skeleton::assumptions`].
+/// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
+/// used, and the guesses of [`Skeleton::assumptions`].
 pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
     if let Some(used) = &scene.metadata.root_offset {
@@ -152,7 +152,7 @@ impl Skeleton {
     pub fn of(scene: &Scene, humanoid: Humanoid) -> Self {
         let body = measure::Figure::new(scene, &humanoid);
         let extents = std::cell::OnceCell::new();
-        let figure = || extents.get_or_init(|| figure::Figure::new(scene));
+        let figure = || extents.get_or_init(|| extent::Figure::new(scene));
         let stated_axis = scene.metadata.up.map(|up| Guess {
             value: Axis::from(up),
             ..stated(up).map(Axis::Y)

@@ -85,7 +85,8 @@ impl Importer {
     }
 
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
-    /// first frame and from the median of all; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states the decision and its reason.
+    /// first frame and from the median of all; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states
+    /// the decision and its reason.
     ///
     /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
     ///
@@ -111,7 +112,7 @@ impl Importer {
     /// Frames per second, in place of the file's own. Default: the file's own.
     ///
     /// The motion keeps its frames and plays faster or slower; [`process::resample`](crate::process::resample) keeps
-    /// the speed and makes new frames. Import fails with [`Code::UnknownOption`] where the rate is not finite and
+    /// the speed and makes new frames. Import fails with [`Code::InvalidValue`] where the rate is not finite and
     /// above 0.
     ///
     /// ```
@@ -145,9 +146,10 @@ impl Importer {
         self
     }
 
-    /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres and
-    /// the axes to +Y up. [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit) and
-    /// [`Metadata::up`](crate::scene::Metadata::up) say which they are. Other formats are read in the units of the file.
+    /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres
+    /// and the axes to +Y up. [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit) and
+    /// [`Metadata::up`](crate::scene::Metadata::up) say which they are. Other formats are read in the units of the
+    /// file.
     ///
     /// ```
     /// # #[cfg(feature = "fbx")] {
@@ -179,7 +181,7 @@ impl Importer {
     ///
     /// let importer = mocap::Importer::new().clips(Clips::Name("Run".to_owned()));
     /// let error = importer.import("fixtures/real/lecture_Test.bvh").unwrap_err();
-    /// assert_eq!(error.code().as_str(), "unknown-option");
+    /// assert_eq!(error.code().as_str(), "invalid-value");
     /// ```
     #[must_use]
     pub fn clips(mut self, clips: Clips) -> Self {
@@ -227,7 +229,8 @@ impl Importer {
     }
 
     /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
-    /// keeps those instead; with [`SkeletonMesh::Own`] another has none. With [`SkeletonMesh::None`] the scene has no meshes at all, and importing takes less time.
+    /// keeps those instead; with [`SkeletonMesh::Own`] another has none. With [`SkeletonMesh::None`] the scene has no
+    /// meshes at all, and importing takes less time.
     ///
     /// ```
     /// use mocap::{Importer, SkeletonMesh};
@@ -246,12 +249,12 @@ impl Importer {
         self
     }
 
-    /// Whether the meshes of a glTF file are read, with their skins, materials and textures of colour. Default: `false`, only
-    /// its skeleton and its animations are read. A mesh that cannot be read is left out with a
+    /// Whether the meshes of a glTF file are read, with their skins, materials and textures of colour. Default:
+    /// `false`, only its skeleton and its animations are read. A mesh that cannot be read is left out with a
     /// [`Code::IgnoredMesh`] warning.
     ///
-    /// The meshes are as those of an FBX file: in [`Scene::meshes`], each with bones; one without a skin is moved by the
-    /// node that holds it. Morph targets have the weights that the file begins with.
+    /// The meshes are as those of an FBX file: in [`Scene::meshes`], each with bones; one without a skin is moved by
+    /// the node that holds it. Morph targets have the weights that the file begins with.
     ///
     /// ```
     /// use mocap::Importer;
@@ -445,8 +448,8 @@ impl Importer {
     }
 
     /// The bytes of a stream, such as standard input, for [`Importer::read`]. Its end must come within 1 GiB, or within
-    /// [`Limits::max_bytes`] if that is less; a stream whose beginning belongs to no known format is not read on, unless
-    /// [`Importer::format`] or the extension of `name` names one.
+    /// [`Limits::max_bytes`] if that is less; a stream whose beginning belongs to no known format is not read on,
+    /// unless [`Importer::format`] or the extension of `name` names one.
     ///
     /// ```
     /// let text = &b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n"[..];

@@ -37,6 +37,7 @@ pub mod dump;
 pub mod edit;
 mod error;
 pub mod export;
+pub mod figure;
 mod format;
 pub mod ik;
 mod import;
@@ -50,7 +51,7 @@ pub mod render;
 pub mod retarget;
 pub mod robot;
 pub mod scene;
-pub mod skeleton;
+
 pub mod verify;
 
 pub use glam;

@@ -1,9 +1,9 @@
 //! Computes the matrices of every node at a tick.
 //!
 //! An animation's channels say how each node stands to its parent at a tick ([`Binding`] finds out which node). Forward
-//! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a joint, then the offset of the
-//! next. In a node both are one matrix, translation x rotation, so the chain is one product a node,
-//! and since parents stand before children it is one loop.
+//! kinematics chains these matrices from the root on, T = J0 L1 J1 L2 ...: the motion of a joint, then the offset of
+//! the next. In a node both are one matrix, translation x rotation, so the chain is one product a node, and since
+//! parents stand before children it is one loop.
 //!
 //! The results are matrices, not translation, rotation and scale, because products of those may have shear.
 //!
@@ -108,8 +108,8 @@ impl Pose {
         self.update_world();
     }
 
-    /// [`node_to_parent`](Self::node_to_parent) as arrays, column by column, without a copy: for graphics interfaces, and
-    /// for programs with another version of glam.
+    /// [`node_to_parent`](Self::node_to_parent) as arrays, column by column, without a copy: for graphics interfaces,
+    /// and for programs with another version of glam.
     ///
     /// ```
     /// use mocap::Pose;

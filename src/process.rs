@@ -15,7 +15,7 @@
 //!
 //! Other steps, in the recommended order: [`trim()`], [`resample()`], [`convert_units()`] (after which lengths are
 //! metres and +Y is up), [`in_place()`] or [`root_motion()`], [`rest_pose()`], [`reduce_keys()`].
-//! [`survey`](crate::skeleton) guesses what a file does not state: its unit, its up axis, its cuts.
+//! [`survey`](crate::figure) guesses what a file does not state: its unit, its up axis, its cuts.
 //!
 //! The mesh steps read the rest pose from the node transforms, so they come before any
 //! [`Scene::update_node_matrices`](crate::scene::Scene::update_node_matrices). Assimp also reorders faces for the

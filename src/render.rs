@@ -4,7 +4,7 @@
 //! and options give the same bytes. A picture is a [`Drawing`], which can be written as PNG or SVG; a [`Movie`] is
 //! written as GIF or animated PNG.
 //!
-//! Pictures show the world with +Y up; the up axis of the file is the guess of [`survey`](crate::skeleton).
+//! Pictures show the world with +Y up; the up axis of the file is the guess of [`survey`](crate::figure).
 
 mod camera;
 mod drawing;

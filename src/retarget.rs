@@ -1,10 +1,10 @@
 //! Moves the motion of one humanoid onto the skeleton of another.
 //!
-//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward is
-//! +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's, bone by
-//! bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
-//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of the source,
-//! scaled by the length of the legs. `docs/retargeting.md` has the formulas.
+//! Every mapped bone of both skeletons gets a frame that is the identity in the T-pose: left is +X, up is +Y, forward
+//! is +Z. In these frames one pose is the same rotations on every body, so a rotation of the source is the target's,
+//! bone by bone. This is the transfer that VRM describes for its animations, written for rotations in the world (vrm-c,
+//! vrm-specification, `VRMC_vrm_animation-1.0/how_to_transform_human_pose.md`). The hips move by the path of the
+//! source, scaled by the length of the legs. `docs/retargeting.md` has the formulas.
 //!
 //! ```
 //! use mocap::retarget::{RetargetOptions, Retargeter};
@@ -46,9 +46,9 @@ use self::solve::Solved;
 pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::figure::Humanoid;
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
-use crate::skeleton::Humanoid;
 
 /// How large the steps of the target are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,7 +67,7 @@ pub enum Scale {
 pub struct RetargetOptions {
     /// How large the steps of the target are.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`humanoid`](crate::skeleton::humanoid()) finds them.
+    /// Which joints of the source are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
     pub source: Option<Humanoid>,
     /// Which joints of the target are which bones. Default: as for the source.
     pub target: Option<Humanoid>,
@@ -153,14 +153,14 @@ impl Retargeter {
         metadata.steps = from.steps.iter().cloned().chain([step]).collect();
     }
 
-    /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the ground
-    /// too.
+    /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the
+    /// ground too.
     pub fn driven(&self) -> impl Iterator<Item = NodeId> {
         self.plan.drives.iter().map(|drive| drive.node)
     }
 
-    /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose; joints
-    /// without a counterpart keep what they have.
+    /// Puts a pose of the source on the target. `target` is a pose of the target's scene, at first its rest pose;
+    /// joints without a counterpart keep what they have.
     pub fn pose(&mut self, source: &Pose, target: &mut Pose) {
         self.solved.seen.set(0, source, &self.source, &self.plan.watched);
         self.solved.solve(&self.plan, &self.root);
@@ -184,12 +184,12 @@ impl Retargeter {
         clip::animation((&self.source, source), &self.target, &self.plan, &self.root, animation)
     }
 
-    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as high
-    /// above the floor as they are: contacts are found in the source, and the legs follow as in
+    /// Holds the feet of `moved`, an animation of the scene `target`, still while those of the source stand, and as
+    /// high above the floor as they are: contacts are found in the source, and the legs follow as in
     /// [`foot_lock`](crate::edit::foot_lock()). `animation` is the index of the source's animation.
     ///
-    /// A target with other proportions slides where the source does not, although each of its limbs points where that of
-    /// the source points. [`RetargetReport::slides`] says whether it does.
+    /// A target with other proportions slides where the source does not, although each of its limbs points where that
+    /// of the source points. [`RetargetReport::slides`] says whether it does.
     ///
     /// # Errors
     /// As [`foot_lock`](crate::edit::foot_lock()); `moved` is then unchanged.
@@ -225,8 +225,9 @@ impl Retargeter {
         contacts_of(source, animation, &self.source.humanoid)
     }
 
-    /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With `lock_feet` its
-    /// feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are better so.
+    /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With
+    /// `lock_feet` its feet are held as [`lock_feet`](Self::lock_feet) holds them, where they do not move alike and are
+    /// better so.
     ///
     /// # Errors
     /// As [`lock_feet`](Self::lock_feet), and [`Code::NoMotion`] where there is no such animation.
@@ -253,8 +254,8 @@ impl Retargeter {
         Ok((moved, found))
     }
 
-    /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of them
-    /// posed frame by frame, the directions of arms and legs, and what the feet do.
+    /// Measures how well `moved`, an animation of the scene `target`, is `animation` of the scene `source`: both of
+    /// them posed frame by frame, the directions of arms and legs, and what the feet do.
     pub fn measure(&self, source: &Scene, animation: &Animation, target: &Scene, moved: &Animation) -> RetargetReport {
         let (from, to) = self.moving(source, animation, target, moved);
         let metres = self.target.metres_per_unit / self.source.metres_per_unit;
@@ -292,7 +293,8 @@ fn no_animation(index: usize, source: &Scene) -> Error {
     Diagnostic::new(Code::NoMotion, message).into()
 }
 
-/// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are guessed.
+/// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are
+/// guessed.
 ///
 /// # Errors
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no

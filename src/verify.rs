@@ -1,14 +1,17 @@
-//! Proof that a motion survived: where a written file puts every joint at every frame of every clip, against its source.
+//! Proof that a motion survived: where a written file puts every joint at every frame of every clip, against its
+//! source.
 //!
 //! Both sides are computed in double precision by kinematics of their own, and the file is read back by a reader, which
 //! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
 //!
-//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place, edits) is in the [`Provenance`] of glTF files of
-//! this crate and is done to the source as well. A file of another program has none, nor has BVH: there the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the
-//! motion is said to be whole.
+//! What the conversion did on purpose (unit, up axis, trim, frame rate, in place, edits) is in the [`Provenance`] of
+//! glTF files of this crate and is done to the source as well. A file of another program has none, nor has BVH: there
+//! the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the motion
+//! is said to be whole.
 //!
-//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the places of those that stand on
-//! bones alone, and how each of them has turned since the first frame. A joint that is left out and moves has a part in both.
+//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the places of those that stand
+//! on bones alone, and how each of them has turned since the first frame. A joint that is left out and moves has a part
+//! in both.
 //!
 //! A motion that was put on another skeleton cannot be compared so, and is refused.
 //!
@@ -35,13 +38,13 @@ use self::change::{Change, Timeline};
 use self::clip::Errors;
 use self::pairs::Pairs;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure;
 use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
 use crate::import::{Clips, Importer};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
-use crate::skeleton;
 
 /// How far a written file is from its source.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -60,8 +63,8 @@ pub struct Verification {
     /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres. Absent where the joints of
     /// the file may stand otherwise at rest, as in files of other programs.
     pub turn_error: Option<f64>,
-    /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above: those
-    /// are about the frames that the file has.
+    /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
+    /// those are about the frames that the file has.
     pub resampling: Option<Resampling>,
     /// The clips that were compared.
     pub clips: Vec<VerifiedClip>,
@@ -78,8 +81,8 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Whether the file is what its source is: nothing was found, and no joint is farther from its place, in metres, than
-    /// allowed.
+    /// Whether the file is what its source is: nothing was found, and no joint is farther from its place, in metres,
+    /// than allowed.
     pub fn is_within(&self, max_error: f64) -> bool {
         // A NaN is not within anything.
         self.findings.is_empty()
@@ -100,8 +103,8 @@ pub struct VerifiedClip {
     pub max_error: f64,
 }
 
-/// What a motion lost by another frame rate: how far the joints are from their places at the frames of the source, up to
-/// the last frame of the file.
+/// What a motion lost by another frame rate: how far the joints are from their places at the frames of the source, up
+/// to the last frame of the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Resampling {
@@ -280,16 +283,16 @@ impl Verifier {
         self
     }
 
-    /// The files of the second motions that steps took, in any order: a concat, a blend or a layer. Each is recognised by the
-    /// SHA-256 that the file records.
+    /// The files of the second motions that steps took, in any order: a concat, a blend or a layer. Each is recognised
+    /// by the SHA-256 that the file records.
     #[must_use]
     pub fn second_motions(mut self, files: impl IntoIterator<Item = impl Into<PathBuf>>) -> Self {
         self.seconds = files.into_iter().map(Into::into).collect();
         self
     }
 
-    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`) are compared in the space that they have; of several
-    /// animations they have the first.
+    /// Compares a written file with its source file. Arrays (`.npz`, `.csv`) are compared in the space that they have;
+    /// of several animations they have the first.
     ///
     /// # Errors
     /// As [`verify_files`].
@@ -344,7 +347,7 @@ impl Verifier {
             "the second motion of the file, \"{}\", is not among the files given",
             wanted.name
         );
-        Err(Diagnostic::new(Code::UnknownOption, message)
+        Err(Diagnostic::new(Code::InvalidValue, message)
             .help("name it: mocap verify SOURCE OUTPUT --with FILE")
             .into())
     }
@@ -599,8 +602,8 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are those
-    /// of the scene, and in BVH that was made of BVH.
+    /// Whether the joints have the axes of the source: in glTF of this crate, in its FBX where the axes of the file are
+    /// those of the scene, and in BVH that was made of BVH.
     fn keeps_axes(&self, source: &Scene) -> bool {
         match self {
             Self::Gltf(file) => file.provenance().is_some(),
@@ -615,5 +618,5 @@ impl<'a> Output<'a> {
 /// Metres in a unit of the source: what it states, else what is guessed.
 fn metres_of(source: &Scene) -> f64 {
     let stated = source.metadata.metres_per_unit;
-    stated.unwrap_or_else(|| skeleton::survey(source).unit.value.metres())
+    stated.unwrap_or_else(|| figure::survey(source).unit.value.metres())
 }

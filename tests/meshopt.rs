@@ -1,5 +1,5 @@
-//! The tests of compression with meshopt, in a program of their own: all other tests run without a C++ compiler, and need
-//! not be built a second time.
+//! The tests of compression with meshopt, in a program of their own: all other tests run without a C++ compiler, and
+//! need not be built a second time.
 
 #[path = "it/compression.rs"]
 mod compression;

@@ -45,8 +45,8 @@ pub fn write(arrays: &Arrays) -> Vec<u8> {
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
 }
 
-/// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32, points)
-/// in metres above the floor, `floor` (float32) and `frame_rate` (float64).
+/// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
+/// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
 pub fn write_contacts(contacts: &DetectedContacts) -> Vec<u8> {
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
     archive
@@ -56,9 +56,9 @@ pub fn write_contacts(contacts: &DetectedContacts) -> Vec<u8> {
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
 }
 
-/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w), `dof_pos`
-/// (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the source). All
-/// numbers are float64.
+/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
+/// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
+/// source). All numbers are float64.
 pub fn write_robot(motion: &RobotMotion) -> Vec<u8> {
     let frames = motion.frames();
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
@@ -72,8 +72,8 @@ pub fn write_robot(motion: &RobotMotion) -> Vec<u8> {
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
 }
 
-/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the place of the base, its rotation as w, x, y and
-/// z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
+/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the place of the base, its rotation as w, x, y
+/// and z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
 pub fn write_qpos(motion: &RobotMotion) -> Vec<u8> {
     let shape = [motion.frames(), 7 + motion.dof_names.len()];
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::arrays::{Rotation, RotationSpace};
 use crate::convert::Moment;
+use crate::figure::HumanoidMap;
 use crate::scene::UpAxis;
-use crate::skeleton::HumanoidMap;
 
 /// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
 /// parent as quaternions, and the file's own unit, axes and frames.
@@ -40,24 +40,24 @@ pub struct ArrayOptions {
     /// Default: all.
     pub joints: Option<String>,
     /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by slerp;
-    /// at a [cut](crate::skeleton::cuts) the nearer side is used. Default: the file's own frames.
+    /// at a [cut](crate::figure::cuts) the nearer side is used. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
     /// The last moment to keep; one after the end means the end. Default: the end.
     pub last: Option<Moment>,
     /// Metres per unit of length of the file. Default: the unit that the file states, or else, where it is needed, the
-    /// guess of [`survey`](crate::skeleton::survey()).
+    /// guess of [`survey`](crate::figure::survey()).
     pub metres_per_unit: Option<f64>,
     /// The up axis of the file. Default: the axis that the file states, or else, where it is needed, the guess of
-    /// [`survey`](crate::skeleton::survey()).
+    /// [`survey`](crate::figure::survey()).
     pub up: Option<UpAxis>,
     /// Metres per unit of length of the output. Default: the file's own unit.
     pub out_metres_per_unit: Option<f64>,
     /// The up axis of the output. Default: the file's own axes.
     pub out_up: Option<UpAxis>,
-    /// Joints of the file for bones of the humanoid, from which the unit and the up axis are guessed. Default: none, all
-    /// bones are searched for.
+    /// Joints of the file for bones of the humanoid, from which the unit and the up axis are guessed. Default: none,
+    /// all bones are searched for.
     pub bones: HumanoidMap,
     /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at the
     /// first and the last frame; 0 for a single frame. Default: `false`.

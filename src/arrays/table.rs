@@ -35,8 +35,9 @@
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
 //! state them, and `warnings`, a list of utf8.
 //!
-//! [`robot_reports`] has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the fields of
-//! [`RobotReport`](crate::robot::RobotReport), of which `limbs`, `clamped` and `self_collisions` are lists of structs.
+//! [`robot_reports`] has one row for each motion that was to be put on a robot: `clip`, `error`, `output`, and the
+//! fields of [`RobotReport`](crate::robot::RobotReport), of which `limbs`, `clamped` and `self_collisions` are lists of
+//! structs.
 //!
 //! Which columns there are follows from the [`ArrayOptions`] alone, so tables that were made with the same options can
 //! be concatenated.
@@ -56,8 +57,8 @@ use sha2::{Digest, Sha256};
 
 use crate::arrays::{self, ArrayOptions, Arrays, Header, Joint};
 use crate::error::Result;
+use crate::figure::{self, Survey};
 use crate::scene::{Animation, Scene};
-use crate::skeleton::{self, Survey};
 
 pub use self::robot_reports::{RobotClip, robot_reports};
 /// The version of Arrow that the tables use.
@@ -184,7 +185,7 @@ pub fn clips(clips: &[ClipArrays<'_>], options: &ArrayOptions) -> RecordBatch {
 /// The table with one row for each file, without its motion.
 pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let scenes: Vec<Option<&Scene>> = files.iter().map(|(_, scene)| scene.as_ref().ok()).collect();
-    let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(skeleton::survey)).collect();
+    let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(figure::survey)).collect();
     // Without its motion, a scene's arrays are its joints.
     let motionless = |scene: &Scene| Scene {
         nodes: scene.nodes.clone(),

@@ -3,9 +3,9 @@
 use crate::arrays::ArrayOptions;
 use crate::convert::part_ticks;
 use crate::error::{Code, Result};
+use crate::figure;
 use crate::limits;
 use crate::scene::{AppliedStep, Scene};
-use crate::skeleton;
 
 /// The largest distance, in ticks, at which a new frame equals an old one.
 const SAME_TICK: f64 = 1e-6;
@@ -27,7 +27,7 @@ impl Timeline {
     /// Adds the steps that change times to `steps`.
     pub(super) fn new(scene: &Scene, options: &ArrayOptions, steps: &mut Vec<AppliedStep>) -> Result<Self> {
         if let Some(rate) = options.frames_per_second {
-            limits::frame_rate(Code::UnknownOption, rate)?;
+            limits::frame_rate(Code::InvalidValue, rate)?;
         }
         let Some(animation) = scene.animations.first() else {
             return Ok(Self {
@@ -48,10 +48,10 @@ impl Timeline {
         let (frame_rate, step, cuts) = match options.frames_per_second {
             Some(frames_per_second) => {
                 steps.push(AppliedStep::Resample { frames_per_second });
-                let cuts = skeleton::cuts(scene, 0);
+                let cuts = figure::cuts(scene, 0);
                 (
                     frames_per_second,
-                    skeleton::rate_before(old_rate, frames_per_second) / frames_per_second,
+                    figure::rate_before(old_rate, frames_per_second) / frames_per_second,
                     cuts,
                 )
             }

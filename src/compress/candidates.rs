@@ -13,8 +13,8 @@ use super::quantize::{Lattice, QuantizedRotation, dropped_component};
 use super::trellis::{CORNERS, Component, Rates, Trellis, floor, least};
 use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 
-/// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints further
-/// down the chain have to compensate for the error. Found by trials on the fixtures.
+/// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints
+/// further down the chain have to compensate for the error. Found by trials on the fixtures.
 const DISTORTION: f32 = 12.0;
 /// The same on a lattice that is fine: there most differences take 8 bits, whichever candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
@@ -22,8 +22,8 @@ const DISTORTION_OF_FINE: f32 = 18.0;
 /// The largest error of a candidate, as a share of the tolerance, squared. The rest is for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
-/// The largest difference between decoders, as a share of the tolerance. It cannot be compensated for, because it is not
-/// the same for all readers.
+/// The largest difference between decoders, as a share of the tolerance. It cannot be compensated for, because it is
+/// not the same for all readers.
 const MAX_AMBIGUITY: f32 = 0.15;
 
 /// The cost of a candidate whose error is as large as the tolerance or larger.
@@ -182,8 +182,8 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Adds the candidates that are cheapest together at all frames, up to the first one that will not do. All are chosen
-    /// before any is decoded, so that they can be decoded together. Returns how many were added.
+    /// Adds the candidates that are cheapest together at all frames, up to the first one that will not do. All are
+    /// chosen before any is decoded, so that they can be decoded together. Returns how many were added.
     #[inline(always)]
     fn push_cheapest(&self, keys: &mut Vec<QuantizedRotation>) -> usize {
         let mut stored = [[0; 4]; LANES];
@@ -255,8 +255,8 @@ impl<'a> Candidates<'a> {
         self.best_of_more(lane, dropped, previous)
     }
 
-    /// The cheapest unambiguous candidate of the cell or, where it has none, of the lattice points up to a step around it.
-    /// If those have none either, the least ambiguous of those within the tolerance.
+    /// The cheapest unambiguous candidate of the cell or, where it has none, of the lattice points up to a step around
+    /// it. If those have none either, the least ambiguous of those within the tolerance.
     #[inline(never)]
     fn best_of_more(&self, lane: usize, dropped: usize, previous: Option<[i32; 3]>) -> QuantizedRotation {
         let origin = self.cells.origin(lane);
@@ -413,8 +413,8 @@ impl Cells {
         [x.0[lane] as i32, y.0[lane] as i32, z.0[lane] as i32]
     }
 
-    /// Eight cells whose corners are all lattice points of one lane's cell and up to a step around it: the cell moved by
-    /// a step back or ahead along each axis.
+    /// Eight cells whose corners are all lattice points of one lane's cell and up to a step around it: the cell moved
+    /// by a step back or ahead along each axis.
     #[inline(always)]
     fn neighbours(&self, lane: usize) -> Self {
         let all = |vectors: &Vectors| Vectors::all(vectors.lane(lane));

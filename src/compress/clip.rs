@@ -56,7 +56,8 @@ pub(crate) enum Track<Value, Format, Key> {
 }
 
 impl<Value, Format, Key: Copy> Track<Value, Format, Key> {
-    /// Inserts the keys that `quantize` makes, from the format and the keys so far. A constant track has nothing to insert.
+    /// Inserts the keys that `quantize` makes, from the format and the keys so far. A constant track has nothing to
+    /// insert.
     pub(super) fn insert(
         &mut self,
         new_key_frames: &Arc<KeyFrames>,

@@ -44,8 +44,8 @@ impl Target {
         arms.error(self.position_error, self.parent_to_raw * rotation)
     }
 
-    /// The least change of a rotation `off` the best one, axis times angle in the axes of the joint, that brings the error
-    /// to `goal`; `None` where the error is no larger than `largest`.
+    /// The least change of a rotation `off` the best one, axis times angle in the axes of the joint, that brings the
+    /// error to `goal`; `None` where the error is no larger than `largest`.
     #[inline]
     pub(super) fn correction(&self, arms: &LeverArms, off: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         arms.correction(self.position_error, self.rotation_error + off, largest, goal)

@@ -1,9 +1,9 @@
-//! Curves, as FBX has them: a value of one axis with keys of its own and straight lines between them. A rotation is three
-//! angles, each a curve.
+//! Curves, as FBX has them: a value of one axis with keys of its own and straight lines between them. A rotation is
+//! three angles, each a curve.
 //!
-//! Programs differ in what they make of curves of angles. Most evaluate them; Blender and Assimp compute the rotation at
-//! every key of any of the three, and interpolate these rotations. So a joint has, beside its curves, tracks with a key
-//! wherever one of its curves has one, and [`measure`](super::measure) follows both.
+//! Programs differ in what they make of curves of angles. Most evaluate them; Blender and Assimp compute the rotation
+//! at every key of any of the three, and interpolate these rotations. So a joint has, beside its curves, tracks with a
+//! key wherever one of its curves has one, and [`measure`](super::measure) follows both.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -73,7 +73,8 @@ impl JointCurves {
         }
     }
 
-    /// Makes curves that are off by no more than `tolerance`. Returns the frames of all of their keys, and the values there.
+    /// Makes curves that are off by no more than `tolerance`. Returns the frames of all of their keys, and the values
+    /// there.
     pub(super) fn reduce_translations(
         &mut self,
         targets: &[Vec3],
@@ -92,8 +93,8 @@ impl JointCurves {
         (key_frames, keys)
     }
 
-    /// Makes curves of angles such that the `error` of a rotation at a frame is no more than `tolerance`. Returns the frames
-    /// of all of their keys, and the rotations there.
+    /// Makes curves of angles such that the `error` of a rotation at a frame is no more than `tolerance`. Returns the
+    /// frames of all of their keys, and the rotations there.
     pub(super) fn reduce_rotations(
         &mut self,
         targets: impl Iterator<Item = Quat>,
@@ -139,9 +140,9 @@ impl JointCurves {
     }
 }
 
-/// Reduces the keys of one axis after another, that with the least range first. Each may be off by as much as those before it
-/// leave of the tolerance, which was found by trials to take as few keys as fixed shares. Returns the curves, and the
-/// values of all frames.
+/// Reduces the keys of one axis after another, that with the least range first. Each may be off by as much as those
+/// before it leave of the tolerance, which was found by trials to take as few keys as fixed shares. Returns the curves,
+/// and the values of all frames.
 fn reduce(
     values: &[DVec3],
     rest: DVec3,

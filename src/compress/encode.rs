@@ -137,8 +137,8 @@ impl Encoder<'_> {
         }
     }
 
-    /// Whether a track with key frames of its own is smaller than one with keys at all frames: the times of its own take
-    /// bytes too. `bytes` are those of a key without its time.
+    /// Whether a track with key frames of its own is smaller than one with keys at all frames: the times of its own
+    /// take bytes too. `bytes` are those of a key without its time.
     fn is_smaller(&self, keys: usize, bytes: usize) -> bool {
         keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }

@@ -61,8 +61,8 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The least change of a rotation error, axis times angle, that brings what is off most to `goal`, or as near to it as
-    /// the position error allows; `None` where it is off by no more than `largest`.
+    /// The least change of a rotation error, axis times angle, that brings what is off most to `goal`, or as near to it
+    /// as the position error allows; `None` where it is off by no more than `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);
@@ -105,9 +105,9 @@ pub(super) fn small_rotation_vector(rotation: Quat) -> Vec3 {
     rotation.xyz() * if rotation.w < 0.0 { -2.0 } else { 2.0 }
 }
 
-/// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix that is
-/// applied to `error`. The shell counts as another arm, whose ends should not move: the solution minimizes
-/// `sum |rotation x arm + error|^2 + |SHELL_DISTANCE rotation|^2`.
+/// The least-squares solution of `rotation x arm = -error` for all arms and any `error`, as the rows of a matrix that
+/// is applied to `error`. The shell counts as another arm, whose ends should not move: the solution minimizes `sum
+/// |rotation x arm + error|^2 + |SHELL_DISTANCE rotation|^2`.
 fn counter_rotation(arms: &[Vec3]) -> [[f32; 3]; 3] {
     let mut normal = Mat3::from_diagonal(Vec3::splat(SHELL_DISTANCE * SHELL_DISTANCE));
     let mut sum = Vec3::ZERO;
@@ -137,8 +137,8 @@ fn chain_lengths(clip: &RawClip) -> Vec<f32> {
     lengths
 }
 
-/// Collects the arms to the children of a joint, and to theirs where a child does not rotate. `start` and `rotation` are
-/// from the joint whose arms they are to `index`.
+/// Collects the arms to the children of a joint, and to theirs where a child does not rotate. `start` and `rotation`
+/// are from the joint whose arms they are to `index`.
 fn collect_rigid_arms(clip: &RawClip, index: usize, start: Vec3, rotation: Quat, arms: &mut Vec<Vec3>) {
     for &child in &clip.joints[index].children {
         let joint = &clip.joints[child];

@@ -3,15 +3,16 @@
 //! A key need not be the target at its frame: anything within the tolerance will do. A line through two targets has its
 //! errors on one side of a curve; a line beside them has them on both, and on a parabola it is longer by the root of 2.
 //!
-//! From a key, the lines that are within the tolerance at all frames up to another form a cone, which gets narrower with
-//! each frame; the line ends where nothing is left of the cone (J. Sklansky and V. Gonzalez, "Fast polygonal
+//! From a key, the lines that are within the tolerance at all frames up to another form a cone, which gets narrower
+//! with each frame; the line ends where nothing is left of the cone (J. Sklansky and V. Gonzalez, "Fast polygonal
 //! approximation of digitized curves", Pattern Recognition 12, 1980; J. O'Rourke, "An on-line algorithm for fitting
 //! straight lines between data ranges", Communications of the ACM 24, 1981). Values here have three components, so a
-//! cone is not computed: a line within it is kept, and where a frame excludes that line, another is found by projections
-//! onto the frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in common).
+//! cone is not computed: a line within it is kept, and where a frame excludes that line, another is found by
+//! projections onto the frames that exclude it (the method of L. M. Bregman, 1965, for a point that convex sets have in
+//! common).
 //!
-//! A line that is as long as possible may end where the next cannot be long. So it ends at the one of its last frames from
-//! which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
+//! A line that is as long as possible may end where the next cannot be long. So it ends at the one of its last frames
+//! from which the next line gets farthest. Then each key moves towards the least-squares fit of the two lines that it
 //! ends, as far as the tolerance allows: joints further down have the less to compensate for.
 
 use glam::{Quat, Vec3};
@@ -102,7 +103,8 @@ impl<'a> RotationFit<'a> {
     }
 }
 
-/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that turns evenly is a straight line.
+/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that turns evenly is a straight
+/// line.
 impl Fit for RotationFit<'_> {
     type Key = QuantizedRotation;
     type Value = Quat;
@@ -211,8 +213,8 @@ impl Fit for TranslationFit<'_> {
     }
 }
 
-/// The key frames of a track, and the keys there. Between two keys the track is within the tolerance; so it is at a key,
-/// but where one frame follows another and neither allows a line.
+/// The key frames of a track, and the keys there. Between two keys the track is within the tolerance; so it is at a
+/// key, but where one frame follows another and neither allows a line.
 pub(super) fn fit<F: Fit>(fit: &F, ticks: &[f64]) -> (KeyFrames, Vec<F::Key>) {
     let mut keys = vec![fit.quantize(fit.target(0), None)];
     let mut key_frames = vec![0];
@@ -262,7 +264,8 @@ impl<F: Fit> Search<'_, F> {
         (self.ticks[to] - self.ticks[from]) as f32
     }
 
-    /// The longest line from a value. Displacements stand for it: whether its keys are within the tolerance is yet to see.
+    /// The longest line from a value. Displacements stand for it: whether its keys are within the tolerance is yet to
+    /// see.
     fn longest_line(&mut self, from: usize, start: F::Value) -> Line {
         self.seen.clear();
         let longest = self.fit.longest();
@@ -397,8 +400,9 @@ mod tests {
         (0..FRAMES).map(|frame| frame as f64).collect()
     }
 
-    /// Of the parabola `x^2`, a line of length `h` is off by `h^2 / 4` in its middle if its ends are on the parabola, and
-    /// by `h^2 / 8` there and at its ends if these are as far below as its middle is above. Within 25, `h` is 10 and 14.1.
+    /// Of the parabola `x^2`, a line of length `h` is off by `h^2 / 4` in its middle if its ends are on the parabola,
+    /// and by `h^2 / 8` there and at its ends if these are as far below as its middle is above. Within 25, `h` is 10
+    /// and 14.1.
     #[test]
     fn fitted_lines_along_a_parabola_are_longer_by_the_root_of_two() {
         let (ticks, tolerance) = (ticks(), 25.0);
@@ -455,7 +459,8 @@ mod tests {
         let targets = joint.all_targets();
         for format in [RotationFormat::Float32, RotationFormat::Int16] {
             let (frames, keys) = fit(&RotationFit::new(&targets, &arms, format, tolerance), ticks);
-            // Lines with ends on the parabola are up to 14.1 frames long, the root of `4 * 1e-3 / 2e-5`; fitted ones 20.
+            // Lines with ends on the parabola are up to 14.1 frames long, the root of `4 * 1e-3 / 2e-5`; fitted ones
+            // 20.
             assert!(frames.len() <= 12, "{}", frames.len());
             for (pair, key) in std::iter::zip(frames.windows(2), keys.windows(2)) {
                 for frame in pair[0]..=pair[1] {

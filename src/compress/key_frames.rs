@@ -122,9 +122,9 @@ pub(super) fn between(ticks: &[f64], from: usize, to: usize) -> impl Iterator<It
     frames.map(move |frame| (frame, alpha(ticks, from, to, frame)))
 }
 
-/// Calls `visit(frame, key, alpha)` for every frame of `ranges`: `key` is the index of the last key that is not after the
-/// frame, and `alpha` the interpolation factor from there to the next, 0 at a key. Each range starts at a key and ends
-/// before one.
+/// Calls `visit(frame, key, alpha)` for every frame of `ranges`: `key` is the index of the last key that is not after
+/// the frame, and `alpha` the interpolation factor from there to the next, 0 at a key. Each range starts at a key and
+/// ends before one.
 pub(super) fn for_each_frame(
     key_frames: &[u32],
     ticks: &[f64],

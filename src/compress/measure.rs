@@ -167,8 +167,8 @@ mod tests {
     const FRAMES: usize = 14;
     const LAST: usize = FRAMES - 1;
 
-    /// A joint at the origin that rotates about z, by `degrees` over all frames, and its end site, one metre away on the x
-    /// axis.
+    /// A joint at the origin that rotates about z, by `degrees` over all frames, and its end site, one metre away on
+    /// the x axis.
     fn rotating(degrees: f32) -> Scene {
         let node = |index: usize| Node {
             name: ["Joint", "End"][index].into(),
@@ -248,7 +248,8 @@ mod tests {
         let mut errors = FrameErrors::new(FRAMES);
         measure(&measurement, slice::from_ref(&(0..FRAMES)), &mut errors);
 
-        // The same bits without wide vectors, and nearly the same in ranges whose lengths are no multiples of the lanes.
+        // The same bits without wide vectors, and nearly the same in ranges whose lengths are no multiples of the
+        // lanes.
         let mut plain = FrameErrors::new(FRAMES);
         measure_lanes(&measurement, slice::from_ref(&(0..FRAMES)), &mut plain);
         assert_eq!(errors.largest, plain.largest);

@@ -56,7 +56,8 @@ impl ObjectSpaceTrack {
     }
 }
 
-/// Decodes a translation track, whose unit has the length `scale`, into object-space positions, at some ranges of frames.
+/// Decodes a translation track, whose unit has the length `scale`, into object-space positions, at some ranges of
+/// frames.
 pub(super) fn decode_translations(
     track: &TranslationTrack,
     scale: f32,

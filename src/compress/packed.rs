@@ -1,8 +1,8 @@
 //! A packed clip: bytes from which a pose can be computed at any moment, without unpacking anything else.
 //!
-//! `docs/compression.md` has the layout, byte by byte. The frames stand in blocks of equal length. A track of a block has
-//! a straight line for each of its components, and a key is its distance from there in as few bits as the block needs. All
-//! tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
+//! `docs/compression.md` has the layout, byte by byte. The frames stand in blocks of equal length. A track of a block
+//! has a straight line for each of its components, and a key is its distance from there in as few bits as the block
+//! needs. All tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
 
 mod bits;
 mod layout;
@@ -38,8 +38,8 @@ use crate::scene::Scene;
 /// # Ok::<(), mocap::Error>(())
 /// ```
 ///
-/// A file that is broken is refused when it is opened. After that, nothing fails and nothing is allocated: a clip holds the
-/// bytes and, for every node, less than 200 more.
+/// A file that is broken is refused when it is opened. After that, nothing fails and nothing is allocated: a clip holds
+/// the bytes and, for every node, less than 200 more.
 #[derive(Clone, Debug)]
 pub struct PackedClip<'a> {
     bytes: Cow<'a, [u8]>,
@@ -81,9 +81,9 @@ impl PackedClip<'static> {
     ///
     /// # Errors
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the bound cannot be kept;
-    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a scale is not uniform and constant, a value is not
-    /// finite, there is no such animation or there are too many nodes; [`Code::LimitExceeded`](crate::Code::LimitExceeded)
-    /// where there are too many frames.
+    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where a scale is not uniform and constant, a value is
+    /// not finite, there is no such animation or there are too many nodes;
+    /// [`Code::LimitExceeded`](crate::Code::LimitExceeded) where there are too many frames.
     pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
         let bytes = write::encode(scene, animation, max_error.into())?;
         Self::new(bytes)

@@ -68,8 +68,8 @@ impl<T: Copy> RawTrack<'_, T> {
 }
 
 impl<'a> RawClip<'a> {
-    /// Every joint has a shell: three points that stand for its skin, `shell_distance` metres from it along its axes. None
-    /// where the distance is 0.
+    /// Every joint has a shell: three points that stand for its skin, `shell_distance` metres from it along its axes.
+    /// None where the distance is 0.
     ///
     /// # Errors
     /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's

@@ -1,8 +1,8 @@
 //! Reading ahead: values that are needed soon are brought into the cache, one joint after the other.
 //!
-//! A pose takes one value of every joint, and the values of a joint lie in sequence, one for each frame. Processors foresee
-//! accesses to a few sequences at a time. There are more joints than that, and without this most of the time goes into
-//! waiting for memory.
+//! A pose takes one value of every joint, and the values of a joint lie in sequence, one for each frame. Processors
+//! foresee accesses to a few sequences at a time. There are more joints than that, and without this most of the time
+//! goes into waiting for memory.
 
 use std::hint::black_box;
 use std::ops::Range;

@@ -1,8 +1,8 @@
 //! Refinement: from one encoding pass to the next, until the error is within the bound.
 //!
-//! Where the error at a frame is too large, shared key frames get a key there, as in the algorithm of Ramer, Douglas and
-//! Peucker; only the new keys are encoded. Where a frame with a key has too large an error, or each joint has key frames
-//! of its own, the joints up the chain get smaller tolerances, and another pass starts.
+//! Where the error at a frame is too large, shared key frames get a key there, as in the algorithm of Ramer, Douglas
+//! and Peucker; only the new keys are encoded. Where a frame with a key has too large an error, or each joint has key
+//! frames of its own, the joints up the chain get smaller tolerances, and another pass starts.
 
 use std::iter::zip;
 use std::ops::Range;
@@ -39,8 +39,8 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Encodes the clip within the bound, with keys at the `shared` key frames and as many more as it needs, or each track
-    /// with key frames of its own.
+    /// Encodes the clip within the bound, with keys at the `shared` key frames and as many more as it needs, or each
+    /// track with key frames of its own.
     ///
     /// # Errors
     /// [`Code::ErrorBound`] where the storage is too coarse. It names the node of `scene` with the largest error.
@@ -164,7 +164,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// The largest error of a joint at every frame of some ranges, in single precision and for a reader that uses nlerp.
+    /// The largest error of a joint at every frame of some ranges, in single precision and for a reader that uses
+    /// nlerp.
     fn estimate_errors(&self, lossy: &[ObjectSpaceTrack], ranges: &[Range<usize>], errors: &mut [f32]) {
         for frames in ranges {
             errors[frames.clone()].fill(0.0);
@@ -204,8 +205,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Adds keys where the error is above `bound`, and encodes them. Returns the ranges of frames that this changes. After
-    /// some steps all frames around get keys, so that there is an end to it.
+    /// Adds keys where the error is above `bound`, and encodes them. Returns the ranges of frames that this changes.
+    /// After some steps all frames around get keys, so that there is an end to it.
     fn add_keys<T: Copy + PartialOrd>(
         &self,
         lossy: &mut LossyClip,

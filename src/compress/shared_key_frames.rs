@@ -60,8 +60,8 @@ struct Interpolated<'a> {
 }
 
 impl Interpolated<'_> {
-    /// The first of some joints that is not within `tolerance` of where it is in the raw clip. `parent_of` says at which
-    /// place among them a parent is, given the place of its child.
+    /// The first of some joints that is not within `tolerance` of where it is in the raw clip. `parent_of` says at
+    /// which place among them a parent is, given the place of its child.
     fn first_off(
         &self,
         joints: &[usize],

@@ -1,6 +1,7 @@
 //! The size of a stream of meshopt's vertex codec, version 0, computed without encoding it.
 //!
-//! The format is described in EXT_meshopt_compression, appendix A: <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/EXT_meshopt_compression>
+//! The format is described in EXT_meshopt_compression, appendix A:
+//! <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Vendor/EXT_meshopt_compression>
 
 /// Elements that are encoded together.
 const GROUP: usize = 16;

@@ -1,12 +1,13 @@
 //! Trellis quantization: of all sequences of corners, one for each frame, the one that costs least, found by dynamic
 //! programming (the algorithm of Viterbi), as video encoders do.
 //!
-//! The rate of a step from a corner to one of the next frame is a sum over the three axes, and a corner is on the near or
-//! the far side along each. So the least of the 64 sums is found axis by axis, with 16 sums for each.
+//! The rate of a step from a corner to one of the next frame is a sum over the three axes, and a corner is on the near
+//! or the far side along each. So the least of the 64 sums is found axis by axis, with 16 sums for each.
 
 use crate::math::soa::single::{LANES, Lanes};
 
-/// The corners of a cell. Bit 0, 1 and 2 of a corner: whether it is on the far side along the first, second and third axis.
+/// The corners of a cell. Bit 0, 1 and 2 of a corner: whether it is on the far side along the first, second and third
+/// axis.
 pub(super) const CORNERS: usize = 8;
 
 // About the bits of a difference in a stream: see [`stream_size`](super::stream_size). Found by trials on the fixtures.
@@ -146,8 +147,8 @@ impl Trellis {
 /// The corner that costs least.
 #[inline(always)]
 pub(super) fn least(costs: Lanes) -> (usize, f32) {
-    // Floats that are not negative are ordered as their bits are. The index takes the place of the lowest bits, so that one
-    // minimum finds both, without branches.
+    // Floats that are not negative are ordered as their bits are. The index takes the place of the lowest bits, so that
+    // one minimum finds both, without branches.
     const INDEX: u32 = CORNERS as u32 - 1;
     let mut least = u32::MAX;
     for (index, cost) in costs.0.iter().enumerate() {

@@ -21,7 +21,7 @@ impl Moment {
         match self {
             Self::Seconds(seconds) if seconds.is_nan() || seconds < 0.0 => {
                 let message = format!("a time must be at least 0 seconds, got {seconds}");
-                Err(Diagnostic::new(Code::UnknownOption, message).into())
+                Err(Diagnostic::new(Code::InvalidValue, message).into())
             }
             _ => Ok(()),
         }
@@ -39,7 +39,7 @@ impl Moment {
 /// after the end of the motion; it is infinite where there is no `last`.
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where the part begins after the end of `animation`, or ends before it begins.
+/// [`Code::InvalidValue`] where the part begins after the end of `animation`, or ends before it begins.
 pub(crate) fn part_ticks(
     animation: Option<&Animation>,
     first: Option<Moment>,
@@ -57,7 +57,7 @@ pub(crate) fn part_ticks(
     }
     if last_tick < first_tick {
         let message = "the part to keep ends before it begins";
-        let diagnostic = Diagnostic::new(Code::UnknownOption, message).expected_found(
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message).expected_found(
             format!("frame {first_tick} or a later one"),
             format!("frame {last_tick}"),
         );
@@ -72,7 +72,7 @@ pub(super) fn check_within(animation: Option<&Animation>, tick: f64, message: &s
         Some(animation) if tick > animation.duration => {
             let last = animation.duration;
             let seconds = last / animation.ticks_per_second;
-            let diagnostic = Diagnostic::new(Code::UnknownOption, message).expected_found(
+            let diagnostic = Diagnostic::new(Code::InvalidValue, message).expected_found(
                 format!("at most frame {last}, {seconds:.3} seconds from the start"),
                 format!("frame {tick}"),
             );

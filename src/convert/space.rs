@@ -1,9 +1,9 @@
 //! The unit and the up axis of a scene.
 
 use crate::error::{Code, Result};
+use crate::figure::{self, HumanoidMap, Skeleton, Survey};
 use crate::limits::positive;
 use crate::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
-use crate::skeleton::{self, HumanoidMap, Skeleton, Survey};
 
 /// A unit of length and an up axis, where they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,12 +24,12 @@ pub(crate) struct Needs {
 /// The skeleton of a scene, some of whose bones are known.
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where a name of the map is not that of a joint.
+/// [`Code::InvalidValue`] where a name of the map is not that of a joint.
 pub(crate) fn skeleton_of(scene: &Scene, bones: &HumanoidMap) -> Result<Skeleton> {
     if bones.is_empty() {
         return Ok(Skeleton::new(scene));
     }
-    let found = skeleton::humanoid(scene).with_map(scene, bones.clone())?;
+    let found = figure::humanoid(scene).with_map(scene, bones.clone())?;
     Ok(Skeleton::of(scene, found))
 }
 
@@ -37,7 +37,7 @@ impl Space {
     /// Refuses a unit that is not finite and above 0.
     pub(crate) fn check(self) -> Result<()> {
         if let Some(metres) = self.metres_per_unit {
-            positive(Code::UnknownOption, "metres per unit", metres)?;
+            positive(Code::InvalidValue, "metres per unit", metres)?;
         }
         Ok(())
     }

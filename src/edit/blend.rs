@@ -24,8 +24,8 @@ pub struct BlendReport {
 pub enum BlendWeight {
     /// The same all the time.
     Constant(f64),
-    /// Weights at times of the result in seconds, which increase. It runs evenly from each to the next, and stays before the
-    /// first and after the last.
+    /// Weights at times of the result in seconds, which increase. It runs evenly from each to the next, and stays
+    /// before the first and after the last.
     Curve(Vec<(f64, f64)>),
 }
 
@@ -37,7 +37,7 @@ impl From<f64> for BlendWeight {
 
 impl BlendWeight {
     fn check(&self) -> Result<()> {
-        let refuse = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
+        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
         let is_weight = |weight: &f64| (0.0..=1.0).contains(weight);
         match self {
             Self::Constant(weight) if !is_weight(weight) => refuse(format!("weight must be from 0 to 1, got {weight}")),
@@ -80,8 +80,8 @@ impl BlendWeight {
 const COMPARED: usize = 160;
 
 /// Mixes an animation of `other`, which has the same joints, into one of `scene`. At weight 0 it is the first, at 1 the
-/// second. The two are aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result
-/// is as long as its share of both.
+/// second. The two are aligned in time by dynamic time warping of their poses, so that a step meets a step, and the
+/// result is as long as its share of both.
 ///
 /// ```
 /// use mocap::edit::{BlendWeight, blend};
@@ -95,7 +95,7 @@ const COMPARED: usize = 160;
 /// ```
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one of
+/// [`Code::InvalidValue`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one of
 /// the animations.
 pub fn blend(
     scene: &mut Scene,

@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, HumanoidBone, Side, Skeleton, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone, Side, Skeleton, humanoid};
 
 /// The figure of a scene.
 pub(super) struct Body {

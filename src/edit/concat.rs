@@ -47,7 +47,7 @@ pub struct ConcatReport {
 /// last of the first: a motion that is cut in two there comes back.
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of the
+/// [`Code::InvalidValue`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of the
 /// animations.
 pub fn concat(
     scene: &mut Scene,
@@ -56,7 +56,7 @@ pub fn concat(
     other_animation: usize,
     options: &ConcatOptions,
 ) -> Result<ConcatReport> {
-    not_negative(Code::UnknownOption, "blend", options.blend)?;
+    not_negative(Code::InvalidValue, "blend", options.blend)?;
     let (first, second) = pair(scene, animation, other, other_animation)?;
     let carrier = Carrier::new(scene, &first);
     let mut rows: Vec<Vec<Trs>> = (0..first.len()).map(|frame| first.row(frame).to_vec()).collect();
@@ -94,7 +94,7 @@ pub fn concat(
 pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene, other_animation: usize) -> Result<(Frames, Frames)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");
-        let diagnostic = Diagnostic::new(Code::UnknownOption, message);
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         return Err(diagnostic
             .help("retarget one onto the skeleton of the other first")
             .into());

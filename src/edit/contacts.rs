@@ -9,10 +9,10 @@ pub(crate) use self::low_and_slow::{Thresholds, level, low_and_slow};
 use super::body::Body;
 use super::frames::{Frames, tracks};
 use crate::error::{Code, Result};
+use crate::figure::{Humanoid, HumanoidBone, Side};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
 use crate::scene::{Animation, NodeId, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone, Side};
 
 /// When a foot or a hand is at rest.
 ///
@@ -58,7 +58,7 @@ impl ContactOptions {
             ("shortest", self.shortest),
             ("gap", self.gap),
         ] {
-            not_negative(Code::UnknownOption, name, value)?;
+            not_negative(Code::InvalidValue, name, value)?;
         }
         Ok(())
     }
@@ -124,7 +124,7 @@ impl DetectedContacts {
 ///
 /// ```
 /// use mocap::edit::{ContactOptions, contacts};
-/// use mocap::skeleton::HumanoidBone;
+/// use mocap::figure::HumanoidBone;
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let found = contacts(&scene, 0, None, &ContactOptions::default())?;
@@ -135,7 +135,7 @@ impl DetectedContacts {
 ///
 /// # Errors
 /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this animation;
-/// [`Code::UnknownOption`](crate::Code::UnknownOption) for a threshold that is negative or not finite.
+/// [`Code::InvalidValue`](crate::Code::InvalidValue) for a threshold that is negative or not finite.
 pub fn contacts(
     scene: &Scene,
     animation: usize,
@@ -148,8 +148,8 @@ pub fn contacts(
     Ok(detect(scene, &frames, &body, options))
 }
 
-/// The contacts of an animation of `scene` that a retargeted one has to keep; as [`contacts`], but a foot is let go earlier,
-/// since one that is held too long lags behind.
+/// The contacts of an animation of `scene` that a retargeted one has to keep; as [`contacts`], but a foot is let go
+/// earlier, since one that is held too long lags behind.
 pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, humanoid: &Humanoid) -> Result<DetectedContacts> {
     let body = Body::new(scene, Some(humanoid))?;
     let frames = Frames::of(scene, animation, &[])?;

@@ -50,18 +50,18 @@ pub struct DespikeReport {
 /// Frames on either side that say how much a track usually changes.
 const AROUND: usize = 15;
 
-/// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the frames
-/// before and after. `animation` is an index into the animations of `scene`.
+/// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
+/// frames before and after. `animation` is an index into the animations of `scene`.
 ///
 /// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
 /// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a number that is not finite or is negative.
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is negative.
 pub fn despike(scene: &mut Scene, animation: usize, options: &DespikeOptions) -> Result<DespikeReport> {
-    positive(Code::UnknownOption, "threshold", options.threshold)?;
-    not_negative(Code::UnknownOption, "angle", options.angle)?;
-    not_negative(Code::UnknownOption, "distance", options.distance)?;
+    positive(Code::InvalidValue, "threshold", options.threshold)?;
+    not_negative(Code::InvalidValue, "angle", options.angle)?;
+    not_negative(Code::InvalidValue, "distance", options.distance)?;
     let mut frames = Frames::new(scene, animation, &[])?;
     let size = scene
         .nodes

@@ -40,15 +40,15 @@ pub struct FillReport {
     pub largest_rotation: f32,
 }
 
-/// Fills the gaps of `animation`, an index into the animations of `scene`: frames in which every joint holds exactly the
-/// values of the frame before, as programs write them when markers were not seen. The motion goes on through a gap on the
-/// cubic curve that has the speeds before and after it.
+/// Fills the gaps of `animation`, an index into the animations of `scene`: frames in which every joint holds exactly
+/// the values of the frame before, as programs write them when markers were not seen. The motion goes on through a gap
+/// on the cubic curve that has the speeds before and after it.
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a time that is not finite, or is negative.
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
 pub fn fill(scene: &mut Scene, animation: usize, options: &FillOptions) -> Result<FillReport> {
-    positive(Code::UnknownOption, "longest", options.longest)?;
-    not_negative(Code::UnknownOption, "shortest", options.shortest)?;
+    positive(Code::InvalidValue, "longest", options.longest)?;
+    not_negative(Code::InvalidValue, "shortest", options.shortest)?;
     let mut frames = Frames::new(scene, animation, &[])?;
     let mut report = FillReport::default();
     let is_held = |frame: usize| {

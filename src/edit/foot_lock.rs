@@ -1,11 +1,11 @@
 //! Holds feet still while they stand.
 //!
 //! In contact, the step by which a foot's point of contact slides from frame to frame is taken back, so that a foot may
-//! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the world;
-//! [two-bone inverse kinematics](crate::ik::two_bone()) lets the leg follow. Between contacts the shift eases out and in
-//! without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture editing"
-//! (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length that they
-//! have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
+//! roll from heel to ball, and turn, but not slide. Each foot is shifted as a whole and keeps its rotation in the
+//! world; [two-bone inverse kinematics](crate::ik::two_bone()) lets the leg follow. Between contacts the shift eases
+//! out and in without a jump of its speed. Compare Kovar, Schreiner and Gleicher, "Footskate cleanup for motion capture
+//! editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length
+//! that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
 
 mod hips;
 mod knee;
@@ -22,11 +22,11 @@ use super::body::{Body, Leg, and_below, mover};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, HumanoidBone, Side};
 use crate::ik::{Goal, two_bone};
 use crate::limits::{not_negative, positive};
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone, Side};
 
 /// Options of [`foot_lock()`].
 #[derive(Clone, Debug, PartialEq)]
@@ -38,8 +38,8 @@ pub struct FootLockOptions {
     pub known: Option<DetectedContacts>,
     /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
     pub blend: f64,
-    /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way, and
-    /// keeps a part of its slide. Default: `None`, no foot slides.
+    /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives way,
+    /// and keeps a part of its slide. Default: `None`, no foot slides.
     pub largest_change: Option<f64>,
     /// The height of the floor along the up axis, in metres. Default: where the feet rest.
     pub floor: Option<f32>,
@@ -117,8 +117,8 @@ enum Feet<'a> {
 /// The distance from a goal that counts as out of reach, in metres.
 const OUT_OF_REACH: f32 = 0.001;
 
-/// Holds the feet of `animation`, an index into the animations of `scene`, still while they are in contact, and above the
-/// floor. Bones keep their lengths.
+/// Holds the feet of `animation`, an index into the animations of `scene`, still while they are in contact, and above
+/// the floor. Bones keep their lengths.
 ///
 /// ```
 /// use mocap::edit::{FootLockOptions, foot_lock};
@@ -131,13 +131,13 @@ const OUT_OF_REACH: f32 = 0.001;
 ///
 /// # Errors
 /// As [`contacts()`](crate::edit::contacts()); [`Code::NotHumanoid`] also where a leg lacks a joint, and
-/// [`Code::UnknownOption`] where known contacts have another number of frames, or the floor is more than a leg above the
-/// feet. `scene` is then unchanged.
+/// [`Code::InvalidValue`] where known contacts have another number of frames, or the floor is more than a leg above
+/// the feet. `scene` is then unchanged.
 pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions) -> Result<FootLockReport> {
     options.contacts.check()?;
-    not_negative(Code::UnknownOption, "blend", options.blend)?;
+    not_negative(Code::InvalidValue, "blend", options.blend)?;
     if let Some(change) = options.largest_change {
-        positive(Code::UnknownOption, "largest-change", change)?;
+        positive(Code::InvalidValue, "largest-change", change)?;
     }
     let body = Body::new(scene, options.humanoid.as_ref())?;
     let mut held = Held::new(scene, animation, &body, &[])?;
@@ -161,7 +161,7 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         let message = format!(
             "floor must be finite and at most {leg:.3} m, the length of a leg, above where the feet rest, {rests:.3} m, got {floor}"
         );
-        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     let limit = options
         .largest_change
@@ -178,8 +178,8 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     Ok(report)
 }
 
-/// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the floor
-/// as they are there.
+/// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the
+/// floor as they are there.
 pub(crate) fn follow_feet(
     scene: &mut Scene,
     animation: usize,
@@ -273,7 +273,7 @@ impl Held {
             return Ok(());
         }
         let message = "the known contacts are those of another number of frames";
-        Err(Diagnostic::new(Code::UnknownOption, message)
+        Err(Diagnostic::new(Code::InvalidValue, message)
             .expected_found(self.frames.len().to_string(), contacts.frames.to_string())
             .into())
     }

@@ -3,10 +3,10 @@
 use glam::{Mat4, Quat, Vec3};
 
 use super::frames::Frames;
+use crate::figure::up;
 use crate::math::quaternion::twist;
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
-use crate::skeleton::up;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
@@ -84,8 +84,8 @@ impl Placement {
         }
     }
 
-    /// A share of the motion, which goes along an arc: its speeds over the ground and about the axis are constant, as the
-    /// figure that is moved sees them.
+    /// A share of the motion, which goes along an arc: its speeds over the ground and about the axis are constant, as
+    /// the figure that is moved sees them.
     pub(super) fn part(&self, share: f32) -> Self {
         let turn = self.turn * self.turn.w.signum();
         let (axis, angle) = turn.to_axis_angle();

@@ -16,8 +16,8 @@ use crate::scene::Scene;
 pub enum KeyInterpolation {
     /// Spherical linear interpolation of rotations, and lines of positions: the speed jumps at keys.
     Slerp,
-    /// Spherical and quadrangle interpolation (Shoemake, 1987) of rotations, and Catmull-Rom curves of positions: the speed
-    /// is continuous.
+    /// Spherical and quadrangle interpolation (Shoemake, 1987) of rotations, and Catmull-Rom curves of positions: the
+    /// speed is continuous.
     #[default]
     Squad,
 }
@@ -48,13 +48,13 @@ pub struct InBetweenReport {
 /// Replaces the frames of `animation`, an index into the animations of `scene`, by what lies between chosen ones.
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a key after the last frame.
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
 pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOptions) -> Result<InBetweenReport> {
     let frames = Frames::new(scene, animation, &[])?;
     let last = frames.len() - 1;
     if let Some(key) = options.keys.iter().find(|key| **key > last) {
         let message = format!("frame {key} cannot be a key: the last frame is {last}");
-        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     let mut keys = options.keys.clone();
     keys.extend([0, last]);

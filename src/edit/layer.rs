@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::body::{Body, and_below};
 use super::concat::pair;
 use crate::error::Result;
+use crate::figure::HumanoidBone;
 use crate::pose::Trs;
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::HumanoidBone;
 
 /// A part of the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,8 +62,8 @@ pub struct LayerReport {
     pub frames: usize,
 }
 
-/// Gives the joints of `part` the rotations to their parents that they have in an animation of `other`, which has the same
-/// joints, at the same time. Where the other motion ends, its last pose stays.
+/// Gives the joints of `part` the rotations to their parents that they have in an animation of `other`, which has the
+/// same joints, at the same time. Where the other motion ends, its last pose stays.
 ///
 /// # Errors
 /// As [`concat()`](crate::edit::concat()), and [`Code::NotHumanoid`](crate::Code::NotHumanoid).

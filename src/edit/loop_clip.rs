@@ -67,19 +67,19 @@ const CALM: f32 = 3.0;
 /// How many moments of a cycle are looked at for that, about.
 const MOMENTS: usize = 60;
 
-/// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose, speed
-/// and contacts, apart from the way that the figure went. Joints turn at the seam as fast before it as after it.
+/// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose,
+/// speed and contacts, apart from the way that the figure went. Joints turn at the seam as fast before it as after it.
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] where the motion is too short for a loop, or an
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where the motion is too short for a loop, or an
 /// option is not valid.
 pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> Result<LoopReport> {
-    positive(Code::UnknownOption, "shortest", options.shortest)?;
-    positive(Code::UnknownOption, "longest", options.longest)?;
-    not_negative(Code::UnknownOption, "blend", options.blend)?;
+    positive(Code::InvalidValue, "shortest", options.shortest)?;
+    positive(Code::InvalidValue, "longest", options.longest)?;
+    not_negative(Code::InvalidValue, "blend", options.blend)?;
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
-    let refused = |message: String| Err(Diagnostic::new(Code::UnknownOption, message).into());
+    let refused = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
     let carrier = Carrier::new(scene, &frames);
     let contacts = Body::new(scene, None)
         .ok()
@@ -146,8 +146,8 @@ pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> 
     Ok(report)
 }
 
-/// How fast joints move beside the carrier at a frame, summed over the squares: the least at a calm moment, as when both feet
-/// are on the ground, at which a seam is seen least.
+/// How fast joints move beside the carrier at a frame, summed over the squares: the least at a calm moment, as when
+/// both feet are on the ground, at which a seam is seen least.
 fn squared_speeds(scene: &Scene, frames: &Frames, carrier: NodeId, frame: usize) -> f32 {
     let places = |frame: usize| {
         let mut pose = Pose::rest(scene);

@@ -10,9 +10,9 @@ use self::partners::partners;
 use super::body::Body;
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Axis, Humanoid, HumanoidBone, Skeleton, TPose};
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::{Axis, Humanoid, HumanoidBone, Skeleton, TPose};
 
 /// What [`mirror()`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -21,18 +21,19 @@ pub struct MirrorReport {
     pub pairs: usize,
     /// Joints that are on one side and have no partner; each mirrors its own motion.
     pub without_partner: Vec<String>,
-    /// How far a joint is from the mirror image of its partner at most, in metres: 0 for a skeleton whose sides are equal.
+    /// How far a joint is from the mirror image of its partner at most, in metres: 0 for a skeleton whose sides are
+    /// equal.
     pub largest_asymmetry: f32,
     /// The name of that joint.
     pub asymmetric_joint: String,
 }
 
-/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure, as it looks on the average:
-/// what the left side does the right one does then. A figure that walks forward still walks forward.
+/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure, as it looks on the
+/// average: what the left side does the right one does then. A figure that walks forward still walks forward.
 ///
-/// Joints are paired by the bones of the humanoid, and below these by their place, not by their names. The motion of each
-/// is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets and rest rotations.
-/// Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
+/// Joints are paired by the bones of the humanoid, and below these by their place, not by their names. The motion of
+/// each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets and rest
+/// rotations. Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
 ///
 /// ```
 /// use mocap::edit::mirror;
@@ -247,8 +248,8 @@ impl<'a> Mirrored<'a> {
         }
     }
 
-    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane, from
-    /// where it is in the first frame; any other is as far from its offset as its partner is.
+    /// The mirrored translation to the parent. That of a figure's topmost node is the mirror image across the plane,
+    /// from where it is in the first frame; any other is as far from its offset as its partner is.
     fn translation(
         &self,
         scene: &Scene,

@@ -89,9 +89,9 @@ pub struct SmoothReport {
     pub largest_position: f32,
 }
 
-/// Filters all rotations and positions of `animation`, an index into the animations of `scene`. Rotations are averaged in
-/// the tangent space of each, so that no axis is preferred, and a joint may turn as far as it likes. The first and the
-/// last frame stay.
+/// Filters all rotations and positions of `animation`, an index into the animations of `scene`. Rotations are averaged
+/// in the tangent space of each, so that no axis is preferred, and a joint may turn as far as it likes. The first and
+/// the last frame stay.
 ///
 /// ```
 /// use mocap::edit::{SmoothOptions, smooth};
@@ -103,14 +103,14 @@ pub struct SmoothReport {
 /// ```
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] for a cut-off that is not above 0, or not below
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not below
 /// half of the frame rate, where there is nothing to take out.
 pub fn smooth(scene: &mut Scene, animation: usize, options: &SmoothOptions) -> Result<SmoothReport> {
-    let cut_off = positive(Code::UnknownOption, "cut-off", options.cut_off)?;
+    let cut_off = positive(Code::InvalidValue, "cut-off", options.cut_off)?;
     let mut frames = Frames::new(scene, animation, &[])?;
     if cut_off >= 0.5 * frames.rate {
         let message = format!("cut-off must be below half of the frame rate, {} Hz", 0.5 * frames.rate);
-        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     // Reflected at the ends, a motion has twice as many frames but two.
     let mut kernel = options.filter.kernel(cut_off.max(1e-3), frames.rate);
@@ -148,8 +148,8 @@ pub fn smooth(scene: &mut Scene, animation: usize, options: &SmoothOptions) -> R
     Ok(report)
 }
 
-/// The weighted mean of what is around a frame, less the frame itself: `at` gives the difference of a frame from it. Before
-/// the first frame and after the last the motion goes on as its point reflection.
+/// The weighted mean of what is around a frame, less the frame itself: `at` gives the difference of a frame from it.
+/// Before the first frame and after the last the motion goes on as its point reflection.
 fn mean(frame: usize, last: usize, kernel: &[f32], at: impl Fn(usize) -> Vec3) -> Vec3 {
     let (start, end) = (at(0), at(last));
     let mut sum = Vec3::ZERO;
@@ -223,8 +223,8 @@ impl Padded {
 
 /// The changes of all frames, each in its tangent space: x, y and z.
 ///
-/// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative is that back:
-/// each is found once, for both.
+/// The rotation vector from one frame to another is the same in the tangent spaces of both, and its negative is that
+/// back: each is found once, for both.
 fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
     let (pad, end) = (padded.pad, padded.pad + padded.last + 1);
     let mut sums = [0, 1, 2].map(|_| vec![0.0; padded.sign.len()]);

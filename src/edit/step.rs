@@ -171,8 +171,8 @@ impl EditStep {
     }
 
     /// Applies the step to an animation of `scene`, and records it in
-    /// [`Metadata::steps`](crate::scene::Metadata::steps). `other` is the second motion of a step that takes one, of which
-    /// the first animation counts.
+    /// [`Metadata::steps`](crate::scene::Metadata::steps). `other` is the second motion of a step that takes one, of
+    /// which the first animation counts.
     ///
     /// # Errors
     /// Those of the step's function; [`Code::UnknownOption`] without a second motion that it needs.

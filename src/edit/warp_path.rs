@@ -18,8 +18,8 @@ use crate::scene::Scene;
 /// A point of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
-    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even share of the way that
-    /// it goes anyway.
+    /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even share of the way
+    /// that it goes anyway.
     pub seconds: Option<f64>,
     /// Where, in metres along the two axes of the ground: x and z where +Y is up, x and y where +Z is.
     pub at: [f64; 2],
@@ -70,11 +70,11 @@ pub struct WarpPathReport {
     pub largest_turn: f64,
 }
 
-/// Moves the figure of `animation`, an index into the animations of `scene`, over the ground so that it is at every point
-/// at its time. What a figure does besides, such as swaying from step to step, stays: both paths are natural cubic
-/// splines, one through the places where the figure was, the other through the points, and the figure keeps its place
-/// beside the first one (motion warping: Witkin and Popovic, 1995). Beyond the first and the last point the paths go on
-/// straight. Heights and poses stay.
+/// Moves the figure of `animation`, an index into the animations of `scene`, over the ground so that it is at every
+/// point at its time. What a figure does besides, such as swaying from step to step, stays: both paths are natural
+/// cubic splines, one through the places where the figure was, the other through the points, and the figure keeps its
+/// place beside the first one (motion warping: Witkin and Popovic, 1995). Beyond the first and the last point the paths
+/// go on straight. Heights and poses stay.
 ///
 /// ```
 /// use mocap::edit::{PathPoint, WarpPathOptions, warp_path};
@@ -88,9 +88,9 @@ pub struct WarpPathReport {
 /// ```
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] without points, or where a number is not finite, or
-/// the times are negative, do not increase from frame to frame, or are after the end, or some points have times and others
-/// not.
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] without points, or where a number is not finite,
+/// or the times are negative, do not increase from frame to frame, or are after the end, or some points have times and
+/// others not.
 pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions) -> Result<WarpPathReport> {
     check(&options.points)?;
     let frames = Frames::new(scene, animation, &[])?;
@@ -165,7 +165,7 @@ pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions)
 
 fn check(points: &[PathPoint]) -> Result<()> {
     let refuse = |message: &str| {
-        let diagnostic = Diagnostic::new(Code::UnknownOption, message);
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         Err(diagnostic
             .expected_found("points with increasing times in seconds, or all without", found(points))
             .into())
@@ -230,7 +230,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             points.len(),
             was_at.len()
         );
-        return Err(Diagnostic::new(Code::UnknownOption, message).into());
+        return Err(Diagnostic::new(Code::InvalidValue, message).into());
     }
     let mut frames: Vec<usize> = Vec::with_capacity(points.len());
     for (place, point) in points.iter().enumerate() {
@@ -248,7 +248,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
         if frame < least || frame > last {
             let message = format!("point {} of the path would be at frame {frame}", place + 1);
             let expected = format!("a frame from {least} to {last}, one for each point");
-            return Err(Diagnostic::new(Code::UnknownOption, message)
+            return Err(Diagnostic::new(Code::InvalidValue, message)
                 .expected_found(expected, found(points))
                 .into());
         }
@@ -257,8 +257,8 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
     Ok(frames)
 }
 
-/// The direction of a path at some moments, as angles. Where a path stands it keeps its direction; one that stands all the
-/// time has none.
+/// The direction of a path at some moments, as angles. Where a path stands it keeps its direction; one that stands all
+/// the time has none.
 fn headings(path: &Spline, seconds: &[f64]) -> Option<Vec<f64>> {
     let speeds: Vec<DVec2> = seconds.iter().map(|seconds| path.speed(*seconds)).collect();
     let fastest = speeds.iter().map(|speed| speed.length()).fold(0.0, f64::max);

@@ -20,9 +20,9 @@ pub struct WarpTimeReport {
     pub fastest: f64,
 }
 
-/// Moves moments of `animation`, an index into the animations of `scene`, to other times. `moments` are pairs of a time in
-/// the motion and the time at which it is to be, in seconds, both increasing; between them time runs evenly, and before
-/// the first and after the last as it did. With the two of every pair exchanged it is the inverse.
+/// Moves moments of `animation`, an index into the animations of `scene`, to other times. `moments` are pairs of a time
+/// in the motion and the time at which it is to be, in seconds, both increasing; between them time runs evenly, and
+/// before the first and after the last as it did. With the two of every pair exchanged it is the inverse.
 ///
 /// Frames keep their rate; what is between two of the earlier frames is interpolated.
 ///
@@ -37,7 +37,7 @@ pub struct WarpTimeReport {
 /// ```
 ///
 /// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::UnknownOption`] where times are not finite, negative, or do not
+/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where times are not finite, negative, or do not
 /// increase; [`Code::LimitExceeded`] where the result would be far longer than the motion.
 pub fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) -> Result<WarpTimeReport> {
     let is_time = |time: f64| time.is_finite() && time >= 0.0;
@@ -46,7 +46,7 @@ pub fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) ->
         .all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1);
     if !increase || !moments.iter().all(|(from, to)| is_time(*from) && is_time(*to)) {
         let message = "the times of a warp must be finite, not negative, and increase";
-        let diagnostic = Diagnostic::new(Code::UnknownOption, message);
+        let diagnostic = Diagnostic::new(Code::InvalidValue, message);
         let found = format!("{moments:?}");
         return Err(diagnostic.expected_found("pairs of times in seconds", found).into());
     }

@@ -23,10 +23,11 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 ///
 /// An input is never replaced, also not through a link. A file with one of the [`SOURCE_EXTENSIONS`] may be somebody's
 /// source, and is replaced only with [`force`](Self::force). There are three exceptions, so that a command can be run
-/// again: an empty file, a file with the same bytes as the output, and a glTF or FBX file that this crate wrote, according
-/// to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an input as the source
-/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which this
-/// crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the character.
+/// again: an empty file, a file with the same bytes as the output, and a glTF or FBX file that this crate wrote,
+/// according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an
+/// input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a
+/// character to which this crate added animations says so in their `extras.mocap`; one of them must name two inputs,
+/// its motion and the character.
 ///
 /// ```
 /// use mocap::export::ReplacePolicy;
@@ -109,8 +110,8 @@ impl ReplacePolicy {
         Err(Error::from(diagnostic).with_path(path))
     }
 
-    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the same
-    /// bytes, or replacing is forced.
+    /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the
+    /// same bytes, or replacing is forced.
     ///
     /// # Errors
     /// As [`Self::check`].
@@ -163,8 +164,8 @@ impl ReplacePolicy {
     }
 }
 
-/// Whether the file at `path` is a glTF or FBX file that this crate wrote, or to which it added animations, according to the
-/// file.
+/// Whether the file at `path` is a glTF or FBX file that this crate wrote, or to which it added animations, according
+/// to the file.
 pub fn has_provenance(path: &Path) -> bool {
     let is_ours = |asset: Asset| asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
@@ -239,8 +240,8 @@ fn has_bytes(path: &Path, bytes: &[u8]) -> bool {
     has_length && has_bytes().unwrap_or(false)
 }
 
-/// The part of a glTF or FBX file that says who wrote it. It is not read with the reader of its format, because errors in the
-/// rest of a file do not matter here.
+/// The part of a glTF or FBX file that says who wrote it. It is not read with the reader of its format, because errors
+/// in the rest of a file do not matter here.
 #[derive(Default, Deserialize)]
 struct Asset {
     asset: Extras,

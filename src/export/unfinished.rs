@@ -1,8 +1,8 @@
 //! A file that is being written: until it is complete it has no name, or another one.
 //!
-//! On Linux it has no name (`O_TMPFILE`), so that nothing is left of it when the process is killed. A file without a name
-//! can get one, but cannot replace another file: for that it gets a temporary name first, for the moment until it is
-//! renamed. Where the system or the file system has no such files, it has the temporary name from the start.
+//! On Linux it has no name (`O_TMPFILE`), so that nothing is left of it when the process is killed. A file without a
+//! name can get one, but cannot replace another file: for that it gets a temporary name first, for the moment until it
+//! is renamed. Where the system or the file system has no such files, it has the temporary name from the start.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};

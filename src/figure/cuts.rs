@@ -1,6 +1,6 @@
 //! Finds jumps of a motion: a rest pose as the first frame, or two takes in one file.
 
-use super::figure::extent;
+use super::extent::extent;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 

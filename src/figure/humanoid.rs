@@ -72,7 +72,7 @@ impl Sides {
 /// The joints of a scene that are bones of the VRM humanoid.
 ///
 /// ```
-/// use mocap::skeleton::{Confidence, HumanoidBone, humanoid};
+/// use mocap::figure::{Confidence, HumanoidBone, humanoid};
 ///
 /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let found = humanoid(&scene);
@@ -109,11 +109,11 @@ impl Humanoid {
         required.filter(|bone| !self.bones.contains_key(bone)).collect()
     }
 
-    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A skeleton with a
-    /// joint for each required bone is a humanoid then.
+    /// The same with other joints for some bones, each given by its name, or with no joint for a bone. A skeleton with
+    /// a joint for each required bone is a humanoid then.
     ///
     /// # Errors
-    /// [`Code::UnknownOption`] where no joint has the name.
+    /// [`Code::InvalidValue`] where no joint has the name.
     pub fn with_map(mut self, scene: &Scene, map: HumanoidMap) -> Result<Self> {
         for (bone, name) in map {
             let Some(name) = name else {
@@ -123,7 +123,7 @@ impl Humanoid {
             let Some(joint) = scene.nodes.iter().position(|node| node.name == name) else {
                 let bone = bone.as_str();
                 let message = format!("no joint is called {name:?}, which the map names as {bone}");
-                return Err(Diagnostic::new(Code::UnknownOption, message).into());
+                return Err(Diagnostic::new(Code::InvalidValue, message).into());
             };
             let joint = HumanoidJoint {
                 joint: NodeId::new(joint),

@@ -38,7 +38,7 @@ impl TPose {
     /// The T-pose of a skeleton; `None` if it is not a humanoid.
     ///
     /// ```
-    /// use mocap::skeleton::{HumanoidBone, Skeleton, TPose};
+    /// use mocap::figure::{HumanoidBone, Skeleton, TPose};
     ///
     /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y
     /// let skeleton = Skeleton::new(&scene);

@@ -54,7 +54,7 @@ impl Unit {
     /// The unit of this name.
     ///
     /// ```
-    /// use mocap::skeleton::Unit;
+    /// use mocap::figure::Unit;
     ///
     /// assert_eq!(Unit::named("cm"), Some(Unit::Centimetre));
     /// assert_eq!(Unit::named("parsec"), None);

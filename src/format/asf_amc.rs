@@ -7,7 +7,8 @@
 //!            | ":bonedata" bone*
 //!            | ":hierarchy" "begin" (parent child*)* "end"
 //!            | ":version" ... | ":name" ... | ":documentation" ... | any other, which is passed over
-//! bone      := "begin" ("name" name | "direction" x y z | "length" x | "axis" x y z order | "dof" channel* | ...)* "end"
+//! bone      := "begin" property* "end"
+//! property  := "name" name | "direction" x y z | "length" x | "axis" x y z order | "dof" channel* | ...
 //! amc       := (":FULLY-SPECIFIED" | ":DEGREES" | ":RADIANS")* frame*
 //! frame     := number (name value*)*
 //! ```

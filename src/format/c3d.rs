@@ -71,8 +71,8 @@ fn read_bytes(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> R
     Ok(scene::build(&parameters, &header, points, warnings))
 }
 
-/// The parameters of a section whose length the file states. Where they do not end within it, and end before the data, the
-/// stated length is too small.
+/// The parameters of a section whose length the file states. Where they do not end within it, and end before the data,
+/// the stated length is too small.
 fn read_parameters(
     bytes: &[u8],
     section: Range<usize>,

@@ -1,7 +1,8 @@
 //! Autodesk FBX: a tree of elements, and connections between them.
 //!
-//! `read` turns a file into a scene, with the C library ufbx. `write` turns a scene into a binary file, without any C code,
-//! so a build that cannot read FBX writes it. Euler angles, FBX's units of time and its connections stay in this folder.
+//! `read` turns a file into a scene, with the C library ufbx. `write` turns a scene into a binary file, without any C
+//! code, so a build that cannot read FBX writes it. Euler angles, FBX's units of time and its connections stay in this
+//! folder.
 
 #[cfg(feature = "fbx")]
 mod read;

@@ -6,8 +6,8 @@ use crate::scene::{
     Animation, AppliedStep, Assumption, Format, Origin, RootOffsetUsed, Scene, SecondMotion, UpAxis, format_name,
 };
 
-/// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to the
-/// file of a character, a property of the scene in FBX.
+/// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
+/// the file of a character, a property of the scene in FBX.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -79,8 +79,8 @@ impl Provenance {
         self
     }
 
-    /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What was
-    /// done to the skeleton is a part of that.
+    /// Records in a scene that is written that its motion is the one of this provenance, put onto its skeleton. What
+    /// was done to the skeleton is a part of that.
     pub fn record(&self, scene: &mut Scene) {
         let metadata = &mut scene.metadata;
         let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());

@@ -1,9 +1,9 @@
 //! Chains of any number of bones, solved step by step.
 //!
-//! Without limits by FABRIK (Aristidou and Lasenby, 2011), which moves positions along the lines between them: bones stay
-//! of one length, and the bend is shared among them. It comes near quickly and then slowly, so the last step is exact: two
-//! parts of the chain as two rigid bones, else one joint after the other. With limits by cyclic coordinate descent, one joint after the other, since
-//! there each joint has its own rotation to clamp.
+//! Without limits by FABRIK (Aristidou and Lasenby, 2011), which moves positions along the lines between them: bones
+//! stay of one length, and the bend is shared among them. It comes near quickly and then slowly, so the last step is
+//! exact: two parts of the chain as two rigid bones, else one joint after the other. With limits by cyclic coordinate
+//! descent, one joint after the other, since there each joint has its own rotation to clamp.
 
 use glam::{DVec3, Vec3};
 
@@ -35,8 +35,8 @@ impl Default for ChainOptions {
     }
 }
 
-/// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first joint and
-/// the distances between neighbours stay. Returns how far the end is from the goal.
+/// Moves the positions of a chain, from its first joint to its end, so that the end comes to `goal`; the first joint
+/// and the distances between neighbours stay. Returns how far the end is from the goal.
 ///
 /// Out of reach, the chain is straight towards the goal.
 ///
@@ -180,8 +180,8 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
     points[last].distance(goal) <= tolerance.max(1e-6 * distance)
 }
 
-/// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself where the
-/// goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+/// Turns the nodes of a chain, each above the next, so that the last comes to `goal`, and turns the last itself where
+/// the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
 ///
 /// # Panics
 /// If the pose lacks one of the nodes.

@@ -104,8 +104,8 @@ fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
     (way.length() > nothing).then(|| way.try_normalize()).flatten()
 }
 
-/// Turns the joints `limb[0]` and `limb[1]` so that `limb[2]`, below them, comes to `goal`, and `limb[2]` itself where the
-/// goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
+/// Turns the joints `limb[0]` and `limb[1]` so that `limb[2]`, below them, comes to `goal`, and `limb[2]` itself where
+/// the goal has a rotation. Returns how far the end is from the goal's position; 0 if it has none.
 ///
 /// Nodes between the three, such as twist joints, move along. `pole` is as in [`two_bone_rotations()`], which says what
 /// happens to a goal that is out of reach.

@@ -52,7 +52,7 @@ pub(super) fn select(scene: &mut Scene, clips: &Clips) -> Result<()> {
         } else {
             known.join(", ")
         };
-        return Err(Diagnostic::new(Code::UnknownOption, "the file does not have this clip")
+        return Err(Diagnostic::new(Code::InvalidValue, "the file does not have this clip")
             .expected_found(known, found)
             .into());
     };

@@ -68,8 +68,8 @@ fn read_file(file: File, size: u64, path: &Path, limits: &Limits) -> Result<Vec<
     Ok(bytes)
 }
 
-/// The bytes of a stream. Where the format is not known, its beginning must tell it, so that an endless stream of what is
-/// no motion ends soon.
+/// The bytes of a stream. Where the format is not known, its beginning must tell it, so that an endless stream of what
+/// is no motion ends soon.
 pub(super) fn read_stream(mut stream: impl Read, name: &Path, limits: &Limits, is_known: bool) -> Result<Vec<u8>> {
     let most = limits.max_bytes.min(LONGEST_STREAM);
     let mut bytes = Vec::new();

@@ -88,7 +88,7 @@ impl Importer {
         let Some(rate) = self.read.frame_rate else {
             return Ok(());
         };
-        limits::frame_rate(Code::UnknownOption, rate)
+        limits::frame_rate(Code::InvalidValue, rate)
             .map(drop)
             .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))
     }

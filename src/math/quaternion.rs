@@ -43,8 +43,8 @@ pub(crate) fn log(rotation: Quat) -> Vec3 {
     v * (2.0 * sin.atan2(w) / sin)
 }
 
-/// The quotient of an angle and its sine as a polynomial in 1 less the cosine: the interpolation of degree 9 at Chebyshev's
-/// nodes of 0 to 1, which is within 2e-8.
+/// The quotient of an angle and its sine as a polynomial in 1 less the cosine: the interpolation of degree 9 at
+/// Chebyshev's nodes of 0 to 1, which is within 2e-8.
 pub(crate) const ANGLE_OVER_SINE: [f32; 10] = [
     1.0,
     0.333_335_38,
@@ -67,8 +67,8 @@ pub(crate) fn log_without_branches([x, y, z, w]: [f32; 4]) -> [f32; 3] {
 }
 
 /// The square of the angle between two rotations, the square of the length of a [`log`], without a branch. It is a
-/// polynomial in the square of the chord between the quaternions, at Chebyshev's nodes of 0 to 2, and within 4e-8 of its
-/// size.
+/// polynomial in the square of the chord between the quaternions, at Chebyshev's nodes of 0 to 2, and within 4e-8 of
+/// its size.
 #[inline(always)]
 pub(crate) fn squared_angle(a: [f32; 4], b: [f32; 4]) -> f32 {
     const QUOTIENT: [f32; 9] = [

@@ -92,10 +92,10 @@ pub(crate) fn with_assimp_sign(rotation: DQuat) -> Quat {
 /// The angles in degrees about the axes of `order` whose [`from_euler`] is `rotation`: of all such triples the one
 /// nearest to `before`, so that angles go on past 180 degrees without a jump.
 ///
-/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`, and `cos b` is a factor of all others
-/// in that row and column, which gives `b` and then `c`; what is left of `R` after taking `c` and `b` away gives `a`.
-/// The other solution is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn about
-/// one axis, and only their sum is known: `c` stays as it was.
+/// With `R = Ri(a) Rj(b) Rk(c)` the matrix has `+-sin b` at row `i` of column `k`, and `cos b` is a factor of all
+/// others in that row and column, which gives `b` and then `c`; what is left of `R` after taking `c` and `b` away gives
+/// `a`. The other solution is `(a + 180, 180 - b, c + 180)`. Where `b` is 90 degrees (gimbal lock) `a` and `c` turn
+/// about one axis, and only their sum is known: `c` stays as it was.
 pub(crate) fn to_euler(rotation: DQuat, order: RotationOrder, before: [f64; 3]) -> [f64; 3] {
     /// The cosine of `b` below which the single precision of a key says nothing about `c`.
     const LOCKED: f64 = 1e-6;

@@ -98,7 +98,8 @@ impl Binding {
     /// let node = |name: &str| Node { name: name.into(), ..Node::default() };
     /// let channel = |name: &str| Channel { node_name: name.into(), ..Channel::default() };
     /// let scene = Scene { nodes: vec![node("Hips"), node("Tail")], ..Scene::default() };
-    /// let clip = Animation { channels: vec![channel("mixamorig:Hips"), channel("mixamorig:Head")], ..Animation::default() };
+    /// let channels = vec![channel("mixamorig:Hips"), channel("mixamorig:Head")];
+    /// let clip = Animation { channels, ..Animation::default() };
     ///
     /// let binding = Binding::onto(&scene, &clip, |name| name.trim_start_matches("mixamorig:"));
     /// assert_eq!(binding.channels_without_node, [1]); // Head

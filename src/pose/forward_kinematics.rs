@@ -1,9 +1,10 @@
 //! Forward kinematics over nodes of which parents stand before children.
 
-/// Calls `update` for every node, parents first: with its index, its parent, which has been updated, and the node itself.
+/// Calls `update` for every node, parents first: with its index, its parent, which has been updated, and the node
+/// itself.
 ///
-/// What a node is, is up to the caller: a matrix at one moment, or transforms at many. `update` sets it to the product of
-/// the parent and of the node's transform to the parent.
+/// What a node is, is up to the caller: a matrix at one moment, or transforms at many. `update` sets it to the product
+/// of the parent and of the node's transform to the parent.
 #[inline(always)]
 pub(crate) fn forward_kinematics<T>(
     nodes: &mut [T],

@@ -15,10 +15,9 @@ const NORMAL_TOLERANCE: f32 = 1e-5;
 /// Before: a joint with three children in one place has three equal pointers of 12 vertices each. After: 12 vertices
 /// that 12 faces share. The first of equal vertices stays, in the same order.
 ///
-/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their texture
-/// coordinates are the same, and the same
-/// bones move them by the same weights. Assimp does not have the last condition, and so gives vertices of one bone to
-/// another where two links coincide.
+/// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their
+/// texture coordinates are the same, and the same bones move them by the same weights. Assimp does not have the last
+/// condition, and so gives vertices of one bone to another where two links coincide.
 pub fn join_identical_vertices(scene: &mut Scene) {
     for mesh in &mut scene.meshes {
         join(mesh);

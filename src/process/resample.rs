@@ -3,9 +3,9 @@
 use glam::{Quat, Vec3};
 
 use crate::error::{Code, Result};
+use crate::figure;
 use crate::limits::{self, Limits, limit_exceeded};
 use crate::scene::{Animation, AppliedStep, Keys, Scene};
-use crate::skeleton;
 
 /// How near, in ticks, a cut may be to a new frame for the two to be one key.
 const SAME_TICK: f64 = 1e-6;
@@ -13,20 +13,20 @@ const SAME_TICK: f64 = 1e-6;
 /// Gives every animation `frames_per_second` frames per second.
 ///
 /// Positions are interpolated linearly, rotations by slerp. The rest after the last whole new frame, less than one
-/// frame, is lost. A [cut](skeleton::cuts) is not interpolated: no value is taken from inside it, and the frames on
+/// frame, is lost. A [cut](figure::cuts) is not interpolated: no value is taken from inside it, and the frames on
 /// both sides become keys at their own, uneven ticks.
 ///
 /// Rounded frame times are corrected where the new frames then coincide with old ones: in a file with 0.0083333, which
 /// means 1/120, every fourth frame becomes a frame at 30 per second.
 ///
 /// # Errors
-/// [`Code::UnknownOption`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would have
+/// [`Code::InvalidValue`] where the rate is not possible, and [`Code::LimitExceeded`] where the new frames would have
 /// more values than [`Limits::max_values`] allows. `scene` is then unchanged.
 pub fn resample(scene: &mut Scene, frames_per_second: f64, limits: &Limits) -> Result<()> {
-    limits::frame_rate(Code::UnknownOption, frames_per_second)?;
+    limits::frame_rate(Code::InvalidValue, frames_per_second)?;
     check_size(scene, frames_per_second, limits)?;
     for index in 0..scene.animations.len() {
-        let cuts = skeleton::cuts(scene, index);
+        let cuts = figure::cuts(scene, index);
         resample_animation(&mut scene.animations[index], frames_per_second, &cuts);
     }
     scene.metadata.steps.push(AppliedStep::Resample { frames_per_second });
@@ -67,7 +67,7 @@ fn check_size(scene: &Scene, frames_per_second: f64, limits: &Limits) -> Result<
 
 /// Frames before resampling in a frame after it.
 fn old_per_new(animation: &Animation, frames_per_second: f64) -> f64 {
-    skeleton::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
+    figure::rate_before(animation.ticks_per_second, frames_per_second) / frames_per_second
 }
 
 fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &[usize]) {

@@ -227,8 +227,8 @@ fn skinned(nodes: &[Node], pieces: &[(usize, Vec<Vec3>)]) -> Mesh {
     whole
 }
 
-/// The general inverse rounds the last row too, which of an affine matrix is always 0 0 0 1. A minus zero there is equal
-/// to zero and stays, because Assimp prints it.
+/// The general inverse rounds the last row too, which of an affine matrix is always 0 0 0 1. A minus zero there is
+/// equal to zero and stays, because Assimp prints it.
 fn affine_inverse(matrix: Mat4) -> Mat4 {
     let mut inverse = matrix.inverse();
     for (axis, last) in std::iter::zip(0..4, [0.0, 0.0, 0.0, 1.0]) {

@@ -58,4 +58,3 @@ fn trim_keys<T: Copy>(keys: &mut Keys<T>, first: f64, last: f64, sample: fn(&Key
         kept.iter().map(|(tick, _)| tick - first).collect(),
     );
 }
-// x

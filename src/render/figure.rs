@@ -3,10 +3,10 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use crate::figure::{self, Humanoid, HumanoidBone, survey};
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, Node, NodeId, NodeKind, Scene, UpAxis};
-use crate::skeleton::{self, Humanoid, HumanoidBone, survey};
 
 /// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -74,11 +74,11 @@ pub(super) enum Side {
     Middle,
 }
 
-impl From<skeleton::Side> for Side {
-    fn from(side: skeleton::Side) -> Self {
+impl From<figure::Side> for Side {
+    fn from(side: figure::Side) -> Self {
         match side {
-            skeleton::Side::Left => Self::Left,
-            skeleton::Side::Right => Self::Right,
+            figure::Side::Left => Self::Left,
+            figure::Side::Right => Self::Right,
         }
     }
 }
@@ -231,8 +231,8 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
     in_body
 }
 
-/// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is to
-/// a figure that moves away from it.
+/// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is
+/// to a figure that moves away from it.
 pub(super) fn links(scene: &Scene) -> Vec<Link> {
     let leaves = leaves_a_still_node(scene);
     let nodes = scene.nodes.iter().enumerate();
@@ -276,7 +276,7 @@ fn leaves_a_still_node(scene: &Scene) -> Option<usize> {
             !moves[node.index()] && channel.rotation_keys.len() <= 1 && channel.scaling_keys.len() <= 1;
     }
     // The nodes down to the first that moves.
-    let mut chain = vec![skeleton::humanoid(scene).joint(HumanoidBone::Hips)?];
+    let mut chain = vec![figure::humanoid(scene).joint(HumanoidBone::Hips)?];
     while let Some(parent) = scene.nodes[chain[chain.len() - 1].index()].parent {
         chain.push(parent);
     }

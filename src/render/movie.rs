@@ -64,13 +64,13 @@ impl<'a> Movie<'a> {
     /// Prepares the film: its pictures and the camera's path.
     ///
     /// # Errors
-    /// [`Code::UnknownOption`] where a rate or a speed is not above 0; [`Code::LimitExceeded`] where a film would have
+    /// [`Code::InvalidValue`] where a rate or a speed is not above 0; [`Code::LimitExceeded`] where a film would have
     /// more than 90,000 pictures.
     pub fn new(clip: Clip<'a>, options: &MovieOptions) -> Result<Self> {
         for (what, value) in [("frame rate", options.frames_per_second), ("speed", options.speed)] {
             if !(value.is_finite() && value > 0.0) {
                 let diagnostic = Diagnostic::new(
-                    Code::UnknownOption,
+                    Code::InvalidValue,
                     format!("the {what} of a film must be finite and above 0"),
                 );
                 return Err(diagnostic.expected_found("a number above 0", format!("{value}")).into());

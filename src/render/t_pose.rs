@@ -7,8 +7,8 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
+use crate::figure::{Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::skeleton::{Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
 
 /// A skeleton in T-pose, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ///
 /// ```
 /// use mocap::render::{TPoseClip, t_pose_sheet};
-/// use mocap::skeleton::{Skeleton, TPose};
+/// use mocap::figure::{Skeleton, TPose};
 ///
 /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
 /// let skeleton = Skeleton::new(&scene);

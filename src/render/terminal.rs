@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::figure::{Clip, Figure, short};
+use crate::figure::survey;
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::skeleton::survey;
 
 /// Options of the summary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

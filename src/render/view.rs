@@ -1,8 +1,8 @@
 //! A page with a player: one HTML file without external resources.
 //!
-//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. Its files are modules;
-//! a page has them one after another in one script. `player.js` plays clips wherever their data comes from; `page.js`
-//! gives it those of this page.
+//! The player is plain JavaScript in `view/`, drawn with WebGL 2, or with a 2D canvas without it. Its files are
+//! modules; a page has them one after another in one script. `player.js` plays clips wherever their data comes from;
+//! `page.js` gives it those of this page.
 //!
 //! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
 //! space and most of the loading time. `pack.rs` says how, and how exact they are.
@@ -29,8 +29,8 @@ use super::figure::Clip;
 use super::svg::escape;
 use crate::edit::DetectedContacts;
 use crate::error::visible;
+use crate::figure::Skeleton;
 use crate::retarget::LimbAngles;
-use crate::skeleton::Skeleton;
 
 /// A clip on a page.
 #[derive(Clone, Copy, Debug)]

@@ -7,12 +7,12 @@ use glam::{Quat, Vec3};
 use super::level::{self, Foot};
 use super::rotations::{arc, rotation_of};
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, HumanoidBone as Bone, RestPose, Side, Sides, Skeleton, TPose, humanoid};
 use crate::pose::{Pose, Trs};
 use crate::scene::{Format, NodeId, NodeKind, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone as Bone, RestPose, Side, Sides, Skeleton, TPose, humanoid};
 
-/// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts as
-/// inexact. Above it the figure is turned to face along the axis.
+/// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
+/// as inexact. Above it the figure is turned to face along the axis.
 const FACING_IS_INEXACT: f32 = 0.09;
 
 /// A foot that points further down than this, as a share of its length, does not stand on its sole at rest.
@@ -25,8 +25,8 @@ const LEVELLED_WITHOUT_REST: f32 = 1.2;
 /// The cosine of the largest angle between a head and the chest, on the average of a motion, that a T-pose may leave.
 const TIPPED_HEAD: f32 = 0.7;
 
-/// The largest angle between a shoulder and the chest, likewise, in radians: in clips of bodies that stand at rest the mean is
-/// at most 20 degrees.
+/// The largest angle between a shoulder and the chest, likewise, in radians: in clips of bodies that stand at rest the
+/// mean is at most 20 degrees.
 const TURNED_SHOULDER: f32 = 0.35;
 
 /// The smallest angle of a foot that counts, in radians.
@@ -288,9 +288,9 @@ impl Body {
         self.to_t_pose = turned;
     }
 
-    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where `stands`
-    /// is false, the reference pose is computed, and says nothing about how the feet roll. Where it stands with its legs
-    /// apart, as that of CMU's database, its feet may be rolled outwards with them.
+    /// Puts the feet of the reference pose on their soles, as the motion shows them: both by the same angle. Where
+    /// `stands` is false, the reference pose is computed, and says nothing about how the feet roll. Where it stands
+    /// with its legs apart, as that of CMU's database, its feet may be rolled outwards with them.
     fn level_feet(&mut self, scene: &Scene, stands: bool) {
         let largest = if stands { LEVELLED } else { LEVELLED_WITHOUT_REST };
         let bones = [Bone::LeftFoot, Bone::RightFoot];
@@ -341,8 +341,8 @@ impl Body {
         }
     }
 
-    /// Turns a head that the motion shows tipped over against the chest all the time: the bones of a rest pose that had to
-    /// be computed say nothing about how its joint is turned.
+    /// Turns a head that the motion shows tipped over against the chest all the time: the bones of a rest pose that had
+    /// to be computed say nothing about how its joint is turned.
     fn level_head(&mut self, scene: &Scene) {
         let (Some(head), Some((chest, chest_joint))) = (self.joint(Bone::Head), self.chest()) else {
             return;
@@ -362,7 +362,8 @@ impl Body {
         self.turn(Bone::Head, head, turned);
     }
 
-    /// Turns shoulders that the motion shows turned against the chest all the time, likewise. The arms keep their T-pose.
+    /// Turns shoulders that the motion shows turned against the chest all the time, likewise. The arms keep their
+    /// T-pose.
     fn level_shoulders(&mut self, scene: &Scene) {
         let Some((chest, chest_joint)) = self.chest() else {
             return;
@@ -390,7 +391,8 @@ impl Body {
             .find_map(|bone| Some((bone, self.joint(bone)?)))
     }
 
-    /// Turns the joint of a bone about itself in the reference pose, with all nodes below it; `turn` is in the bone's frame.
+    /// Turns the joint of a bone about itself in the reference pose, with all nodes below it; `turn` is in the bone's
+    /// frame.
     fn turn(&mut self, bone: Bone, joint: NodeId, turn: Quat) {
         let axes = self.to_t_pose(bone).inverse() * self.axes;
         let turn = axes * turn * axes.inverse();
@@ -526,8 +528,8 @@ impl Body {
     }
 }
 
-/// Whether two feet that stand are rolled by the same angle, inwards or outwards, more than feet are that stand on their
-/// soles.
+/// Whether two feet that stand are rolled by the same angle, inwards or outwards, more than feet are that stand on
+/// their soles.
 fn is_mirrored(left: f32, right: f32) -> bool {
     (left + right).abs() <= UNEQUAL_ROLL && (SMALLEST_ROLL..=LEVELLED).contains(&(0.5 * (left - right)).abs())
 }

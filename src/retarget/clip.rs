@@ -1,8 +1,8 @@
 //! Whole animations, a block of frames at a time.
 //!
-//! The watched joints of the source and those above them are posed as rotations and places: structures of arrays, a frame
-//! for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and place; then
-//! its frames are posed one by one.
+//! The watched joints of the source and those above them are posed as rotations and places: structures of arrays, a
+//! frame for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and
+//! place; then its frames are posed one by one.
 
 use std::collections::HashMap;
 

@@ -1,9 +1,9 @@
 //! How high the ankles of a standing body are.
 
 use super::body::Body;
+use crate::figure::HumanoidBone as Bone;
 use crate::pose::{Binding, Pose};
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::HumanoidBone as Bone;
 
 /// Frames of an animation that are examined at most.
 const FRAMES: usize = 600;
@@ -11,8 +11,8 @@ const FRAMES: usize = 600;
 /// How far from the ground the lowest joint of a rest pose may be that stands on it, as a share of the leg.
 const STANDS: f32 = 0.1;
 
-/// How much higher than those of a standing body the ankles of a motion may be, as a share of the leg. If they are still
-/// higher, the body does not stand in this motion.
+/// How much higher than those of a standing body the ankles of a motion may be, as a share of the leg. If they are
+/// still higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 
 /// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.
@@ -90,8 +90,8 @@ pub(super) fn of_rest(body: &Body) -> Option<f32> {
     lowest_ankle(body).filter(|_| stands)
 }
 
-/// The fifth percentile of the lower ankle: the minimum would be that of a rest pose in the first frame, which hangs below
-/// the ground in some files.
+/// The fifth percentile of the lower ankle: the minimum would be that of a rest pose in the first frame, which hangs
+/// below the ground in some files.
 fn animated(body: &Body, scene: &Scene) -> Option<f32> {
     let ankles = ankles(body);
     let mut heights = Vec::new();

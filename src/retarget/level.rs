@@ -1,7 +1,7 @@
 //! How a foot is turned when it stands on its sole, and a head on its neck, seen in the motion.
 //!
-//! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot that is
-//! low and slow stands on its sole.
+//! Rest poses of motion files are drawn by programs, not by feet: a foot may point down there, or anywhere. A foot that
+//! is low and slow stands on its sole.
 
 use glam::{Quat, Vec3};
 
@@ -71,8 +71,8 @@ struct Sample {
     roll: f32,
 }
 
-/// How a joint is turned against another on the average, each given with the inverse of its rotation in the T-pose; `None`
-/// where the motion does not show it.
+/// How a joint is turned against another on the average, each given with the inverse of its rotation in the T-pose;
+/// `None` where the motion does not show it.
 pub(super) fn mean_turn(scene: &Scene, joint: (NodeId, Quat), other: (NodeId, Quat)) -> Option<Quat> {
     let (mut sum, mut count) = (Quat::from_xyzw(0.0, 0.0, 0.0, 0.0), 0);
     sample(scene, |pose, _, _| {

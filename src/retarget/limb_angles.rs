@@ -15,8 +15,8 @@ pub struct LimbAngles {
 }
 
 impl Retargeter {
-    /// The angles of which [`Retargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of the
-    /// scene `source`, and those of `moved`, of the scene `target`, at each tick of the source.
+    /// The angles of which [`Retargeter::measure`] tells the mean and the largest: between the limbs of `animation`, of
+    /// the scene `source`, and those of `moved`, of the scene `target`, at each tick of the source.
     pub fn limb_angles(
         &self,
         source: &Scene,

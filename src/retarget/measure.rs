@@ -8,9 +8,9 @@ use super::feet::Soles;
 use super::plan::Unmapped;
 use super::root::Root;
 use crate::edit::{FootLockReport, contacts_of};
+use crate::figure::HumanoidBone as Bone;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
-use crate::skeleton::HumanoidBone as Bone;
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
@@ -119,8 +119,8 @@ pub struct RetargetReport {
     pub clamped: Vec<Clamped>,
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
-    /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair within
-    /// 3, poor where they are farther off or nothing could be compared.
+    /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
+    /// within 3, poor where they are farther off or nothing could be compared.
     pub verdict: Verdict,
 }
 
@@ -139,8 +139,8 @@ impl RetargetReport {
         self
     }
 
-    /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the floor
-    /// more often, neither much worse, and its limbs still point where they should.
+    /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the
+    /// floor more often, neither much worse, and its limbs still point where they should.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {
         let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
             return false;
@@ -154,8 +154,8 @@ impl RetargetReport {
             && (less_skate > 0.0 || less_below > 0.0)
     }
 
-    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do what
-    /// those of the source do, on a body of the same size, are left as they are.
+    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do
+    /// what those of the source do, on a body of the same size, are left as they are.
     pub fn slides(&self) -> bool {
         self.feet.is_some_and(|FeetReport { source, target, .. }| {
             let is_below = target.share_below_floor > MOST_BELOW;
@@ -294,8 +294,8 @@ pub(super) fn measure(
     }
 }
 
-/// What the feet do in the frames in which [`contacts`](crate::edit::contacts()) finds those of the source at rest. Of the
-/// joints of a foot that rest, the slowest counts: it may roll over heel or toes.
+/// What the feet do in the frames in which [`contacts`](crate::edit::contacts()) finds those of the source at rest. Of
+/// the joints of a foot that rest, the slowest counts: it may roll over heel or toes.
 fn feet(
     source: &Moving<'_>,
     target: &Moving<'_>,

@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::body::{Body, limb_end};
 use super::rules::{Above, Drive, Ends, Rule, Track, Twist};
 use super::watched::Watched;
+use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
-use crate::skeleton::{HumanoidBone as Bone, Side};
 
 /// A bone that is not moved from one skeleton to the other.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,12 +82,14 @@ fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
     Above::Still((between.inverse() * to.axes).normalize())
 }
 
-/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its skin.
+/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its
+/// skin.
 fn is_twisted_at_beginning(bone: Bone) -> bool {
     matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
 }
 
-/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the T-pose.
+/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
+/// T-pose.
 fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     let joint = from.joint(bone)?;
     let segment = from.segment(bone);
@@ -158,8 +160,8 @@ impl Builder<'_> {
         self.drive(bone, node, Rule::Between { from, to, share });
     }
 
-    /// Moves the joints of a chain by those of a chain of another number of joints: each takes the rotation at its share
-    /// of the way from `base` to the end.
+    /// Moves the joints of a chain by those of a chain of another number of joints: each takes the rotation at its
+    /// share of the way from `base` to the end.
     fn chain(&mut self, bone: Bone, base: usize, tracks: &[usize], joints: &[NodeId]) {
         let (have, want) = (tracks.len(), joints.len());
         for (place, &joint) in joints.iter().enumerate() {
@@ -237,8 +239,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is twisted at
-    /// its end and not at its beginning; a shin or a forearm takes part in the twist of the bone at its end.
+    /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is
+    /// twisted at its end and not at its beginning; a shin or a forearm takes part in the twist of the bone at its end.
     fn share_twist(&mut self, bone: Bone, whole: usize, segment: &[NodeId], target: &Scene) {
         let side = bone.side().unwrap_or(Side::Left);
         let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));

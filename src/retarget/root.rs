@@ -7,11 +7,11 @@ use super::rotations::{Places, Rotations};
 use super::watched::{Seen, Watched};
 use super::{Scale, ground};
 use crate::error::{Code, Result};
+use crate::figure::HumanoidBone as Bone;
 use crate::limits::positive;
 use crate::math::soa::Lanes;
 use crate::pose::Pose;
 use crate::scene::Scene;
-use crate::skeleton::HumanoidBone as Bone;
 
 /// Puts the middle of the hip joints where that of the source is, scaled.
 ///
@@ -48,7 +48,7 @@ impl Root {
         let scale = match scale {
             Scale::Auto => height_scale,
             Scale::None => metres,
-            Scale::Factor(factor) => metres * positive(Code::UnknownOption, "scale", factor)?,
+            Scale::Factor(factor) => metres * positive(Code::InvalidValue, "scale", factor)?,
         };
         let [left, right] = legs(to);
         let middle = 0.5 * (to.position(left) + to.position(right));

@@ -5,9 +5,9 @@ use glam::{Quat, Vec3};
 use super::body::Body;
 use super::rotations::{Places, Rotations};
 use super::watched::{Seen, Watched};
+use crate::figure::HumanoidBone as Bone;
 use crate::pose::Trs;
 use crate::scene::NodeId;
-use crate::skeleton::HumanoidBone as Bone;
 
 /// The rotation of a source joint in the frames of the T-pose. Joints are places in [`Watched`].
 #[derive(Clone, Debug)]
@@ -70,7 +70,8 @@ pub(super) struct Drive {
 pub(super) enum Above {
     /// Nothing: the rotation from the axes of the figure to the parent.
     Still(Quat),
-    /// A joint that is moved, a place in `Plan::drives`; and the rotation from there to the parent, where that is another.
+    /// A joint that is moved, a place in `Plan::drives`; and the rotation from there to the parent, where that is
+    /// another.
     Drive { drive: usize, between: Option<Quat> },
 }
 
@@ -91,8 +92,8 @@ pub(super) struct Twist {
     pub(super) other: usize,
     /// Where the bone points in the T-pose.
     pub(super) axis: Vec3,
-    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite on
-    /// one line, so the twist of one moves the end.
+    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite
+    /// on one line, so the twist of one moves the end.
     pub(super) joints: Vec<(f32, Vec3)>,
 }
 

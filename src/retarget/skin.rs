@@ -12,8 +12,8 @@ use crate::scene::{Mesh, NodeId, Scene};
 /// The highest that a vertex of a sole is above the floor, as a share of the leg.
 const SOLE: f32 = 0.025;
 
-/// The directions over the ground in which the outermost vertices are looked for, and how steeply they point down: the edge
-/// of a foot that is tilted or points down is lower than its outline.
+/// The directions over the ground in which the outermost vertices are looked for, and how steeply they point down: the
+/// edge of a foot that is tilted or points down is lower than its outline.
 const DIRECTIONS: usize = 36;
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
@@ -51,8 +51,8 @@ impl Vertex {
 }
 
 impl Skin {
-    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes. Meshes that
-    /// were made to show a skeleton have no name, and no sole.
+    /// The outermost vertices of the sole, those that move with the ankle and those that move with the toes. Meshes
+    /// that were made to show a skeleton have no name, and no sole.
     pub(super) fn sole(&self, body: &Body, scene: &Scene) -> Vec<Vertex> {
         let pose = Pose::rest(scene);
         let meshes = scene.meshes.iter().filter(|mesh| !mesh.name.is_empty());

@@ -11,15 +11,15 @@ use super::plan::whole;
 use super::rules::Track;
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, HumanoidBone as Bone};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
-use crate::skeleton::{Humanoid, HumanoidBone as Bone};
 
 /// Bones whose rotation is no part of a VRM animation, which has a point to look at in their place.
 const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
 
-/// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and does not
-/// turn.
+/// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and
+/// does not turn.
 const ENDS: [Bone; 5] = [
     Bone::Head,
     Bone::LeftHand,
@@ -34,7 +34,7 @@ const ENDS: [Bone; 5] = [
 /// by rotation. `known` has the bones, where they are not to be searched for.
 ///
 /// ```
-/// use mocap::{Conversion, Pose, retarget::vrm_humanoid, skeleton::HumanoidBone};
+/// use mocap::{Conversion, Pose, retarget::vrm_humanoid, figure::HumanoidBone};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// Conversion::new().apply(&mut scene)?;

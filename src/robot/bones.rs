@@ -1,8 +1,8 @@
 //! Which links of a robot are bones of a humanoid, by the shape of its tree; names help where they can.
 //!
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs; two of
-//! them that begin at one link and mirror each other are a pair; the pair that reaches lowest is the legs, the pair that
-//! begins highest the arms. In a limb the knee or elbow is the joint of that name, else the fourth.
+//! them that begin at one link and mirror each other are a pair; the pair that reaches lowest is the legs, the pair
+//! that begins highest the arms. In a limb the knee or elbow is the joint of that name, else the fourth.
 
 use std::collections::BTreeMap;
 
@@ -25,8 +25,8 @@ pub struct RobotBone {
     pub link: usize,
     /// The links whose joints turn it, from the body outwards. The last is `link`, or above it.
     pub joints: Vec<usize>,
-    /// Where it begins with all joints at 0, in the frame of the base: where the axes of its joints come nearest to each
-    /// other.
+    /// Where it begins with all joints at 0, in the frame of the base: where the axes of its joints come nearest to
+    /// each other.
     pub at: DVec3,
 }
 
@@ -48,7 +48,7 @@ impl Robot {
     /// The bones of the humanoid that the robot has, with those of `map` in place of what is found.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where there are no two legs; [`Code::UnknownOption`] where no link has a name of the map.
+    /// [`Code::NotHumanoid`] where there are no two legs; [`Code::InvalidValue`] where no link has a name of the map.
     pub fn bones(&self, map: Option<&RobotMap>) -> Result<Vec<RobotBone>> {
         let tree = Tree::new(self);
         let mut links: BTreeMap<Bone, usize> = match tree.find() {
@@ -68,7 +68,7 @@ impl Robot {
             };
             let Some(link) = self.links.iter().position(|link| link.name == *name) else {
                 let message = format!("no link is called {name:?}, which the map names as {}", bone.as_str());
-                return Err(Diagnostic::new(Code::UnknownOption, message).into());
+                return Err(Diagnostic::new(Code::InvalidValue, message).into());
             };
             links.insert(*bone, link);
         }

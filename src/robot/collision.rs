@@ -184,7 +184,8 @@ impl Hull {
     }
 }
 
-/// The capsules of the links of one body: of what collides, else of what is seen, else of the boxes that have their inertia.
+/// The capsules of the links of one body: of what collides, else of what is seen, else of the boxes that have their
+/// inertia.
 fn capsules_of(robot: &Robot, parts: &[(Placement, usize)]) -> Vec<Capsule> {
     for collides in [true, false] {
         let mut capsules = Vec::new();
@@ -296,7 +297,8 @@ fn distance([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
         true => (numerator / denominator).clamp(0.0, 1.0),
         false => 0.0,
     };
-    // The point of the first line that is nearest to the second, the point of the second that is nearest to that, and back.
+    // The point of the first line that is nearest to the second, the point of the second that is nearest to that, and
+    // back.
     let area = length * other_length - across * across;
     let mut s = match area > 1e-12 * length * other_length {
         true => ((across * other_along - along * other_length) / area).clamp(0.0, 1.0),

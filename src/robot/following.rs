@@ -10,8 +10,8 @@ use super::twin::{Twin, TwinBone};
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
-/// Squares of weights: of directions of limbs, of turns about limbs, of what no joint of an ankle does, and of places, of
-/// a metre against a radian.
+/// Squares of weights: of directions of limbs, of turns about limbs, of what no joint of an ankle does, and of places,
+/// of a metre against a radian.
 const DIRECTION: f64 = 1.0;
 const TWIST: f64 = 0.01;
 const NOT_DRIVEN: f64 = 0.01;
@@ -24,8 +24,8 @@ const STANDING: f64 = 12.0;
 const FOOT_PLACE: f64 = 10_000.0;
 const HIPS_PLACE: f64 = 9.0;
 
-/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often the
-/// interval is halved in which the turn is looked for.
+/// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
+/// the interval is halved in which the turn is looked for.
 const RAISED: f64 = 0.02;
 const HALVINGS: usize = 12;
 
@@ -175,7 +175,8 @@ impl Following {
                     .map(|ball| ball.radius - (rotation * (ball.centre - reach.point)).z);
                 depths.fold(f64::NEG_INFINITY, f64::max)
             };
-            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the rest.
+            // A foot that would be far below the floor is turned towards standing flat, and the ankle is raised by the
+            // rest.
             let goal = &mut self.goals.turns[*turn];
             let tilted = goal.target;
             let upright = tilted * self.turns[*turn].body_to_frame.inverse() * DVec3::Y;
@@ -204,8 +205,8 @@ impl Following {
         Some((reach, *turn, sole))
     }
 
-    /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that does
-    /// not stand comes back to where the twin has it.
+    /// Holds the ball on which a foot stands where it was in the frame before: the foot may roll over it. A foot that
+    /// does not stand comes back to where the twin has it.
     pub(super) fn hold(&mut self, side: usize, stand: &mut Stand, is_held: bool, returned: f64) {
         let Some((ankle, turn, sole)) = self.ankle(side) else {
             return;

@@ -35,8 +35,8 @@ impl Measured<'_> {
         frames.collect()
     }
 
-    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot may
-    /// roll. `None` where none rests.
+    /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot
+    /// may roll. `None` where none rests.
     pub(super) fn sole_speed(&self) -> Option<f64> {
         let feet = [Bone::LeftFoot, Bone::RightFoot].map(|bone| self.twin.bone(bone).map(|bone| bone.link));
         let mut pose = self.kinematics.rest();

@@ -247,7 +247,8 @@ impl RobotJoint {
 }
 
 impl Inertial {
-    /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the link.
+    /// Half the sides of the box of even density that has this mass and inertia, and its axes, in the frame of the
+    /// link.
     pub fn equivalent_box(&self) -> Option<(Placement, DVec3)> {
         let [xx, yy, zz, xy, xz, yz] = self.inertia;
         let (moments, axes) = principal(DMat3::from_cols(

@@ -48,8 +48,8 @@ pub struct RobotReport {
     pub clamped: Vec<ClampedJoint>,
     /// Positions beyond a limit: always 0.
     pub limit_violations: usize,
-    /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a second;
-    /// absent where none stands.
+    /// The mean speed over the ground of the slowest point of a sole while the foot of the source stands, in metres a
+    /// second; absent where none stands.
     pub skate: Option<f64>,
     /// The mean speed of the slowest joint of a foot that stands in the source.
     pub source_skate: Option<f64>,
@@ -57,7 +57,8 @@ pub struct RobotReport {
     pub share_below_floor: f64,
     /// How far below the floor a sole is at most, in metres.
     pub deepest: f64,
-    /// The share of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules within their shapes.
+    /// The share of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules within
+    /// their shapes.
     pub share_in_self_collision: f64,
     /// Which links, the deepest first.
     pub self_collisions: Vec<LinkCollision>,
@@ -69,9 +70,9 @@ pub struct RobotReport {
     pub share_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,
-    /// Whether the motion is good enough to use unchanged: good where limbs are within 5 degrees in the mean, feet slide at
-    /// most 0.5 cm/s more than in the source, a sole is more than 1 cm below the floor in at most 1 % of frames, and joints
-    /// are within their velocities; fair where limbs are within 10 degrees; else poor.
+    /// Whether the motion is good enough to use unchanged: good where limbs are within 5 degrees in the mean, feet
+    /// slide at most 0.5 cm/s more than in the source, a sole is more than 1 cm below the floor in at most 1 % of
+    /// frames, and joints are within their velocities; fair where limbs are within 10 degrees; else poor.
     pub verdict: Verdict,
 }
 

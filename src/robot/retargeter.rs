@@ -13,17 +13,17 @@ use super::report::{self, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::twin::Twin;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Humanoid;
 use crate::pose::{Binding, Pose};
 use crate::retarget::{RetargetOptions, Retargeter, Scale};
 use crate::scene::{Animation, Scene, Side};
-use crate::skeleton::Humanoid;
 
 /// How a [`RobotRetargeter`] moves a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotOptions {
     /// How large the steps of the robot are. Default: in the proportion of the legs.
     pub scale: Scale,
-    /// Which joints of the source are which bones. Default: [`humanoid`](crate::skeleton::humanoid()) finds them.
+    /// Which joints of the source are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
     pub source: Option<Humanoid>,
     /// Links that are other bones than those that are found.
     pub map: RobotMap,

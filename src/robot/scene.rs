@@ -7,8 +7,8 @@ use super::motion::RobotMotion;
 use crate::scene::{Animation, Channel, Keys, Metadata, Node, NodeId, NodeKind, Scene, SourceLines, UpAxis};
 
 impl Robot {
-    /// The robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that are
-    /// bones of a humanoid are marked.
+    /// The robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that
+    /// are bones of a humanoid are marked.
     pub fn scene(&self) -> Scene {
         let nodes = self.links.iter().map(|link| Node {
             name: link.name.clone(),

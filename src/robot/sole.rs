@@ -17,9 +17,9 @@ const SOLE: f64 = 0.03;
 /// From the ankle to the floor where nothing shows a sole, as a share of the leg, and to the front and the back of it.
 const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 
-/// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the inertia
-/// of the link. `places` are those of the links with all joints at 0; `leg` is the length of a leg. A foot stands on its
-/// sole there.
+/// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
+/// inertia of the link. `places` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
+/// stands on its sole there.
 pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec3, leg: f64) -> Vec<SoleBall> {
     let foot = &places[link];
     let is_of_foot = |mut here: usize| loop {

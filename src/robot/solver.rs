@@ -1,9 +1,9 @@
 //! Floating-base inverse kinematics: the pose whose links are where they should be, within the limits of the joints.
 //!
 //! Damped Gauss-Newton on the rotation vectors of links and the places of points, each step the solution of the normal
-//! equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at the limit,
-//! and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for optimization problems with
-//! simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame before.
+//! equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at the
+//! limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for optimization
+//! problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame before.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -170,7 +170,8 @@ impl Solver {
         }
     }
 
-    /// The columns of the Jacobian at a point of a body: the unknown, how it turns the body, and how it moves the point.
+    /// The columns of the Jacobian at a point of a body: the unknown, how it turns the body, and how it moves the
+    /// point.
     fn collect(&mut self, kinematics: &Kinematics, pose: &RobotPose, body: usize, point: DVec3) {
         self.columns.clear();
         let from_root = point - pose.root.translation;
@@ -350,7 +351,8 @@ mod tests {
         }
     }
 
-    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a turn of 0.9 the first makes 0.3.
+    /// Two hinges about one axis, of which the second turns twice as far: by hand, of a turn of 0.9 the first makes
+    /// 0.3.
     #[test]
     fn a_follower_shares_the_turn_of_its_leader() {
         let link = |parent, mimic| RobotLink {

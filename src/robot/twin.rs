@@ -1,7 +1,7 @@
 //! The twin of a robot: a humanoid of its proportions in the T-pose, with joints that turn freely.
 //!
-//! A motion goes onto the twin as onto any character, with its feet held on the ground; the robot then follows the twin as
-//! far as its joints go.
+//! A motion goes onto the twin as onto any character, with its feet held on the ground; the robot then follows the twin
+//! as far as its joints go.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use super::bones::RobotBone;
 use super::model::{JointKind, Placement, Robot};
 use super::sole::{SoleBall, sole};
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Humanoid;
 use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
-use crate::skeleton::Humanoid;
 
 /// A bone of the twin, and the link that follows it.
 #[derive(Clone, Debug)]

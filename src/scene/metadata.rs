@@ -16,7 +16,8 @@ pub struct Metadata {
     /// The file's format. Absent for a scene without a file.
     #[serde(with = "format_name")]
     pub format: Option<Format>,
-    /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state it.
+    /// Metres per unit of length, if the file or the caller states it or the scene was converted. BVH does not state
+    /// it.
     pub metres_per_unit: Option<f64>,
     /// The up axis, if the format, the file or the caller states it or the scene was converted. BVH and Acclaim's files
     /// do not state it.

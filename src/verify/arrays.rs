@@ -10,9 +10,9 @@ use serde::Deserialize;
 
 use crate::arrays::{Rotation, RotationSpace, Space};
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::figure;
 use crate::format::gltf::Provenance;
 use crate::scene::{NodeKind, Scene};
-use crate::skeleton;
 
 /// The arrays of a file.
 pub(super) struct ArrayFile {
@@ -55,8 +55,8 @@ pub(super) fn invalid(message: impl Into<String>) -> Error {
     Diagnostic::new(Code::InvalidArrays, message).help(HELP).into()
 }
 
-/// Compares the arrays of a file with the first clip of their source. Joints that the file does not have are listed, and are
-/// no finding: arrays may have a choice of them.
+/// Compares the arrays of a file with the first clip of their source. Joints that the file does not have are listed,
+/// and are no finding: arrays may have a choice of them.
 pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> {
     let clip = (!source.animations.is_empty()).then_some(0);
     let ours = Skeleton::of_scene(source, clip);
@@ -81,11 +81,11 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
 
     let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
-        None => skeleton::survey(source).metres_per_unit / change.metres_per_unit,
+        None => figure::survey(source).metres_per_unit / change.metres_per_unit,
     };
     let roots = roots(&ours);
     let cuts = match clip.filter(|_| timeline.is_resampled) {
-        Some(clip) => skeleton::cuts(source, clip),
+        Some(clip) => figure::cuts(source, clip),
         None => Vec::new(),
     };
     let mut errors = Errors::default();

@@ -249,7 +249,8 @@ impl<'a, T: Clone> Track<'a, T> {
     /// The first key after `seconds`; there may be none.
     fn after(&self, seconds: f64) -> usize {
         match &self.times {
-            // Whole ticks come out of a division, and may miss themselves by a rounding; their neighbour is as good then.
+            // Whole ticks come out of a division, and may miss themselves by a rounding; their neighbour is as good
+            // then.
             Times::EveryTick(rate) => ((seconds * rate).floor() + 1.0).max(0.0) as usize,
             Times::Ticks(ticks, rate) => ticks.partition_point(|tick| tick / rate <= seconds),
             Times::Seconds(times) => times.partition_point(|time| f64::from(*time) <= seconds),

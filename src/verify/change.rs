@@ -7,10 +7,10 @@ use super::pairs::Pairs;
 use super::{Finding, FindingKind};
 use crate::edit::EditStep;
 use crate::error::Result;
+use crate::figure;
 use crate::limits::Limits;
 use crate::process;
 use crate::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
-use crate::skeleton;
 
 /// How near, in ticks, two moments are that are one.
 const SAME_TICK: f64 = 1e-6;
@@ -125,8 +125,8 @@ impl Change {
         change
     }
 
-    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer. Lengths of
-    /// a lossy file are a little off: where they are near to what the file has stated, that is it.
+    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer. Lengths
+    /// of a lossy file are a little off: where they are near to what the file has stated, that is it.
     pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, stated: Option<f64>) -> Self {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
@@ -252,13 +252,13 @@ impl Timeline {
                     let (Some(before), Some(clip)) = (&mut before, clip) else {
                         continue;
                     };
-                    for cut in skeleton::cuts(before, clip) {
+                    for cut in figure::cuts(before, clip) {
                         let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
                         cuts.push((edge(cut), edge(cut + 1)));
                         edges.extend([edge(cut), edge(cut + 1)]);
                     }
                     let old_rate = timeline.file_rate / timeline.frame;
-                    let meant = skeleton::rate_before(old_rate, frames_per_second);
+                    let meant = figure::rate_before(old_rate, frames_per_second);
                     timeline.file_rate *= meant / old_rate;
                     timeline.frame *= meant / frames_per_second;
                     timeline.is_resampled = true;

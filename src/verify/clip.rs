@@ -167,8 +167,8 @@ impl Compared<'_> {
         errors
     }
 
-    /// How far a point on the skin is off by the turn of its joint since the first frame. The joints may stand otherwise at
-    /// rest.
+    /// How far a point on the skin is off by the turn of its joint since the first frame. The joints may stand
+    /// otherwise at rest.
     fn turn_since(&self, ours: (&DMat4, &DMat4), theirs: (&DMat4, &DMat4)) -> f64 {
         let since = |(first, now): (&DMat4, &DMat4)| rotation_of(now) * rotation_of(first).inverse();
         let (ours, theirs) = (since(ours), since(theirs));

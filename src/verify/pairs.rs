@@ -69,8 +69,8 @@ impl Pairs {
         missing.map(|(joint, _)| joint.name.clone()).collect()
     }
 
-    /// Finds joints that are missing, called otherwise, or on another parent; in a file of this crate, which leaves nothing
-    /// out and adds nothing, also end sites that are missing, and joints that are too many.
+    /// Finds joints that are missing, called otherwise, or on another parent; in a file of this crate, which leaves
+    /// nothing out and adds nothing, also end sites that are missing, and joints that are too many.
     pub(super) fn find(
         &self,
         ours: &Skeleton,

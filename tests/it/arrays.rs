@@ -422,7 +422,7 @@ fn options_without_a_meaning_are_refused() {
     ];
     for options in wrong {
         let error = arrays(&scene, &options).unwrap_err();
-        assert_eq!(error.code(), Code::UnknownOption, "{error}");
+        assert_eq!(error.code(), Code::InvalidValue, "{error}");
     }
     let options = ArrayOptions {
         frames_per_second: Some(1e6),
@@ -467,7 +467,7 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
             let animation = &scene.animations[0];
             let binding = Binding::new(scene, animation);
             let mut pose = Pose::rest(scene);
-            let cuts = mocap::skeleton::cuts(scene, 0);
+            let cuts = mocap::figure::cuts(scene, 0);
             for frame in 0..motion.frames {
                 let tick = frame as f64 * animation.ticks_per_second / motion.frame_rate();
                 if cuts.contains(&(tick as usize)) {

@@ -8,8 +8,8 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use mocap::bvh::{self, BvhOptions};
+use mocap::figure::{HumanoidBone, humanoid};
 use mocap::glam::{Quat, Vec3};
-use mocap::skeleton::{HumanoidBone, humanoid};
 use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -325,7 +325,8 @@ fn check_names_the_file_to_blame() {
     assert_eq!(json["diagnostics"][0]["file"], skeleton.to_str().unwrap());
 }
 
-/// Rokoko's rest pose is no figure, so that one lying body alone says nothing of the up axis; the clip that stands does.
+/// Rokoko's rest pose is no figure, so that one lying body alone says nothing of the up axis; the clip that stands
+/// does.
 #[test]
 fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
     let corpus = Corpus::new(0);

@@ -164,7 +164,7 @@ fn a_shell_distance_is_a_length() {
             shell_distance,
             ..options(Compression::Int16, 0.001)
         };
-        assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::UnknownOption);
+        assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::InvalidValue);
     }
     // A length at which no rotation keeps the bound.
     let options = GltfOptions {

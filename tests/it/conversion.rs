@@ -2,10 +2,10 @@
 
 use mocap::arrays::{ArrayOptions, arrays};
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
+use mocap::figure::{self, HumanoidBone, HumanoidMap, Unit, survey};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
-use mocap::skeleton::{self, HumanoidBone, HumanoidMap, Unit, survey};
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh, gltf};
 
 fn import(file: &str) -> Scene {
@@ -148,7 +148,7 @@ fn the_unit_and_the_up_axis_of_the_output_are_those_asked_for() {
     assert_eq!(shoulder, Vec3::new(1.0, 0.18, 0.0));
     for wrong in [0.0, f64::NAN] {
         let error = Conversion::new().out_metres_per_unit(wrong).check().unwrap_err();
-        assert_eq!(error.code(), Code::UnknownOption);
+        assert_eq!(error.code(), Code::InvalidValue);
     }
 }
 
@@ -175,7 +175,7 @@ fn the_ground_is_found_where_z_is_up_too() {
 #[test]
 fn a_map_of_the_bones_decides_the_unit() {
     let source = import("cmu_short.bvh");
-    let found = mocap::skeleton::humanoid(&source);
+    let found = mocap::figure::humanoid(&source);
     let name = |bone| source.nodes[found.bones[&bone].joint.index()].name.clone();
     let mut numbered = source.clone();
     for (index, node) in numbered.nodes.iter_mut().enumerate() {
@@ -305,7 +305,7 @@ fn a_conversion_without_meaning_changes_nothing() {
         let error = conversion.root(RootMotion::Extract).apply(&mut scene).unwrap_err();
         assert_eq!(
             (error.code(), error.diagnostic().to_string()),
-            (Code::UnknownOption, message)
+            (Code::InvalidValue, message)
         );
         assert_eq!(scene, source);
     }
@@ -424,7 +424,7 @@ fn what_stands_with_y_down_is_turned() {
     let up = assumptions.iter().find(|one| one.topic == Topic::Up).unwrap();
     assert_eq!(up.choice, "-y");
     assert_eq!(scene.metadata.up, Some(UpAxis::Y));
-    let bones = skeleton::humanoid(&source);
+    let bones = figure::humanoid(&source);
     let [head, foot] = [HumanoidBone::Head, HumanoidBone::LeftFoot].map(|bone| bones.joint(bone).unwrap());
     for tick in [0.0, 10.0, 50.0] {
         let height = |scene: &Scene| {

@@ -373,7 +373,7 @@ fn a_largest_error_that_cannot_be_kept_is_refused() {
     };
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = write(&scene, &of(bound)).unwrap_err();
-        assert_eq!(error.code(), Code::UnknownOption, "{bound}");
+        assert_eq!(error.code(), Code::InvalidValue, "{bound}");
     }
     let error = write(&scene, &of(1e-12)).unwrap_err();
     assert_eq!(error.code(), Code::ErrorBound);

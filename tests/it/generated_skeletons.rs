@@ -1,9 +1,9 @@
 //! Two hundred generated bodies without names: children to giants, T-, A- and zero rest poses, twist joints, any unit.
 
 use mocap::Scene;
+use mocap::figure::{Confidence, HumanoidBone as Bone, Side, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind};
-use mocap::skeleton::{Confidence, HumanoidBone as Bone, Side, humanoid};
 
 /// SplitMix64, so that every machine makes the same bodies.
 struct Random(u64);

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use mocap::figure::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource, humanoid};
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
-use mocap::skeleton::{Confidence, Humanoid, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource, humanoid};
 use mocap::{Importer, Pose, Scene};
 use serde_json::Value;
 

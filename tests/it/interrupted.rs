@@ -1,9 +1,9 @@
-//! Every command of the README that writes files, killed and on a full disk: an output is new and whole, old and whole, or
-//! absent, no input changes, and no temporary file stays.
+//! Every command of the README that writes files, killed and on a full disk: an output is new and whole, old and whole,
+//! or absent, no input changes, and no temporary file stays.
 //!
-//! A disk of its own would need rights that a test has not. A limit on the size of files (`ulimit -f`) stops the write at
-//! the same byte every time: where the signal for it is ignored, the write fails as on a full disk; where it is not, the
-//! process is killed in the middle of the write. Besides, SIGKILL comes at several moments of a run.
+//! A disk of its own would need rights that a test has not. A limit on the size of files (`ulimit -f`) stops the write
+//! at the same byte every time: where the signal for it is ignored, the write fails as on a full disk; where it is not,
+//! the process is killed in the middle of the write. Besides, SIGKILL comes at several moments of a run.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -109,7 +109,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
                 .frame_rate(rate)
                 .import(format!("fixtures/{name}"))
                 .unwrap_err();
-            assert_eq!(error.code(), Code::UnknownOption, "{name}: {error}");
+            assert_eq!(error.code(), Code::InvalidValue, "{name}: {error}");
         }
     }
 }
@@ -182,17 +182,17 @@ fn another_frame_rate_takes_memory_in_proportion() {
             .frame_rate(rate)
             .apply(&mut scene.clone())
             .unwrap_err();
-        assert_eq!(error.code(), Code::UnknownOption, "{error}");
+        assert_eq!(error.code(), Code::InvalidValue, "{error}");
         let options = ArrayOptions {
             frames_per_second: Some(rate),
             ..ArrayOptions::default()
         };
-        assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::UnknownOption);
+        assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::InvalidValue);
         assert_eq!(
             process::resample(&mut scene.clone(), rate, &Limits::default())
                 .unwrap_err()
                 .code(),
-            Code::UnknownOption
+            Code::InvalidValue
         );
     }
     let mut changed = scene.clone();

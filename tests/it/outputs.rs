@@ -1,4 +1,5 @@
-//! What outputs may replace: never an input, and no file that may be a source. Entries that cannot be read are failed rows.
+//! What outputs may replace: never an input, and no file that may be a source. Entries that cannot be read are failed
+//! rows.
 
 use std::fs;
 

@@ -2,12 +2,12 @@
 
 use std::fs;
 
+use mocap::figure::{Skeleton, TPose};
 use mocap::render::{
     Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, page, plot, screen,
     sheet, t_pose_sheet,
 };
 use mocap::scene::{NodeId, Scene, SourceLines};
-use mocap::skeleton::{Skeleton, TPose};
 
 fn import(name: &str) -> Scene {
     mocap::import(format!("fixtures/real/{name}.bvh")).unwrap()
@@ -141,8 +141,8 @@ fn sizes_and_rates_that_cannot_be_are_refused() {
         [
             "limit-exceeded",
             "limit-exceeded",
-            "unknown-option",
-            "unknown-option",
+            "invalid-value",
+            "invalid-value",
             "limit-exceeded"
         ]
     );

@@ -1,9 +1,9 @@
 //! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
 
+use mocap::figure::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
-use mocap::skeleton::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
 use mocap::{Binding, Code, Conversion, Pose, Scene};
 
 use crate::humanoid::truth;
@@ -540,7 +540,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
         ..RetargetOptions::default()
     };
     let error = Retargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
-    assert_eq!(error.code(), Code::UnknownOption);
+    assert_eq!(error.code(), Code::InvalidValue);
 }
 
 #[test]
@@ -671,8 +671,8 @@ fn a_foot_that_points_down_at_rest_stands_on_its_sole() {
     );
 }
 
-/// A rest pose with its legs apart may have feet that are rolled outwards with them, as those of CMU's database by 15 to 25
-/// degrees. In the motion they stand on their soles.
+/// A rest pose with its legs apart may have feet that are rolled outwards with them, as those of CMU's database by 15
+/// to 25 degrees. In the motion they stand on their soles.
 #[test]
 fn feet_that_are_rolled_at_rest_stand_on_their_soles() {
     let target = character("human_default");
@@ -734,8 +734,8 @@ fn heads_are_upright_on_the_average() {
     }
 }
 
-/// Collar bones hang from a chest all alike. A rest pose that had to be computed says nothing about how their joints are
-/// turned; the motion does.
+/// Collar bones hang from a chest all alike. A rest pose that had to be computed says nothing about how their joints
+/// are turned; the motion does.
 #[test]
 fn shoulders_are_on_the_average_as_at_rest() {
     let target = character("human_default");

@@ -187,7 +187,7 @@ fn a_map_names_other_links() {
     let foot = bones.iter().find(|bone| bone.bone == Bone::LeftFoot).unwrap();
     assert_eq!(robot.links[foot.link].name, "left_knee_link");
     let map = RobotMap::from([(Bone::Chest, Some("nothing".to_owned()))]);
-    assert_eq!(robot.bones(Some(&map)).unwrap_err().code(), Code::UnknownOption);
+    assert_eq!(robot.bones(Some(&map)).unwrap_err().code(), Code::InvalidValue);
     assert_eq!(read(URDF).bones(None).unwrap_err().code(), Code::NotHumanoid);
 }
 

@@ -1,9 +1,9 @@
 //! The guesses about real files, against the statements of their makers.
 
 use mocap::Scene;
+use mocap::figure::{Confidence, Unit, cuts, survey};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Topic, UpAxis};
-use mocap::skeleton::{Confidence, Unit, cuts, survey};
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -57,7 +57,8 @@ fn a_hand_and_an_arm_leave_the_unit_open() {
     }
 }
 
-/// A person of CMU's who squats all the time has the size of one who stands in decimetres; the rest pose does not squat.
+/// A person of CMU's who squats all the time has the size of one who stands in decimetres; the rest pose does not
+/// squat.
 #[test]
 fn a_squat_in_the_unit_of_cmu_is_not_taken_for_decimetres() {
     let mut scene = import("cmu_12_01_walk.bvh");

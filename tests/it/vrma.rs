@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use mocap::figure::{HumanoidBone as Bone, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::gltf::{GltfOptions, write_glb};
 use mocap::retarget::{RetargetOptions, Retargeter, vrm_humanoid};
 use mocap::scene::{Confidence, Format, Keys, NodeId};
-use mocap::skeleton::{HumanoidBone as Bone, humanoid};
 use mocap::verify::{FindingKind, verify};
 use mocap::vrma::{self, VrmaOptions};
 use mocap::{Binding, Code, Conversion, Importer, Pose, Scene};

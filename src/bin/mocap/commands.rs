@@ -29,8 +29,8 @@ use std::path::Path;
 
 use mocap::export::{ReplacePolicy, write_file, write_files};
 use mocap::fbx::{self, FbxOptions, FbxReport};
+use mocap::figure::{Humanoid, HumanoidMap, Skeleton, humanoid};
 use mocap::scene::{Scene, Topic};
-use mocap::skeleton::{Humanoid, HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
 use serde::Serialize;
 

@@ -33,7 +33,8 @@ pub(super) mod node {
     pub(in super::super) const ALL: u8 = 63;
 }
 
-/// The kind of a rotation track in a block of whose keys not all drop the same component; smaller ones are that component.
+/// The kind of a rotation track in a block of whose keys not all drop the same component; smaller ones are that
+/// component.
 pub(super) const MIXED: u32 = 4;
 /// Bits of the kind of a rotation track in a block; of the widths of its components and of those of translations.
 pub(super) const KIND_BITS: u32 = 3;

@@ -201,8 +201,8 @@ impl Lattice {
         self.rounds
     }
 
-    /// The three integers of the key before; `None` where it dropped another component, or no differences are stored, so
-    /// that differences to it mean nothing.
+    /// The three integers of the key before; `None` where it dropped another component, or no differences are stored,
+    /// so that differences to it mean nothing.
     pub(in crate::compress) fn previous(self, dropped: usize, stored: [i16; 4]) -> Option<[i32; 3]> {
         let [x, y, z, tag] = stored;
         (self.rounds && tag == self.tag(dropped)).then(|| [x, y, z].map(i32::from))

@@ -5,8 +5,8 @@ use glam::{Mat3, Vec3};
 use super::leg::{LegTrack, Lift};
 use super::shift;
 
-/// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made smooth.
-/// Completes the shifts of the feet.
+/// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made
+/// smooth. Completes the shifts of the feet.
 pub(super) fn follow(tracks: &mut [LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let mut carried = carried(tracks, held, up, blend);
     for (track, held) in tracks.iter_mut().zip(held) {
@@ -158,8 +158,8 @@ fn changes(tracks: &[LegTrack], carried: &[Vec3]) -> [Vec<f32>; 3] {
     ]
 }
 
-/// The shifts of the hips with the least squares of themselves and of the ways by which the knees of feet on the ground go
-/// aside, made smooth. Completes the shifts of the feet.
+/// The shifts of the hips with the least squares of themselves and of the ways by which the knees of feet on the ground
+/// go aside, made smooth. Completes the shifts of the feet.
 fn balanced(
     tracks: &mut [LegTrack],
     held: &[Vec<Option<Vec3>>],

@@ -45,8 +45,8 @@ impl LegTrack {
         found.middle.distance(self.knee[frame])
     }
 
-    /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre of
-    /// height is centimetres there. `carried` is how the hips are shifted.
+    /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre
+    /// of height is centimetres there. `carried` is how the hips are shifted.
     pub(super) fn spare_knee(&mut self, carried: &[Vec3], up: Vec3, radius: usize) {
         let ways = (0..self.shifts.len())
             .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);

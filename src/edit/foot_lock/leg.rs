@@ -7,16 +7,17 @@ use super::shift;
 use super::sole::{Hinge, SolePoint, turn_to_height, turn_up};
 use crate::edit::body::{Body, Leg, and_below};
 use crate::edit::contacts::DetectedContacts;
+use crate::figure::{HumanoidBone, Side};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::{HumanoidBone, Side};
 
 /// As shares of the leg: a foot of the motion that is followed is on the ground below the first height, and in the air
 /// above the second.
 const ON_THE_GROUND: f32 = 0.04;
 const IN_THE_AIR: f32 = 0.12;
 
-/// How far above its place a foot that follows another may stay before the hips come down for it, as a share of the leg.
+/// How far above its place a foot that follows another may stay before the hips come down for it, as a share of the
+/// leg.
 const SLACK: f32 = 0.01;
 
 /// How much of its full length a leg may be stretched to, unless the motion itself stretches it more.
@@ -228,8 +229,8 @@ impl LegTrack {
             .map_or(0.0, |point| point.rest)
     }
 
-    /// Turns the foot so that its ball is as high above the ankle as that of the foot that is followed, and that nothing of
-    /// it is below the floor.
+    /// Turns the foot so that its ball is as high above the ankle as that of the foot that is followed, and that
+    /// nothing of it is below the floor.
     pub(super) fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
         if let Some(follow) = self.followed.get(frame)
             && let Some(ball) = follow.ball
@@ -280,8 +281,8 @@ impl LegTrack {
         Some(self.resting(frame)?.step(frame, up))
     }
 
-    /// How the shift changes from a frame to the next. A foot at rest is held, and one that is near to the ground moves as
-    /// that which is followed. `held` is how far it has been held back from following.
+    /// How the shift changes from a frame to the next. A foot at rest is held, and one that is near to the ground moves
+    /// as that which is followed. `held` is how far it has been held back from following.
     fn change(&self, frame: usize, up: Vec3, held: &mut Vec3, gives_way: f32) -> Vec3 {
         if let Some(point) = self.resting(frame) {
             let followed = point.steps.get(frame).copied().unwrap_or_default();
@@ -331,7 +332,8 @@ impl LegTrack {
         self.lowest.iter().map(|lowest| floor - lowest).fold(0.0, f32::max)
     }
 
-    /// How long the leg may become: its full length, but for a bend that cannot be seen, unless the motion stretches it.
+    /// How long the leg may become: its full length, but for a bend that cannot be seen, unless the motion stretches
+    /// it.
     pub(super) fn reach(&self, frame: usize) -> f32 {
         let now = self.thigh[frame].distance(self.ankle[frame]);
         (STRETCH * self.length).max(now)
@@ -414,8 +416,8 @@ impl LegTrack {
         self.shifts = shift::complete(&relative, blend);
     }
 
-    /// How far a foot that follows none is below where it rests, frame by frame, and how far its ankle is below the floor:
-    /// made smooth.
+    /// How far a foot that follows none is below where it rests, frame by frame, and how far its ankle is below the
+    /// floor: made smooth.
     pub(super) fn lifts_onto(&self, up: Vec3, floor: f32, blend: usize) -> [Vec<f32>; 2] {
         let depths: Vec<f32> = (0..self.shifts.len())
             .map(|frame| self.sunk(frame, up, floor))
@@ -428,7 +430,8 @@ impl LegTrack {
         [depths, least].map(|depths| shift::envelope(&depths, blend))
     }
 
-    /// The shifts of a foot that follows none. `lifted` is how far it is lifted, and `carried` how the hips are shifted.
+    /// The shifts of a foot that follows none. `lifted` is how far it is lifted, and `carried` how the hips are
+    /// shifted.
     pub(super) fn shift(&mut self, known: &[Option<Vec3>], lifted: &[f32], up: Vec3, blend: usize, carried: &[Vec3]) {
         self.complete(known, up, blend, carried);
         for ((shift, lift), carried) in self.shifts.iter_mut().zip(lifted).zip(carried) {

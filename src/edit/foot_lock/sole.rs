@@ -50,8 +50,8 @@ pub(super) fn turns(scene: &Scene, node: NodeId) -> bool {
     next.is_some_and(|next| next.parent == Some(node)) && scene.nodes[node.index()].kind == NodeKind::Joint
 }
 
-/// Turns the joints of a foot up so far that none of the points is below the floor. A rolling foot whose toes do not bend
-/// puts their tips there.
+/// Turns the joints of a foot up so far that none of the points is below the floor. A rolling foot whose toes do not
+/// bend puts their tips there.
 pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f32) {
     for point in points {
         let Some(pivot) = point.pivot else { continue };
@@ -64,7 +64,8 @@ pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f3
     }
 }
 
-/// Turns a joint so that the end of `way`, which begins at the joint, comes to a height above it, or by the angle `most`.
+/// Turns a joint so that the end of `way`, which begins at the joint, comes to a height above it, or by the angle
+/// `most`.
 pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, way: Vec3, up: Vec3, height: f32, most: f32) {
     let length = way.length();
     let angle = |height: f32| f64::from(height / length).clamp(-1.0, 1.0).asin();

@@ -10,8 +10,8 @@ use crate::scene::Scene;
 /// How many frames change on each side of the seam.
 const AROUND: usize = 2;
 
-/// What of the acceleration at the seam is added two frames before it, one before, there, and after: a Hann window, whose
-/// own acceleration takes it back.
+/// What of the acceleration at the seam is added two frames before it, one before, there, and after: a Hann window,
+/// whose own acceleration takes it back.
 const SHARES: [f32; 2 * AROUND + 1] = [0.5, 1.5, 2.0, 1.5, 0.5];
 
 /// Takes the accelerations of joints at the seam out: those of their rotations in the world, and of their translations.

@@ -2,9 +2,9 @@
 
 use glam::{DQuat, DVec3};
 
+use crate::figure::{Humanoid, HumanoidBone};
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
-use crate::skeleton::{Humanoid, HumanoidBone};
 
 /// Bones farther apart from the mirror images of their partners than this, as a cosine, are left alone: 45 degrees.
 const NEAR: f64 = 0.7;
@@ -26,9 +26,9 @@ const LIMBS: [[HumanoidBone; 3]; 2] = [
     ],
 ];
 
-/// The rotations in the world of the T-pose `pose`, turned so that each bone has the direction of the mirror image of its
-/// partner and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which one leg is
-/// ahead has legs that point down, but each turned about itself as it came.
+/// The rotations in the world of the T-pose `pose`, turned so that each bone has the direction of the mirror image of
+/// its partner and bends about the mirror image of its axis. A T-pose that was computed from a rest pose in which one
+/// leg is ahead has legs that point down, but each turned about itself as it came.
 pub(super) fn symmetric(
     scene: &Scene,
     humanoid: &Humanoid,
@@ -142,8 +142,8 @@ pub(super) fn symmetric(
     rotations
 }
 
-/// The axes about which the bones of limbs bend, in the world of the T-pose, where the rest pose shows them. `to_pose` takes
-/// a direction of a node at rest to that pose.
+/// The axes about which the bones of limbs bend, in the world of the T-pose, where the rest pose shows them. `to_pose`
+/// takes a direction of a node at rest to that pose.
 fn axes(scene: &Scene, humanoid: &Humanoid, to_pose: &dyn Fn(&Pose, usize) -> DQuat) -> Vec<Option<DVec3>> {
     let rest = Pose::rest(scene);
     let mut axes = vec![None; scene.nodes.len()];

@@ -16,7 +16,8 @@ const WITHOUT_ARMS: f32 = -10.0;
 /// A lead of more than this is clear.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
-/// What a trunk is worth at most: names of head, neck, spine and hips, a head with a face, and a neck behind the shoulders.
+/// What a trunk is worth at most: names of head, neck, spine and hips, a head with a face, and a neck behind the
+/// shoulders.
 const MOST_OF_TRUNK: f32 = 2.5 + 4.0 + 1.0 + 2.5 + 1.2 + 2.0 + 1.5;
 
 /// A tip that is nearer than this, as a share of the leg, does not count: some writers put it a millimetre off.
@@ -106,8 +107,8 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
     })
 }
 
-/// Where thighs are children of the first joint of the spine, as in Biped, or legs of a joint of their own, the hips are the
-/// joint above that has their name.
+/// Where thighs are children of the first joint of the spine, as in Biped, or legs of a joint of their own, the hips
+/// are the joint above that has their name.
 pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     let trunk = &mut body.trunk;
     let pelvis = body.legs.pair.branch;

@@ -12,8 +12,8 @@ const MOST_OFF: f32 = 4.0;
 /// What an optional bone adds where it is found: less than one that does not fit takes away.
 const BONUS_OF_OPTIONAL: f32 = 0.6;
 
-/// What is behind hand or foot and shorter than this share of the bone before does not count as a bone: some writers put the tip a
-/// millimetre off.
+/// What is behind hand or foot and shorter than this share of the bone before does not count as a bone: some writers
+/// put the tip a millimetre off.
 const SHORTEST_TIP: f32 = 0.05;
 
 /// How a chain of joints is read.
@@ -264,8 +264,8 @@ pub(super) fn near(ratio: f32, expected: f32, spread: f32) -> f32 {
     -(0.5 * off * off).min(MOST_OFF)
 }
 
-/// The lengths' fit, what optional bones add, and the length of thigh and shin. The ratios are those of grown bodies and
-/// of the skeletons that programs ship; children and giants differ by less than the spreads.
+/// The lengths' fit, what optional bones add, and the length of thigh and shin. The ratios are those of grown bodies
+/// and of the skeletons that programs ship; children and giants differ by less than the spreads.
 fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f32, f32, f32) {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return (-MOST_OFF, 0.0, 0.0);

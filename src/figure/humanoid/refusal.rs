@@ -85,8 +85,8 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
     None
 }
 
-/// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and are
-/// of nearly one length.
+/// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and
+/// are of nearly one length.
 fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
     let Some(arms) = &body.arms else { return false };
     let ratio = arms.long_bones / body.legs.long_bones;

@@ -71,7 +71,7 @@ impl Tree {
         }
     }
 
-    /// The nodes from the root down to `node`, without it.
+    /// The nodes above `node`, from its parent up to the root.
     fn above(&self, node: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(self.parent[node], |above| self.parent[*above])
     }
@@ -195,7 +195,7 @@ fn are_alike(tree: &Tree, a: usize, b: usize, more_nodes: usize) -> bool {
 }
 
 /// Where the nodes are at rest. Where the file leaves the lengths to the position channels, in its first frame.
-pub(in crate::skeleton) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
+pub(in crate::figure) fn rest_positions(scene: &Scene) -> Vec<Vec3> {
     let rest = Pose::rest(scene);
     let positions = |pose: &Pose| {
         (0..scene.nodes.len())

@@ -57,8 +57,8 @@ fn read_memory(
     read_rows(cursor, None, &hierarchy, header.as_ref(), options, warnings, &release)
 }
 
-/// Reads a file without holding its rows in memory, if it is a plain one: what stands before the rows is in `beginning`,
-/// and has no comma, which is read as a decimal point only where the whole text has no point.
+/// Reads a file without holding its rows in memory, if it is a plain one: what stands before the rows is in
+/// `beginning`, and has no comma, which is read as a decimal point only where the whole text has no point.
 fn read_blocks(
     beginning: &[u8],
     blocks: &dyn Blocks,

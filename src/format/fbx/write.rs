@@ -78,8 +78,8 @@ pub enum FbxRest {
     /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
     #[default]
     Rotation,
-    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 turns animated
-    /// joints by it twice.
+    /// In `PreRotation`, which Maya shows as joint orient: all rotations of the rest pose are zero. Assimp 5.2 turns
+    /// animated joints by it twice.
     PreRotation,
 }
 
@@ -122,13 +122,14 @@ pub struct FbxOptions {
     pub metres_per_unit: f64,
     /// The axis that points up in the file. Default: +Y.
     pub up: UpAxis,
-    /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number. Default:
-    /// `false`.
+    /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number.
+    /// Default: `false`.
     pub whole_rate: bool,
-    /// The largest distance of a joint, and of points 3 cm from it that stand for its skin, from its place in any frame, in
-    /// metres, within which keys are left out of the curves. Default: none, every key is written.
+    /// The largest distance of a joint, and of points 3 cm from it that stand for its skin, from its place in any
+    /// frame, in metres, within which keys are left out of the curves. Default: none, every key is written.
     ///
-    /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their keys.
+    /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
+    /// keys.
     pub max_error: Option<f64>,
     /// Where the images of textures are.
     pub textures: FbxTextures,
@@ -240,21 +241,21 @@ pub struct FbxReport {
 /// ```
 ///
 /// # Errors
-/// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and where the
-/// scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::UnknownOption`] where a unit
-/// or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the largest error, and
-/// [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can be kept;
+/// [`Code::Unrepresentable`], with the joint, where a value is not finite or a quaternion is not a rotation, and where
+/// the scene has no nodes; [`Code::FrameTime`] where ticks per second are not above 0; [`Code::InvalidValue`] where a
+/// unit or the largest error is not above 0; [`Code::ErrorBound`] where single precision cannot keep the largest error,
+/// and [`Code::Unrepresentable`] where a joint with children changes its scale, for which none can be kept;
 /// [`Code::LimitExceeded`] where the file is too large for its version.
 pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)> {
     if scene.nodes.is_empty() {
         return Err(Diagnostic::new(Code::Unrepresentable, "the scene has no nodes, so it has no skeleton").into());
     }
-    let unit = limits::positive(Code::UnknownOption, "metres per unit", options.metres_per_unit)?;
+    let unit = limits::positive(Code::InvalidValue, "metres per unit", options.metres_per_unit)?;
     let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
-    let own_unit = limits::positive(Code::UnknownOption, "metres per unit of the scene", own_unit)?;
+    let own_unit = limits::positive(Code::InvalidValue, "metres per unit of the scene", own_unit)?;
     let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), options.up);
     if let Some(bound) = options.max_error {
-        limits::positive(Code::UnknownOption, "the largest error", bound)?;
+        limits::positive(Code::InvalidValue, "the largest error", bound)?;
     }
     let mut document = Document::new();
     let mut report = FbxReport::default();
@@ -310,8 +311,8 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     Ok((bytes, report))
 }
 
-/// Writes `scene` to `path`, and its textures beside it where that is asked for. After an error the files are unchanged, or
-/// absent.
+/// Writes `scene` to `path`, and its textures beside it where that is asked for. After an error the files are
+/// unchanged, or absent.
 ///
 /// # Errors
 /// As [`write()`], [`Code::Io`], and [`Code::OutputExists`] where another image has the name of a texture.

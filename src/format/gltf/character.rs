@@ -4,9 +4,9 @@ use super::Provenance;
 use super::read::{Placed, read_placed};
 use super::write::patch;
 use crate::error::Result;
+use crate::figure::{Humanoid, humanoid};
 use crate::format::{ReadOptions, Source};
 use crate::scene::{Animation, Scene};
-use crate::skeleton::{Humanoid, humanoid};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
 ///
@@ -67,7 +67,7 @@ impl Character {
     }
 
     /// Which joints are which bones, as a VRM file states it; `None` for other files, where
-    /// [`humanoid`](crate::skeleton::humanoid()) finds them.
+    /// [`humanoid`](crate::figure::humanoid()) finds them.
     pub fn humanoid(&self) -> Option<&Humanoid> {
         self.humanoid.as_ref()
     }
@@ -80,8 +80,8 @@ impl Character {
         patch::external_files(&self.bytes)
     }
 
-    /// The file with further animations, or with these in place of its own. A `.glb` or `.vrm` stays one; the buffer of a
-    /// `.gltf` is added as a data URI.
+    /// The file with further animations, or with these in place of its own. A `.glb` or `.vrm` stays one; the buffer of
+    /// a `.gltf` is added as a data URI.
     ///
     /// # Errors
     /// [`Code::InvalidGltf`](crate::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,

@@ -143,8 +143,8 @@ impl<'a> File<'a> {
     /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
     ///
     /// # Errors
-    /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the limits
-    /// allow.
+    /// Where a node has two parents, or is its own ancestor, and where there are more nodes, or deeper ones, than the
+    /// limits allow.
     pub(crate) fn nodes(&self) -> Result<Vec<Listed>, Failure> {
         let Root { nodes, scenes, .. } = &self.root;
         let limits = &self.limits;

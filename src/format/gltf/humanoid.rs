@@ -58,8 +58,8 @@ pub(super) fn missing(extensions: &Extensions) -> Vec<&'static str> {
         .collect()
 }
 
-/// The parts of a VRM animation that are no bones and are not read, each with a name for it: expressions, and the point to
-/// look at.
+/// The parts of a VRM animation that are no bones and are not read, each with a name for it: expressions, and the point
+/// to look at.
 pub(super) fn not_read(extensions: &Extensions) -> Vec<(&'static str, String)> {
     let Some(animation) = &extensions.vrm_animation else {
         return Vec::new();

@@ -10,8 +10,8 @@
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
 //! Ticks: a file of this crate says its frame time. Elsewhere it is the way between two keys where they are even, else
-//! the usual frame rate on whose frames all keys stand, else the shortest way between two keys. Keys farther than a tenth
-//! of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them.
+//! the usual frame rate on whose frames all keys stand, else the shortest way between two keys. Keys farther than a
+//! tenth of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them.
 //! Times within a float's rounding of a whole tick are that tick.
 
 use std::collections::{HashMap, HashSet};

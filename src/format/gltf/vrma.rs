@@ -1,9 +1,9 @@
-//! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which says
-//! which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
+//! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which
+//! says which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
 //!
 //! [`export`] writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
-//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states. Expressions
-//! and the point to look at are left out, with a warning.
+//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states.
+//! Expressions and the point to look at are left out, with a warning.
 //!
 //! ```
 //! use mocap::{Conversion, vrma};
@@ -21,9 +21,9 @@ use std::path::Path;
 use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Humanoid;
 use crate::retarget::vrm_humanoid;
 use crate::scene::{NodeKind, Scene};
-use crate::skeleton::Humanoid;
 
 use super::humanoid::VRM_ANIMATION;
 
@@ -33,7 +33,7 @@ const SEARCHED: usize = 1 << 20;
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VrmaOptions {
-    /// Which joints are which bones. Default: [`humanoid`](crate::skeleton::humanoid()) finds them.
+    /// Which joints are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
     pub humanoid: Option<Humanoid>,
     /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
     pub gltf: GltfOptions,

@@ -18,8 +18,8 @@
 //! | ticks | seconds, in one accessor that all tracks with the same ticks share |
 //! | metadata | `asset.extras.mocap`: a [`Provenance`] |
 //!
-//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](crate::convert::Conversion) brings a scene
-//! there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
+//! Values go out as they are: glTF is in metres with +Y up, and [`Conversion`](crate::convert::Conversion) brings a
+//! scene there. Where a scene is not known to be in metres, [`GltfReport::warnings`] says so.
 //!
 //! Reasons: a file without a skin gives no skeleton in Blender, Babylon and game engines; a skin without a mesh is
 //! refused by model-viewer and Assimp and dropped by optimisers; a mesh under a joint, a duplicate name, a matrix or a
@@ -45,7 +45,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::export::{write_file, write_files};
 use crate::scene::Scene;
 
-/// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and alpha.
+/// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
+/// alpha.
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
 /// Where a `.gltf` file has its buffer.
@@ -118,12 +119,13 @@ pub struct GltfReport {
     pub left_out: Vec<String>,
     /// Bytes of all files together.
     pub bytes: usize,
-    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be metres.
+    /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the lengths are not known to be
+    /// metres.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The share of the largest error that the places of bones may have: no joint shows how the bone at the end of a chain is
-/// turned, and the skin around it is to keep the largest error too.
+/// The share of the largest error that the places of bones may have: no joint shows how the bone at the end of a chain
+/// is turned, and the skin around it is to keep the largest error too.
 const BOUND_OF_BONES: f64 = 0.45;
 
 /// What a document holds.
@@ -150,8 +152,8 @@ impl Document {
     ///
     /// # Errors
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a
-    /// quaternion is not a rotation; [`Code::FrameTime`](crate::Code::FrameTime) where ticks per second are not above 0;
-    /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
+    /// quaternion is not a rotation; [`Code::FrameTime`](crate::Code::FrameTime) where ticks per second are not above
+    /// 0; [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error cannot be kept;
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let mut document = build::document(scene, options, Content::Scene)?;

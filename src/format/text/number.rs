@@ -5,8 +5,8 @@ use crate::limits::is_plausible;
 /// A number that a word begins with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Number {
-    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond those that kinematics can
-    /// compute with.
+    /// NaN for every spelling of "not a number", infinite for those of infinity and for numbers beyond those that
+    /// kinematics can compute with.
     pub(crate) value: f64,
     /// Its length in bytes.
     pub(crate) length: usize,

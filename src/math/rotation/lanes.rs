@@ -5,8 +5,8 @@ use glam::Quat;
 use super::Axis;
 use crate::math::{soa, wide};
 
-/// Frames that are converted together: two vectors of AVX2, or two of WebAssembly, which are half as wide. With fewer, or
-/// more, it is slower: `tools/bench/README.md`.
+/// Frames that are converted together: two vectors of AVX2, or two of WebAssembly, which are half as wide. With fewer,
+/// or more, it is slower: `tools/bench/README.md`.
 const LANES: usize = if cfg!(target_family = "wasm") { 4 } else { 8 };
 
 type Lanes = soa::Lanes<f64, LANES>;
@@ -108,9 +108,9 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
     }
 }
 
-/// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float, whose
-/// rounding is far coarser; but a file that is written from keys reads back to the very same keys only if the angles
-/// found for them do not come to stand on the other side of a rounding.
+/// The sine and cosine of half an angle in degrees, each within 1e-15 of the exact value. A key is a 32-bit float,
+/// whose rounding is far coarser; but a file that is written from keys reads back to the very same keys only if the
+/// angles found for them do not come to stand on the other side of a rounding.
 ///
 /// Degrees can be brought near zero without an error: `half - 90 n` is exact in binary floating point, where the same
 /// step in radians would need many digits of pi. What is left, at most 45 degrees, goes into the Taylor polynomials of

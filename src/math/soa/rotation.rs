@@ -8,8 +8,8 @@ use crate::math::quaternion::ANGLE_OVER_SINE;
 /// The cosine of the angle between directions from which on their shortest rotation is computed lane by lane.
 const OPPOSITE: f32 = -0.9999;
 
-/// The quotient of the sine of an angle and the angle, as a polynomial in the square of the angle: the Taylor series, which
-/// up to a right angle is within 5e-10.
+/// The quotient of the sine of an angle and the angle, as a polynomial in the square of the angle: the Taylor series,
+/// which up to a right angle is within 5e-10.
 const SINE_OVER_ANGLE: [f32; 7] = [
     1.0,
     -1.0 / 6.0,
@@ -84,8 +84,8 @@ impl<const N: usize> Quaternions<f32, N> {
         self * before + to * after
     }
 
-    /// What is left of a rotation after the shortest rotation that brings an axis of length 1 where it brings it. It is the
-    /// identity where the axis is turned round.
+    /// What is left of a rotation after the shortest rotation that brings an axis of length 1 where it brings it. It is
+    /// the identity where the axis is turned round.
     #[inline(always)]
     pub(crate) fn twist(self, axis: [f32; 3]) -> Self {
         let axis = Vectors::all(axis);

@@ -12,9 +12,9 @@ use super::marks::{Contact, Limbs};
 use super::pack::{Part, Tracks};
 use super::skin::Skin;
 use crate::error::visible;
+use crate::figure::{Axis, Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
-use crate::skeleton::{Axis, Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]

@@ -1,4 +1,5 @@
-//! What is known of a clip beside its motion: when its feet are at rest, and how far its limbs point from those of another.
+//! What is known of a clip beside its motion: when its feet are at rest, and how far its limbs point from those of
+//! another.
 
 use serde::Serialize;
 
@@ -28,7 +29,8 @@ impl Contact {
 /// The steps that a byte counts, in degrees.
 const STEP: f32 = 0.1;
 
-/// The limbs that are compared. Their block has a byte for each frame, limb after limb: the angle in steps, at most 255.
+/// The limbs that are compared. Their block has a byte for each frame, limb after limb: the angle in steps, at most
+/// 255.
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Limbs {

@@ -1,8 +1,9 @@
 //! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as they are.
 //!
-//! The block has, one after another, for all meshes together: positions (3 floats), places on the texture (2 floats) and
-//! the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535), bones (4
-//! of 16 bits) and corners of triangles (32 bits); unit normals (4 bytes, signed, the last unused). `skin.js` reads it.
+//! The block has, one after another, for all meshes together: positions (3 floats), places on the texture (2 floats)
+//! and the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535),
+//! bones (4 of 16 bits) and corners of triangles (32 bits); unit normals (4 bytes, signed, the last unused). `skin.js`
+//! reads it.
 
 use std::collections::HashMap;
 

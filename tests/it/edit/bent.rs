@@ -1,9 +1,9 @@
 //! Paths bent to points.
 
 use mocap::edit::{PathFacing, PathPoint, WarpPathOptions, warp_path};
+use mocap::figure::{HumanoidBone, humanoid};
 use mocap::process::{convert_units, validate};
 use mocap::scene::UpAxis;
-use mocap::skeleton::{HumanoidBone, humanoid};
 use proptest::prelude::*;
 
 use super::*;

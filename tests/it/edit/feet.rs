@@ -1,9 +1,9 @@
 //! Contacts and foot lock.
 
 use mocap::edit::{ContactOptions, FootLockOptions, contacts, foot_lock};
+use mocap::figure::HumanoidBone;
 use mocap::process::{convert_units, validate};
 use mocap::scene::UpAxis;
-use mocap::skeleton::HumanoidBone;
 
 use super::*;
 

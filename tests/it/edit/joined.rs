@@ -4,8 +4,8 @@ use mocap::edit::{
     BlendWeight, ConcatOptions, InBetweenOptions, KeyInterpolation, LayerPart, LoopOptions, SmoothOptions, blend,
     concat, in_between, layer, loop_clip, mirror, smooth, warp_time,
 };
+use mocap::figure::{HumanoidBone, humanoid};
 use mocap::process::{trim, validate};
-use mocap::skeleton::{HumanoidBone, humanoid};
 use proptest::prelude::*;
 
 use super::*;
@@ -144,7 +144,8 @@ fn a_loop_ends_as_it_begins() {
         let seconds = last as f64 / scene.animations[0].ticks_per_second;
         assert!((0.59..4.01).contains(&seconds), "{file}: {seconds} s");
         assert!(report.contacts_agree, "{file}: {report:?}");
-        // From the hips, in the directions of the body over the ground, so that the way and the turn of a cycle do not count.
+        // From the hips, in the directions of the body over the ground, so that the way and the turn of a cycle do not
+        // count.
         let found = humanoid(&scene);
         let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
         let seen = |frame: usize| {

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use mocap::figure::HumanoidBone as Bone;
 use mocap::glam::{Quat, Vec3};
 use mocap::gltf::Character;
 use mocap::scene::{Animation, Channel, Keys, NodeId};
-use mocap::skeleton::HumanoidBone as Bone;
 use mocap::{Code, Importer};
 use serde_json::Value;
 use serde_json::value::RawValue;

@@ -99,7 +99,8 @@ fn rigid_meshes_stay_on_their_nodes_and_need_no_skin() {
     assert_eq!(holders, [0, 3]);
 }
 
-/// Joints in one place have no link to draw, and a client that wants a mesh for its skin gets one that moves with the joint.
+/// Joints in one place have no link to draw, and a client that wants a mesh for its skin gets one that moves with the
+/// joint.
 #[test]
 fn a_skeleton_without_extent_has_a_marker() {
     for kind in [SkeletonMesh::Skinned, SkeletonMesh::Segmented] {

@@ -32,8 +32,8 @@ const STEPS: [&str; 17] = [
     "in-between:every=1",
 ];
 
-/// Prints a table with a row for each step and a column for each file. The steps are done in turns, round by round, each
-/// on a copy of the motion that is made before the clock starts.
+/// Prints a table with a row for each step and a column for each file. The steps are done in turns, round by round,
+/// each on a copy of the motion that is made before the clock starts.
 pub(crate) fn measure(rounds: usize) -> Result<()> {
     let scenes = FILES.map(import);
     let mut rows: Vec<(&str, Vec<f64>)> = std::iter::once("contacts")

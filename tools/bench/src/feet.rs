@@ -5,9 +5,9 @@ use std::path::Path;
 
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, DetectedContacts, FootLockOptions, FootLockReport, contacts, foot_lock};
+use mocap::figure::HumanoidBone;
 use mocap::glam::Vec3;
 use mocap::scene::NodeId;
-use mocap::skeleton::HumanoidBone;
 use mocap::{Binding, Conversion, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::Result;

@@ -1,11 +1,11 @@
-//! How many poses a second are moved from one skeleton to another, beside three.js, with one thread. Both are measured by
-//! the time that they have a processor, so that other work on the machine counts for neither.
+//! How many poses a second are moved from one skeleton to another, beside three.js, with one thread. Both are measured
+//! by the time that they have a processor, so that other work on the machine counts for neither.
 
 use std::path::Path;
 use std::process::Command;
 
+use mocap::figure::humanoid;
 use mocap::retarget::{RetargetOptions, Retargeter};
-use mocap::skeleton::humanoid;
 use mocap::{Importer, Scene, SkeletonMesh};
 
 use crate::feet::import;

@@ -17,9 +17,11 @@ pub struct Clip {
     world: Vec<Mat4>,
 }
 
-/// Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are copied.
+/// Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are
+/// copied.
 ///
-/// Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees it.
+/// Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees
+/// it.
 ///
 /// # Safety
 /// `bytes` points to `size` bytes.
@@ -87,14 +89,15 @@ pub unsafe extern "C" fn mocap_clip_ticks_per_second(clip: *const Clip) -> f64 {
     guard(0.0, || Ok(unsafe { opened(clip) }?.clip.ticks_per_second()))
 }
 
-/// The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to the
-/// world to `world`; either may be NULL. `count` is how many matrices there is room for, at least `mocap_clip_node_count`.
+/// The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to
+/// the world to `world`; either may be NULL. `count` is how many matrices there is room for, at least
+/// `mocap_clip_node_count`.
 ///
 /// Nothing is allocated. One thread at a time may use a packed clip.
 ///
 /// # Safety
-/// `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x `count`
-/// floats, which do not overlap.
+/// `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x
+/// `count` floats, which do not overlap.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn mocap_clip_pose(
     clip: *mut Clip,
@@ -121,8 +124,8 @@ pub unsafe extern "C" fn mocap_clip_pose(
         }
         for (place, matrices) in [(local, &clip.local), (world, &clip.world)] {
             if !place.is_null() {
-                // SAFETY: there is room for `count` matrices, which is no less than there are. A matrix of glam is sixteen
-                // floats, column by column.
+                // SAFETY: there is room for `count` matrices, which is no less than there are. A matrix of glam is
+                // sixteen floats, column by column.
                 unsafe { ptr::copy_nonoverlapping(matrices.as_ptr().cast::<f32>(), place, 16 * nodes) };
             }
         }

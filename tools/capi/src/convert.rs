@@ -24,7 +24,8 @@ pub const MOCAP_UP_NEG_Y: u32 = 3;
 /// The axis that points up in the file: -Z.
 pub const MOCAP_UP_NEG_Z: u32 = 4;
 
-/// What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the default.
+/// What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
+/// default.
 #[repr(C)]
 pub struct Conversion {
     /// Metres in one unit of length of the file. 0: what the file states, else the unit in which the figure has the

@@ -39,8 +39,8 @@ impl Input {
         }
     }
 
-    /// An error; or a scene that keeps every rule and can be posed. The part of [`hold`](Self::hold) that is quick enough
-    /// for millions of inputs.
+    /// An error; or a scene that keeps every rule and can be posed. The part of [`hold`](Self::hold) that is quick
+    /// enough for millions of inputs.
     pub fn survive(&self, bytes: &[u8]) {
         let Ok(scene) = self.read(bytes, SkeletonMesh::Segmented) else {
             return;
@@ -151,7 +151,8 @@ fn make_arrays(scene: &Scene) {
     );
 }
 
-/// An error, or a BVH file that is read back to as many frames, and without a warning but of names, roots and far places.
+/// An error, or a BVH file that is read back to as many frames, and without a warning but of names, roots and far
+/// places.
 fn export_bvh(scene: &Scene) {
     if rows(scene) > MOST_ROWS && has_few_keys(scene) {
         return;

@@ -93,8 +93,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Every byte of small BVH files, and all formats for so long each, in processes of this program: each has its own limit
-/// of memory. What one prints stands together.
+/// Every byte of small BVH files, and all formats for so long each, in processes of this program: each has its own
+/// limit of memory. What one prints stands together.
 fn side_by_side(effort: &str, seed: u64) -> ExitCode {
     let seed = seed.to_string();
     let formats = FORMATS.iter().map(|input| vec![effort, input.name, &seed]);

@@ -8,8 +8,8 @@ mod mclip;
 
 use fastrand::Rng;
 
-/// The input with such changes, in the format that its name says; `None` for formats without them, and for inputs that are
-/// too broken to be taken apart.
+/// The input with such changes, in the format that its name says; `None` for formats without them, and for inputs that
+/// are too broken to be taken apart.
 pub(crate) fn mutate(format: &str, bytes: &[u8], random: &mut Rng) -> Option<Vec<u8>> {
     match format {
         "glb" | "gltf" => gltf::mutate(bytes, random),

@@ -136,8 +136,8 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
     })
 }
 
-/// Writes a scene into memory, as one blob without a name, or as the system's Assimp does it; `gltf2` carries its buffer
-/// in itself. [`aiReleaseExportBlob`] frees it.
+/// Writes a scene into memory, as one blob without a name, or as the system's Assimp does it; `gltf2` carries its
+/// buffer in itself. [`aiReleaseExportBlob`] frees it.
 ///
 /// # Safety
 /// `scene` is NULL or a whole scene; `format` is NULL or ends with a zero byte.

@@ -41,7 +41,8 @@ system_functions! {
         properties: *const c_void
     ) -> aiReturn | AI_FAILURE
 
-    /// `const aiExportDataBlob *ExportToBlob(const aiScene *, const char *id, unsigned flags, const ExportProperties *)`
+    /// `const aiExportDataBlob *ExportToBlob(const aiScene *, const char *id, unsigned flags, const ExportProperties
+    /// *)`
     fn _ZN6Assimp8Exporter12ExportToBlobEPK7aiScenePKcjPKNS_16ExportPropertiesE(
         this: *mut c_void, scene: *const aiScene, id: *const c_char, flags: u32, properties: *const c_void
     ) -> *const aiExportDataBlob | ptr::null()

@@ -22,7 +22,8 @@ const DEBONE: u32 = 0x400_0000;
 const GLOBAL_SCALE: u32 = 0x800_0000;
 
 /// Flags that change a skeleton's scene in a way that is not offered here: the system's Assimp runs them. All others
-/// change nothing in it: they are about texture coordinates, polygons, materials or large meshes, which it does not have.
+/// change nothing in it: they are about texture coordinates, polygons, materials or large meshes, which it does not
+/// have.
 const FOREIGN: &[(u32, &str)] = &[
     (0x4, "aiProcess_MakeLeftHanded"),
     (0x10, "aiProcess_RemoveComponent"),

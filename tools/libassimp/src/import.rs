@@ -1,8 +1,8 @@
 //! From a file to a scene.
 //!
-//! Motion is read here. Every other format is handed to the system's Assimp; so are glTF and FBX files that have meshes,
-//! whose textures and colours are not read here. Where it is absent or refuses such a file, the motion is read here all
-//! the same, and the scene says that it is incomplete.
+//! Motion is read here. Every other format is handed to the system's Assimp; so are glTF and FBX files that have
+//! meshes, whose textures and colours are not read here. Where it is absent or refuses such a file, the motion is read
+//! here all the same, and the scene says that it is incomplete.
 
 use std::ffi::{CStr, OsStr};
 use std::os::unix::ffi::OsStrExt;

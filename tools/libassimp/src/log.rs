@@ -1,5 +1,5 @@
-//! Logging: the loggers and streams are those of the system's Assimp. Where there is none, streams are taken and nothing
-//! is logged, but by a logger of the program's own.
+//! Logging: the loggers and streams are those of the system's Assimp. Where there is none, streams are taken and
+//! nothing is logged, but by a logger of the program's own.
 
 use std::ffi::{CString, c_char, c_void};
 use std::ptr;

@@ -35,8 +35,8 @@ impl<T: Copy> Argument for *const T {
 
 /// Defines functions of C, each under its name.
 ///
-/// `change` has its first argument's value replaced by the result, `make` has a place in which the result is written, `tell`
-/// returns the result.
+/// `change` has its first argument's value replaced by the result, `make` has a place in which the result is written,
+/// `tell` returns the result.
 macro_rules! functions {
     () => {};
     (

@@ -10,8 +10,8 @@ const NO_SKELETON_MESHES: &CStr = c"IMPORT_NO_SKELETON_MESHES";
 
 type Name = Box<CStr>;
 
-/// What an import is told beside its flags. Everything is kept, for the system's Assimp; what changes how motion is read
-/// is looked at here too.
+/// What an import is told beside its flags. Everything is kept, for the system's Assimp; what changes how motion is
+/// read is looked at here too.
 #[derive(Clone, Default)]
 pub(crate) struct Properties {
     pub(crate) integers: BTreeMap<Name, i32>,

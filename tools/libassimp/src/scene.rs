@@ -1,5 +1,5 @@
-//! The members of `aiScene` and `aiNode` that are no part of the headers. Their names are those that the compiler makes:
-//! `C1` and `C2` are a constructor, `D1` and `D2` the destructor.
+//! The members of `aiScene` and `aiNode` that are no part of the headers. Their names are those that the compiler
+//! makes: `C1` and `C2` are a constructor, `D1` and `D2` the destructor.
 
 use std::ffi::c_char;
 use std::ptr;

@@ -1,8 +1,8 @@
 //! The system's own Assimp, which takes what is not read, written or done here. It is opened at first need.
 //!
-//! It has the same name and the same symbols as this library. It is opened by its path, so that it is not taken for this
-//! library, which the dynamic linker has loaded under that name already; with `RTLD_LOCAL`, so that the program's calls
-//! still come here; and with `RTLD_DEEPBIND`, so that its own calls stay within it.
+//! It has the same name and the same symbols as this library. It is opened by its path, so that it is not taken for
+//! this library, which the dynamic linker has loaded under that name already; with `RTLD_LOCAL`, so that the program's
+//! calls still come here; and with `RTLD_DEEPBIND`, so that its own calls stay within it.
 
 use std::env;
 use std::ffi::{CStr, CString, c_void};
@@ -77,8 +77,8 @@ pub(crate) unsafe fn function<F: Copy>(name: &CStr) -> Result<F, String> {
     Ok(unsafe { std::mem::transmute_copy(&address) })
 }
 
-/// Defines functions that those of the system's Assimp do, and their value where there is none. Of a method, the object is
-/// the first argument.
+/// Defines functions that those of the system's Assimp do, and their value where there is none. Of a method, the object
+/// is the first argument.
 macro_rules! system_functions {
     ($(
         $(#[$attribute:meta])*

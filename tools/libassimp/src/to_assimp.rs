@@ -201,8 +201,8 @@ fn rotation_keys(keys: &Keys<Quat>) -> Vec<aiQuatKey> {
     keys.collect()
 }
 
-/// Says which format the scene was read from, and of FBX its unit in centimetres and its up axis. Of BVH and FBX it does
-/// so in the words of Assimp's importers.
+/// Says which format the scene was read from, and of FBX its unit in centimetres and its up axis. Of BVH and FBX it
+/// does so in the words of Assimp's importers.
 fn metadata(metadata: &Metadata) -> *mut aiMetadata {
     fn entry<T: Copy>(kind: i32, value: T) -> aiMetadataEntry {
         aiMetadataEntry {

@@ -16,7 +16,7 @@ mod scene;
 
 use std::path::PathBuf;
 
-use mocap::skeleton::Unit;
+use mocap::figure::Unit;
 use mocap::{Format, Importer, RootOffset, SkeletonMesh};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

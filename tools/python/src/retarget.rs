@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use mocap::Importer;
 use mocap::convert::leave_out_rest_pose;
 use mocap::export::{ReplacePolicy, write_file};
+use mocap::figure::Humanoid;
 use mocap::gltf::Provenance;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, Scale};
 use mocap::scene::Animation;
-use mocap::skeleton::Humanoid;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 

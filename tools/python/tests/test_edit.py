@@ -109,8 +109,8 @@ def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:
     ]
     assert all(len(point["at_rest"]) == clip.frames for point in found["points"])
     for refused, code in [
-        (lambda: edit.smooth(clip, cut_off=0), "unknown-option"),
-        (lambda: edit.blend(clip, clip, 1.5), "unknown-option"),
+        (lambda: edit.smooth(clip, cut_off=0), "invalid-value"),
+        (lambda: edit.blend(clip, clip, 1.5), "invalid-value"),
         (lambda: edit.mirror(mocap.read(REAL / "lecture_Test.bvh")), "not-humanoid"),
     ]:
         with pytest.raises(mocap.MocapError) as caught:

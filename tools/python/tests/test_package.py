@@ -61,7 +61,7 @@ def test_an_error_says_where() -> None:
         assert (error.line, error.column, error.joint) == (4, 12, "a")
     with pytest.raises(mocap.MocapError, match="no joint's name matches") as caught:
         mocap.read(REAL / "cmu_short.bvh").to_numpy(joints="nobody")
-    assert (caught.value.code, caught.value.line) == ("unknown-option", None)
+    assert (caught.value.code, caught.value.line) == ("invalid-value", None)
     with pytest.raises(ValueError, match="expected one of `quat`, `6d`, `matrix`, `euler`$"):
         mocap.read(REAL / "cmu_short.bvh").to_numpy(rot="7d")
     with pytest.raises(ValueError, match="furlong"):

@@ -198,7 +198,7 @@ export class Scene {
       const world = exports.mocap_pose(this.#number, animation, tick) >>> 0;
       if (world === 0) {
         const message = `there is no animation ${animation}: there are ${this.animations.length}, counted from 0`;
-        throw new MocapError({ code: "unknown-option", message });
+        throw new MocapError({ code: "invalid-value", message });
       }
       const parent = exports.mocap_pose_to_parent(this.#number) >>> 0;
       const view = (address) => new Float32Array(exports.memory.buffer, address, 16 * this.nodes.length);
@@ -215,7 +215,7 @@ export class Scene {
     character.#check();
     if (character.#instance !== this.#instance) {
       const message = "the motion and the character were not read by the same module";
-      throw new MocapError({ code: "unknown-option", message, help: "read both again" });
+      throw new MocapError({ code: "invalid-value", message, help: "read both again" });
     }
     return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
   }

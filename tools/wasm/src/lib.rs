@@ -1,7 +1,7 @@
 //! What the npm package calls: WebAssembly without imports, and without a generator of bindings.
 //!
-//! A call is a request and its files: JSON in UTF-8, and bytes. [`mocap_input`] makes room for each, the request first, and
-//! [`mocap_call`] answers with JSON and, where a file was written, with its bytes. Scenes stay here under numbers.
+//! A call is a request and its files: JSON in UTF-8, and bytes. [`mocap_input`] makes room for each, the request first,
+//! and [`mocap_call`] answers with JSON and, where a file was written, with its bytes. Scenes stay here under numbers.
 //! Their keys and matrices are not copied: an answer names their addresses, which JavaScript reads as typed arrays. A
 //! scene never changes, so they are valid until it is freed.
 //!
@@ -98,8 +98,8 @@ pub extern "C" fn mocap_free(scene: u32) {
     with_state(|state| state.scenes.free(scene));
 }
 
-/// Computes the pose of a packed clip at a tick, where the answer that opened it says: translation, rotation and scale of
-/// each node, ten numbers. 0 where there is no such clip. Nothing is allocated.
+/// Computes the pose of a packed clip at a tick, where the answer that opened it says: translation, rotation and scale
+/// of each node, ten numbers. 0 where there is no such clip. Nothing is allocated.
 #[unsafe(no_mangle)]
 pub extern "C" fn mocap_clip_sample(clip: u32, tick: f64) -> u32 {
     with_state(|state| u32::from(state.clips.sample(clip, tick))).unwrap_or(0)

@@ -1,16 +1,18 @@
-//! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's default.
+//! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's
+//! default.
 
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
+use mocap::figure::{HumanoidMap, Unit};
 use mocap::gltf::{Compression, DEFAULT_MAX_ERROR, GltfOptions};
 use mocap::retarget::Scale;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
-use mocap::skeleton::{HumanoidMap, Unit};
 use mocap::{Conversion, Importer, Limits, SkeletonMesh, bvh};
 use serde::Deserialize;
 
 use crate::failure::Failure;
 
-/// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each other.
+/// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each
+/// other.
 const LIMITS: Limits = Limits {
     max_bytes: 512 << 20,
     max_values: 1 << 26,

@@ -7,11 +7,11 @@ use mocap::compress::PackedClip;
 use mocap::convert::leave_out_rest_pose;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
+use mocap::figure::{self, Skeleton, humanoid};
 use mocap::gltf::{self, Provenance};
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retarget::{RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Assumption, RootOffsetUsed, UpAxis};
-use mocap::skeleton::{self, Skeleton, humanoid};
 use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, bvh, vrma};
 use serde::{Deserialize, Serialize};
 
@@ -189,7 +189,7 @@ fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>])
             (None, true) => "ok",
         },
         diagnostics,
-        assumptions: read.as_ref().map(skeleton::assumptions).unwrap_or_default(),
+        assumptions: read.as_ref().map(figure::assumptions).unwrap_or_default(),
     };
     Ok((json(&checked)?, Vec::new()))
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use mocap::figure::Humanoid;
 use mocap::glam::Mat4;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::LimbAngles;
-use mocap::skeleton::Humanoid;
 use mocap::{Binding, Pose, Scene};
 
 use crate::failure::Failure;
@@ -20,7 +20,8 @@ pub(crate) struct Entry {
     pub(crate) humanoid: Option<Humanoid>,
     /// Whether a conversion made it, so that what a file leaves open is known.
     pub(crate) is_converted: bool,
-    /// How far the limbs of its first animation point from those of the motion it was made from, where that was asked for.
+    /// How far the limbs of its first animation point from those of the motion it was made from, where that was asked
+    /// for.
     limb_angles: Option<Vec<LimbAngles>>,
     /// Where each animation comes from, where they were put onto this skeleton.
     pub(crate) provenance: Vec<Provenance>,

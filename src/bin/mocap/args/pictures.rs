@@ -15,7 +15,8 @@ pub(crate) struct ViewArgs {
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
-    /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a humanoid
+    /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a
+    /// humanoid
     #[arg(long, value_name = "FILE")]
     pub(crate) character: Option<PathBuf>,
     /// Show the motions on this robot too, a .urdf file or an .xml file of MuJoCo, each beside its source

@@ -79,7 +79,8 @@ impl FrameRateArgs {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum RootOffsetArg {
-    /// Add if the root's position is near zero, in the first frame or the median, while the OFFSET is not, otherwise replace
+    /// Add if the root's position is near zero, in the first frame or the median, while the OFFSET is not, otherwise
+    /// replace
     Auto,
     /// The position channels replace the OFFSET
     Replace,

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::ValueEnum;
+use mocap::figure::HumanoidMap;
 use mocap::retarget::Scale;
-use mocap::skeleton::HumanoidMap;
 
 use super::{FbxOutArgs, FrameRateArgs, MapArgs, SourceArgs, source};
 
@@ -15,9 +15,9 @@ pub(crate) struct RetargetArgs {
     /// .vrm file, or any file with the skeleton of a humanoid
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An .fbx has
-    /// any character with its skin, colours and textures, and the motions. Another skeleton is written as .glb, .gltf or
-    /// .bvh. A .vrma has the motions alone, as the character makes them. - is standard output
+    /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An
+    /// .fbx has any character with its skin, colours and textures, and the motions. Another skeleton is written as
+    /// .glb, .gltf or .bvh. A .vrma has the motions alone, as the character makes them. - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Format of standard output [default: that of a glTF or VRM character, or else glb]
@@ -38,8 +38,8 @@ pub(crate) struct RetargetArgs {
     /// Leave out the animations that the character has; by default they stay
     #[arg(long)]
     pub(crate) replace_animations: bool,
-    /// Largest allowed angle between a limb of the motion and that of the character in any frame, in degrees; above it the
-    /// exit code is 1
+    /// Largest allowed angle between a limb of the motion and that of the character in any frame, in degrees; above it
+    /// the exit code is 1
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     pub(crate) max_angle: Option<f64>,
     /// Print the report as JSON

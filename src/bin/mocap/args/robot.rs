@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mocap::skeleton::HumanoidMap;
+use mocap::figure::HumanoidMap;
 
 use super::retarget::ScaleArg;
 use super::{FeetArg, InputArgs, MapArgs, ReadArgs, SourceArgs, SpreadArgs, TrimArg, source};
@@ -16,7 +16,8 @@ pub(crate) struct RobotArgs {
     /// The robot: a .urdf file, or an .xml file of MuJoCo
     #[arg(long, value_name = "FILE")]
     pub(crate) robot: PathBuf,
-    /// The file to write, .npz, .pkl, .csv or .glb, or - for standard output; of several motions the folder to write into
+    /// The file to write, .npz, .pkl, .csv or .glb, or - for standard output; of several motions the folder to write
+    /// into
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Format of the outputs [default: what the name of the output says, else npz]
@@ -37,8 +38,8 @@ pub(crate) struct RobotArgs {
     /// Keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
-    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the robot;
-    /// those that it does not name are searched for
+    /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the
+    /// robot; those that it does not name are searched for
     #[arg(long, value_name = "FILE", value_parser = source::read_map)]
     pub(crate) robot_map: Option<HumanoidMap>,
     /// Exit with 1 where the verdict of a motion is worse than this
@@ -47,8 +48,8 @@ pub(crate) struct RobotArgs {
     /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet is
-    /// x.1-of-8.parquet
+    /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet
+    /// is x.1-of-8.parquet
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
     /// Print the report of one motion as JSON

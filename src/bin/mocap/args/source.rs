@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 use mocap::Scene;
+use mocap::figure::{HumanoidBone, HumanoidMap, Unit};
 use mocap::scene::UpAxis;
-use mocap::skeleton::{HumanoidBone, HumanoidMap, Unit};
 use serde::Deserialize;
 
 /// The unit and the up axis of the input, for all commands that use both. Those of the output are [`OutArgs`].
@@ -34,8 +34,8 @@ pub(crate) struct SourceUpArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Reading")]
 pub(crate) struct MapArgs {
-    /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name are
-    /// searched for
+    /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name
+    /// are searched for
     #[arg(long, value_name = "FILE", value_parser = read_map)]
     map: Option<HumanoidMap>,
 }

@@ -18,7 +18,8 @@ pub(crate) fn conversion(args: &ConvertArgs) -> Conversion {
 }
 
 /// Does what `args` ask for. Returns what was decided, by the reader and here, in words. Where `keeps_units`, the
-/// file's own unit and axes stay unless others are named. `of_others` is the up axis of other clips of the same skeleton.
+/// file's own unit and axes stay unless others are named. `of_others` is the up axis of other clips of the same
+/// skeleton.
 ///
 /// # Errors
 /// As [`mocap::Conversion::apply`].

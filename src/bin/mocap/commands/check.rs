@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use mocap::figure::assumptions;
 use mocap::scene::Assumption;
-use mocap::skeleton::assumptions;
 use mocap::{Code, Diagnostic, SkeletonMesh};
 use serde::Serialize;
 

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use mocap::compress::PackedClip;
 use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
+use mocap::figure::humanoid;
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
-use mocap::skeleton::humanoid;
 use mocap::verify::{Verification, Verifier};
 use mocap::{Diagnostic, SkeletonMesh, bvh, fbx, vrma};
 
@@ -314,8 +314,8 @@ pub(crate) struct Converted {
     frames: usize,
 }
 
-/// Converts one file, without printing anything. An existing file at `output` is replaced if `policy` allows it or if it
-/// `is_known` as an output of a former run.
+/// Converts one file, without printing anything. An existing file at `output` is replaced if `policy` allows it or if
+/// it `is_known` as an output of a former run.
 pub(crate) fn convert(
     args: &ConvertArgs,
     input: &Path,

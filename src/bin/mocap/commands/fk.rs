@@ -35,7 +35,8 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;
 
-/// The writer for the extension of the output, CSV for standard output; its arguments are the motion and the name of the clip.
+/// The writer for the extension of the output, CSV for standard output; its arguments are the motion and the name of
+/// the clip.
 fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     let output = args.output.as_path();
     let extension = extension(output);

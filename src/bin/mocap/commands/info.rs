@@ -2,9 +2,9 @@
 
 use std::io::{self, IsTerminal, Write};
 
+use mocap::figure::assumptions;
 use mocap::render::{Clip, ScreenOptions, screen};
 use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
-use mocap::skeleton::assumptions;
 use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
 use terminal_size::{Height, Width};

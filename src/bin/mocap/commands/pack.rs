@@ -255,8 +255,8 @@ fn kept_parts(former: &BTreeMap<String, Record>, inputs: &[Input], folder: &Path
     kept.map(|(output, _)| output.to_owned()).collect()
 }
 
-/// The Parquet files in `folder` that are named as those of a run, and temporary files of killed runs: the path of each,
-/// and the path that it has or was to get.
+/// The Parquet files in `folder` that are named as those of a run, and temporary files of killed runs: the path of
+/// each, and the path that it has or was to get.
 fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
     let mut parts = Vec::new();
     for entry in fs::read_dir(folder)? {
@@ -270,8 +270,8 @@ fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
     Ok(parts)
 }
 
-/// Refuses a folder with Parquet files of other programs: readers take all files of the folder as one table, and parts of
-/// former runs are removed.
+/// Refuses a folder with Parquet files of other programs: readers take all files of the folder as one table, and parts
+/// of former runs are removed.
 fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     let parts = parts(folder, prefix).map_err(|error| Failure::Folder(folder.to_owned(), error))?;
     let is_ours = |path: &Path| File::open(path).is_ok_and(|file| parquet::has_provenance(&file));

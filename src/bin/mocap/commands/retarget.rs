@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use mocap::convert::leave_out_rest_pose;
 use mocap::export::ReplacePolicy;
 use mocap::fbx::FbxOptions;
+use mocap::figure::{Humanoid, humanoid};
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Scene, Topic};
-use mocap::skeleton::{Humanoid, humanoid};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
 
 use super::{

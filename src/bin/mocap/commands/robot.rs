@@ -6,9 +6,9 @@ use mocap::arrays::{npz, robot as arrays};
 use mocap::convert::FirstFrame;
 use mocap::export::ReplacePolicy;
 use mocap::fbx::FbxOptions;
+use mocap::figure::humanoid;
 use mocap::retarget::Verdict;
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
-use mocap::skeleton::humanoid;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
 use super::{check_json, import_to_resample, mapped, print_json, scene_bytes, unknown_extension, write_output};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use mocap::Scene;
+use mocap::figure::{Skeleton, TPose};
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip, sheet, t_pose_sheet};
-use mocap::skeleton::{Skeleton, TPose};
 
 use super::{import_motion, mapped_skeleton, short_name, write_drawing};
 use crate::args::{Given, MapArgs, SheetArgs};

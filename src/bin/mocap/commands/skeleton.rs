@@ -5,9 +5,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
+use mocap::figure::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource};
 use mocap::glam::Quat;
 use mocap::scene::RootOffset;
-use mocap::skeleton::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource};
 use serde::Serialize;
 
 use super::{import_motion, mapped_skeleton, print_json};
@@ -95,7 +95,7 @@ impl Report {
         let unit = match scene.metadata.metres_per_unit {
             Some(metres) => UnitReport {
                 metres,
-                name: mocap::skeleton::Unit::ALL
+                name: mocap::figure::Unit::ALL
                     .into_iter()
                     .find(|unit| unit.metres() == metres)
                     .map_or_else(|| metres.to_string(), |unit| unit.as_str().to_owned()),
@@ -119,7 +119,7 @@ impl Report {
             reason: used.reason.clone(),
         });
         let humanoid = &found.humanoid;
-        let bone = |joint: &mocap::skeleton::HumanoidJoint| BoneReport {
+        let bone = |joint: &mocap::figure::HumanoidJoint| BoneReport {
             joint: scene.nodes[joint.joint.index()].name.clone(),
             confidence: joint.confidence,
             reason: joint.reason.clone(),

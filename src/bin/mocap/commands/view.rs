@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::leave_out_rest_pose;
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
+use mocap::figure::{HumanoidMap, Skeleton, humanoid};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
 use mocap::robot::{Robot, RobotOptions, RobotRetargeter};
 use mocap::scene::Animation;
-use mocap::skeleton::{HumanoidMap, Skeleton, humanoid};
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
 use super::{extension, import_to_resample, retarget, short_name, unknown_extension};

@@ -1,8 +1,8 @@
 //! Materials: the base colour, its texture, and what alpha means.
 //!
-//! ufbx brings the materials of all programs to one model. In FBX a texture takes the place of a colour. Colours are those of
-//! a screen (sRGB), as three.js has them. The file of a texture is embedded, or near the FBX file; its folder on the machine
-//! of its maker is not looked for.
+//! ufbx brings the materials of all programs to one model. In FBX a texture takes the place of a colour. Colours are
+//! those of a screen (sRGB), as three.js has them. The file of a texture is embedded, or near the FBX file; its folder
+//! on the machine of its maker is not looked for.
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Component, Path, PathBuf};

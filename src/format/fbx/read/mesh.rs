@@ -16,8 +16,8 @@ use crate::format::{Failure, ReadOptions, Source};
 use crate::limits::{is_plausible, limit_exceeded};
 use crate::scene::{Bone, Mesh, NodeId, Scene, VertexWeight};
 
-/// Adds the skinned meshes of `file` to the first node of `scene`, each once for each of its materials. Returns what was
-/// left out, each as the choice and its reason.
+/// Adds the skinned meshes of `file` to the first node of `scene`, each once for each of its materials. Returns what
+/// was left out, each as the choice and its reason.
 pub(super) fn read(
     origin: &Source<'_>,
     file: &ufbx::Scene,
@@ -221,8 +221,8 @@ impl<'a> Bound<'a> {
     }
 }
 
-/// The corners of these faces with different positions, normals or places on a texture, each once, and three indices for
-/// each triangle.
+/// The corners of these faces with different positions, normals or places on a texture, each once, and three indices
+/// for each triangle.
 fn corners(source: &ufbx::Mesh, faces: &[ufbx::Face], coords: Option<&ufbx::VertexVec2>) -> (Vec<usize>, Vec<u32>) {
     let mut corners = Vec::new();
     let mut indices = Vec::new();

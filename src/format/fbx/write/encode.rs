@@ -1,7 +1,7 @@
 //! The tree of elements in bytes: a header, elements that begin with the offset of their end, and a footer.
 //!
-//! The crate `fbxcel` writes these too. It brings a second deflate beside `miniz_oxide`, and compresses the times of every
-//! curve anew, which are most of a file and the same for all curves.
+//! The crate `fbxcel` writes these too. It brings a second deflate beside `miniz_oxide`, and compresses the times of
+//! every curve anew, which are most of a file and the same for all curves.
 
 use std::borrow::Cow;
 use std::rc::Rc;

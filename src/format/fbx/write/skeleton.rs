@@ -1,7 +1,7 @@
 //! The nodes as models, and their bind pose.
 //!
-//! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order, its
-//! scale. Offsets, pivots and the post-rotation are left at zero.
+//! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order,
+//! its scale. Offsets, pivots and the post-rotation are left at zero.
 
 use std::collections::BTreeSet;
 
@@ -161,8 +161,8 @@ fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
     })
 }
 
-/// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or, where
-/// no root is wanted above the skeleton, all that do nothing but group.
+/// The number of groups at the beginning that stand for the root that every file has: the root of an FBX file, or,
+/// where no root is wanted above the skeleton, all that do nothing but group.
 fn groups_left_out(scene: &Scene, options: &FbxOptions, binds: &BTreeSet<usize>) -> usize {
     let nodes = &scene.nodes;
     let is_still = |index: usize| {
@@ -242,8 +242,8 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
 
 /// The place in the bind pose of a joint that moves against its parent.
 ///
-/// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it, and then
-/// does not move against it. A hundred-thousandth of the way beside it, it is not.
+/// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
+/// and then does not move against it. A hundred-thousandth of the way beside it, it is not.
 pub(super) fn beside_the_tail(mut bind: DMat4, place: &Placed, parent: &Placed) -> DMat4 {
     const SHARE: f64 = 1e-5;
     let origin = bind.w_axis.truncate();

@@ -47,8 +47,8 @@ struct Clock<'a> {
     kept: Option<Vec<usize>>,
 }
 
-/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes, unless
-/// it `keeps_rest`; of several animations, [`rest::of_all`](super::rest::of_all) has moved what they share.
+/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes,
+/// unless it `keeps_rest`; of several animations, [`rest::of_all`](super::rest::of_all) has moved what they share.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(

@@ -170,8 +170,8 @@ impl Buffer {
         }
     }
 
-    /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well, or
-    /// begins with, are not written twice.
+    /// Appends the times of keys, in a stream if `compression` has streams. Times that another animation has as well,
+    /// or begins with, are not written twice.
     pub(super) fn push_times(&mut self, compression: Compression, times: &[[f32; 1]]) -> Index<Accessor> {
         if let Some((_, same)) = self.times.iter().find(|(known, _)| known == times) {
             return *same;

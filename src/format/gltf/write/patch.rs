@@ -92,8 +92,8 @@ pub(in super::super) fn with_animations(
     let buffers: Vec<Buffer<'_>> = sections
         .buffers
         .map_or(Ok(Vec::new()), |section| parse(section.get()))?;
-    // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a buffer
-    // of their own.
+    // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a
+    // buffer of their own.
     let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
     let (buffer, start) = match in_chunk {
         true => (0, bin.map_or(0, <[u8]>::len).next_multiple_of(4)),

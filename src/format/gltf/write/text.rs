@@ -1,5 +1,5 @@
-//! The JSON text of a document, without what a reader assumes anyway: all samplers are linear, and whole numbers have no
-//! decimals.
+//! The JSON text of a document, without what a reader assumes anyway: all samplers are linear, and whole numbers have
+//! no decimals.
 
 use std::io::{self, Write};
 

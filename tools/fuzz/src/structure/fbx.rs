@@ -1,5 +1,5 @@
-//! Binary FBX: the records are taken apart, changed, and put together again with the offsets and lengths as they have to
-//! be, some of which are then changed too.
+//! Binary FBX: the records are taken apart, changed, and put together again with the offsets and lengths as they have
+//! to be, some of which are then changed too.
 
 use std::ops::Range;
 

@@ -2,8 +2,8 @@
 //!
 //! usage: `mocap-vrm-runtime CHARACTER ANIMATION SECONDS..`
 //!
-//! The answer is a list with, for each time, `{BONE: [x, y, z, w], ..}`: the rotation of each bone of the humanoid since the
-//! T-pose.
+//! The answer is a list with, for each time, `{BONE: [x, y, z, w], ..}`: the rotation of each bone of the humanoid
+//! since the T-pose.
 
 use std::env;
 use std::error::Error;

@@ -1,7 +1,7 @@
 //! The classes behind `std::shared_ptr` that Assimp exports because it uses them.
 //!
-//! They are the C++ library's, so that another library of the program may use these tables for pointers of its own: they
-//! work without the system's Assimp. Objects are those of the GNU C++ library: a table, two counts, the pointer.
+//! They are the C++ library's, so that another library of the program may use these tables for pointers of its own:
+//! they work without the system's Assimp. Objects are those of the GNU C++ library: a table, two counts, the pointer.
 
 use std::ffi::{CStr, c_char, c_void};
 

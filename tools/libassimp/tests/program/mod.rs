@@ -73,7 +73,8 @@ pub(crate) fn run_under_valgrind(program: &Path, file: &str) {
         "--errors-for-leak-kinds=definite,indirect,possible",
     ]);
     command.arg(program).arg(file);
-    // Without the system's Assimp, whose memory is its own affair. What is kept for the whole process is still reachable.
+    // Without the system's Assimp, whose memory is its own affair. What is kept for the whole process is still
+    // reachable.
     succeed(with(command.env("MOCAP_ASSIMP_FORWARD", "off"), Library::Ours));
 }
 

@@ -1,8 +1,8 @@
 //! Short decimal numbers, without a branch that depends on their lengths.
 //!
 //! The positions of a number's digits, point and end vary, so a parser that goes byte by byte mispredicts a branch at
-//! about every second number. This one examines 16 bytes at once, with SSE4.1 or the vectors of WebAssembly. SSE4.1 is used
-//! on processors with AVX2, because that is what [`wide`](crate::math::wide) asks for.
+//! about every second number. This one examines 16 bytes at once, with SSE4.1 or the vectors of WebAssembly. SSE4.1 is
+//! used on processors with AVX2, because that is what [`wide`](crate::math::wide) asks for.
 
 #[cfg(target_arch = "wasm32")]
 mod wasm;

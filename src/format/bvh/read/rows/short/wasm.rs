@@ -36,8 +36,8 @@ pub(super) fn minus_or_zero(bytes: v128, byte: u8) -> v128 {
     u8x16_sub_sat(bytes, u8x16_splat(byte))
 }
 
-/// The numbers of the first eight and of the last eight of sixteen digits, which `order` takes from `values`; zero where
-/// its highest bit is set.
+/// The numbers of the first eight and of the last eight of sixteen digits, which `order` takes from `values`; zero
+/// where its highest bit is set.
 #[inline(always)]
 pub(super) fn eight_digits(values: v128, order: &[u8; 16]) -> [u32; 2] {
     let digits = i8x16_swizzle(values, load(order));

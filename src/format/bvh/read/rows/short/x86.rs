@@ -41,8 +41,8 @@ pub(super) fn minus_or_zero(bytes: __m128i, byte: u8) -> __m128i {
     _mm_subs_epu8(bytes, _mm_set1_epi8(byte as i8))
 }
 
-/// The numbers of the first eight and of the last eight of sixteen digits, which `order` takes from `values`; zero where
-/// its highest bit is set.
+/// The numbers of the first eight and of the last eight of sixteen digits, which `order` takes from `values`; zero
+/// where its highest bit is set.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn eight_digits(values: __m128i, order: &[u8; 16]) -> [u32; 2] {
