@@ -11,7 +11,7 @@ mod read;
 mod read;
 mod write;
 
-use crate::export::{FBX_HEAD, fbx_provenance};
+use crate::files::{FBX_HEAD, fbx_provenance};
 use crate::format::FormatInfo;
 use crate::format::provenance::Provenance;
 use crate::scene::Format;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
     ("limits", &["error"]),
-    ("export", &["error"]),
+    ("files", &["error"]),
     ("scene", &["error", "limits"]),
     ("math", &["scene"]),
     ("pose", &["error", "limits", "scene"]),
@@ -30,7 +30,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "export", "scene", "math", "pose", "figure", "compress", "retarget", "robot",
+            "error", "limits", "files", "scene", "math", "pose", "figure", "compress", "retarget", "robot",
         ],
     ),
     (
@@ -393,7 +393,7 @@ fn the_program_uses_only_the_public_interface() {
 }
 
 #[test]
-fn only_import_opens_an_input_and_only_export_looks_at_an_output() {
+fn only_import_opens_an_input_and_only_files_looks_at_an_output() {
     let mut failures = Vec::new();
     for source in sources() {
         let module = source.module();
@@ -403,7 +403,7 @@ fn only_import_opens_an_input_and_only_export_looks_at_an_output() {
         for (number, line) in &source.code {
             let reads = line.contains("File::open") || line.contains("fs::read") || line.contains("fs::metadata");
             let writes = line.contains("File::create") || line.contains("fs::write") || line.contains("tempfile");
-            if (reads && module != "import" && module != "export") || (writes && module != "export") {
+            if (reads && module != "import" && module != "files") || (writes && module != "files") {
                 failures.push(format!("{}:{number}: {line}", source.path.display()));
             }
         }

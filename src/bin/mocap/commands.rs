@@ -27,9 +27,9 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::export::{ReplacePolicy, write_file, write_files};
 use mocap::fbx::{self, FbxOptions, FbxReport};
 use mocap::figure::{Humanoid, HumanoidMap, Skeleton, humanoid};
+use mocap::files::{ReplacePolicy, write_file, write_files};
 use mocap::scene::{Scene, Topic};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
 use serde::Serialize;

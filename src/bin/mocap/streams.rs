@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
+use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::{Importer, Scene};
 
 use crate::{Failure, report};

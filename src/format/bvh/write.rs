@@ -28,7 +28,7 @@ mod number;
 use std::path::Path;
 
 use crate::error::{Diagnostic, Result};
-use crate::export::write_file;
+use crate::files::write_file;
 use crate::scene::{RotationOrder, Scene};
 
 /// Which joints have position channels.

@@ -45,7 +45,7 @@ use self::names::Names;
 use self::space::Space;
 use self::time::Rate;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::export::{ReplacePolicy, write_file, write_files};
+use crate::files::{ReplacePolicy, write_file, write_files};
 use crate::format::provenance::Provenance;
 use crate::limits;
 use crate::scene::{Scene, UpAxis};

@@ -92,7 +92,7 @@ impl Character {
     }
 
     /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from. Then `mocap
-    /// verify` knows, and an output may be written again: see [`ReplacePolicy`](crate::export::ReplacePolicy).
+    /// verify` knows, and an output may be written again: see [`ReplacePolicy`](crate::files::ReplacePolicy).
     ///
     /// # Errors
     /// As [`Character::with_animations`].

@@ -13,7 +13,7 @@ use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::{Provenance, humanoid, required, streams};
 use crate::error::{Diagnostic, Result};
-use crate::export::percent_decoded;
+use crate::files::percent_decoded;
 use crate::format::Failure;
 use crate::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
 

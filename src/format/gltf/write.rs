@@ -42,7 +42,7 @@ use serde::Serialize;
 
 use super::{Achieved, Compression};
 use crate::error::{Code, Diagnostic, Result};
-use crate::export::{write_file, write_files};
+use crate::files::{write_file, write_files};
 use crate::scene::Scene;
 
 /// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and

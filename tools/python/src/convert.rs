@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mocap::export::ReplacePolicy;
+use mocap::files::ReplacePolicy;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, SkeletonMesh, fbx, gltf, vrma};
 use pyo3::exceptions::PyValueError;

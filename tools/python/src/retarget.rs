@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use mocap::Importer;
 use mocap::convert::leave_out_rest_pose;
-use mocap::export::{ReplacePolicy, write_file};
 use mocap::figure::Humanoid;
+use mocap::files::{ReplacePolicy, write_file};
 use mocap::gltf::Provenance;
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, Scale};
 use mocap::scene::Animation;

@@ -8,7 +8,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use mocap::export::write_file;
+use mocap::files::write_file;
 use mocap::robot::RobotReport;
 use mocap::scene::Assumption;
 use serde::{Deserialize, Serialize};

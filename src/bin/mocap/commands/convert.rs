@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use mocap::compress::PackedClip;
-use mocap::export::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::figure::humanoid;
+use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
 use mocap::verify::{Verification, Verifier};

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use mocap::export::{ReplacePolicy, has_provenance, unfinished_target};
+use mocap::files::{ReplacePolicy, has_provenance, unfinished_target};
 use mocap::scene::{Confidence, Topic, UpAxis};
 use walkdir::WalkDir;
 

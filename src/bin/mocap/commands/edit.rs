@@ -6,7 +6,7 @@ use std::path::Path;
 
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditReport, contacts};
-use mocap::export::ReplacePolicy;
+use mocap::files::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::{AppliedStep, Scene};
 use mocap::{Conversion, SkeletonMesh, arrays};

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
 use mocap::arrays::{ArrayOptions, arrays, parquet, table};
-use mocap::export::{unfinished_target, write_file};
+use mocap::files::{unfinished_target, write_file};
 use mocap::{Importer, Scene, SkeletonMesh};
 
 use crate::args::{ArraysArgs, Given, PackArgs, TableArg};

@@ -4,9 +4,9 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use mocap::convert::leave_out_rest_pose;
-use mocap::export::ReplacePolicy;
 use mocap::fbx::FbxOptions;
 use mocap::figure::{Humanoid, humanoid};
+use mocap::files::ReplacePolicy;
 use mocap::gltf::{Character, Provenance};
 use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
 use mocap::scene::{Animation, Scene, Topic};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use mocap::arrays::{npz, robot as arrays};
 use mocap::convert::FirstFrame;
-use mocap::export::ReplacePolicy;
 use mocap::fbx::FbxOptions;
 use mocap::figure::humanoid;
+use mocap::files::ReplacePolicy;
 use mocap::retarget::Verdict;
 use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use mocap::export::{ReplacePolicy, write_file};
+use mocap::files::{ReplacePolicy, write_file};
 use mocap::retarget::Verdict;
 use mocap::robot::{Robot, RobotReport};
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::export::ReplacePolicy;
+use mocap::files::ReplacePolicy;
 
 use crate::Failure;
 use crate::args::RobotArgs;

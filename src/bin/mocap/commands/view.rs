@@ -131,7 +131,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     let write_player = |input: &Input| -> Result<ListingEntry, mocap::Error> {
         let read = read(args, input.path()?)?;
         let player = output.with_file_name(link(input));
-        mocap::export::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
+        mocap::files::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
         let clip = Clip {
             name: &input.relative,
             scene: &read.scene,

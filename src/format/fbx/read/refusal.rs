@@ -3,7 +3,7 @@
 use ufbx::ErrorType;
 
 use crate::error::{Code, Diagnostic};
-use crate::export::FBX_HEAD;
+use crate::files::FBX_HEAD;
 use crate::format::fbx::sniff;
 use crate::format::text::{Cursor, Word, is_line_end, quote};
 

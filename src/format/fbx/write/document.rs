@@ -6,7 +6,7 @@ use super::encode::{Element, Value};
 use super::properties::Properties;
 use super::time::Rate;
 use super::{CREATOR, FbxVersion};
-use crate::export::PROVENANCE;
+use crate::files::PROVENANCE;
 use crate::scene::UpAxis;
 
 /// The identity of an object.

@@ -10,7 +10,7 @@ use miniz_oxide::deflate::compress_to_vec_zlib;
 
 use super::FbxVersion;
 use crate::error::{Code, Diagnostic, Result};
-use crate::export::FBX_HEAD;
+use crate::files::FBX_HEAD;
 
 /// An array of fewer bytes is not compressed.
 const COMPRESSED_FROM: usize = 128;

@@ -11,7 +11,7 @@ use gltf::json::Root;
 
 use super::{Document, text};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::export::write_file_with;
+use crate::files::write_file_with;
 
 /// Bytes before the first chunk of a `.glb` file, and before what is in a chunk.
 const GLB_HEADER: usize = 12;

@@ -220,7 +220,7 @@ const UNFINISHED: &str = ".unfinished-";
 ///
 /// ```
 /// use std::path::Path;
-/// use mocap::export::unfinished_target;
+/// use mocap::files::unfinished_target;
 ///
 /// let left = Path::new("out/.walk.glb.unfinished-x7Qz1a");
 /// assert_eq!(unfinished_target(left).as_deref(), Some(Path::new("out/walk.glb")));
@@ -238,7 +238,7 @@ pub fn unfinished_target(path: &Path) -> Option<PathBuf> {
 /// let folder = tempfile::tempdir().unwrap();
 /// let left = folder.path().join(".walk.glb.unfinished-x7Qz1a");
 /// std::fs::write(&left, "a part").unwrap();
-/// mocap::export::remove_unfinished(&folder.path().join("walk.glb"));
+/// mocap::files::remove_unfinished(&folder.path().join("walk.glb"));
 /// assert!(!left.exists());
 /// ```
 pub fn remove_unfinished(path: &Path) {

@@ -30,7 +30,7 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 /// its motion and the character.
 ///
 /// ```
-/// use mocap::export::ReplacePolicy;
+/// use mocap::files::ReplacePolicy;
 ///
 /// let walk = "fixtures/real/cmu_12_01_walk.bvh";
 /// let policy = ReplacePolicy::new([walk]);
