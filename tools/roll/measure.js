@@ -1,0 +1,228 @@
+// Compares a motion with what became of it on a character: where limbs point, how they are rolled about themselves, trunk,
+// pelvis, shoulders, head and palms. The bones of both are those of hand-made maps.
+//
+// An elbow and a knee are hinges: the axis about which they bend is at right angles to both bones. In the source it is
+// seen in the positions of shoulder, elbow and wrist, in every frame in which the limb is bent. On the character it is
+// known from its rest pose, which stands and looks forward: there a shin would go back, and a forearm forward. From there
+// the joints of the character carry it. Where both are the same, the skin bends where the limb bends. A source whose rest
+// pose stands says by it how its bones are rolled, and its joints carry the axis likewise.
+
+import { aboutAxis, across, add, angle, angleAbout, cross, degrees, dot, inverse, length, multiply, normalize, rotate, scale, sub } from "./math.js";
+
+/** The smallest bend of a hinge that shows its axis, in degrees. */
+const BENT = 20;
+/** The fewest frames that do. */
+const FEWEST = 5;
+/** A forearm is rolled with its elbow where the elbow's axis is as constant in it as this, in degrees. */
+const CONSTANT = 10;
+
+const SIDES = ["left", "right"];
+const UP = [0, 1, 0];
+const AXES = { "+X": [1, 0, 0], "-X": [-1, 0, 0], "+Y": [0, 1, 0], "-Y": [0, -1, 0], "+Z": [0, 0, 1], "-Z": [0, 0, -1] };
+
+export const LIMBS = SIDES.flatMap((side) => [
+  { bone: `${side}UpperArm`, start: `${side}UpperArm`, middle: `${side}LowerArm`, end: `${side}Hand`, bends: 1, isUpper: true },
+  { bone: `${side}LowerArm`, start: `${side}UpperArm`, middle: `${side}LowerArm`, end: `${side}Hand`, bends: 1, isUpper: false },
+  { bone: `${side}UpperLeg`, start: `${side}UpperLeg`, middle: `${side}LowerLeg`, end: `${side}Foot`, bends: -1, isUpper: true },
+  { bone: `${side}LowerLeg`, start: `${side}UpperLeg`, middle: `${side}LowerLeg`, end: `${side}Foot`, bends: -1, isUpper: false },
+]);
+
+/** The joints of the bones of a hand-made map, by index; exchanged where the names of a figure have its sides exchanged. */
+export function bonesOf({ map, sides }, names) {
+  const isExchanged = sides?.names === "opposite";
+  const other = (bone) => bone.replace(/^(left|right)/, (side) => (side === "left" ? "right" : "left"));
+  const found = Object.entries(map).map(([bone, name]) => [isExchanged ? other(bone) : bone, names.indexOf(name)]);
+  const missing = found.filter(([, joint]) => joint < 0);
+  if (missing.length > 0) throw new Error(`no joint for ${missing.map(([bone]) => bone).join(", ")}`);
+  return Object.fromEntries(found);
+}
+
+/** The rotation that brings the up axis of a file to +Y. */
+export function upright(up) {
+  const from = AXES[up];
+  const axis = cross(from, UP);
+  if (length(axis) < 1e-9) return dot(from, UP) > 0 ? [0, 0, 0, 1] : [1, 0, 0, 0];
+  return aboutAxis(axis, Math.PI / 2);
+}
+
+const middle = (places, bones, a, b) => scale(add(places[bones[a]], places[bones[b]]), 0.5);
+
+/** Lines of the body whose directions are compared. */
+function linesOf(places, bones) {
+  const has = (...names) => names.every((name) => bones[name] !== undefined);
+  const way = (from, to) => (has(from, to) ? sub(places[bones[to]], places[bones[from]]) : undefined);
+  const shoulders = has("leftUpperArm", "rightUpperArm");
+  const top = bones.neck ?? bones.head;
+  const limbs = SIDES.flatMap((side) =>
+    [
+      ["UpperArm", "LowerArm"],
+      ["LowerArm", "Hand"],
+      ["UpperLeg", "LowerLeg"],
+      ["LowerLeg", "Foot"],
+    ].map(([from, to]) => [`${side}${from}`, way(`${side}${from}`, `${side}${to}`)]),
+  );
+  const trunk = top === undefined ? undefined : sub(places[top], middle(places, bones, "leftUpperLeg", "rightUpperLeg"));
+  return Object.fromEntries([
+    ...limbs,
+    ["trunk", trunk],
+    ["pelvis", way("rightUpperLeg", "leftUpperLeg")],
+    ["shoulders", shoulders ? way("rightUpperArm", "leftUpperArm") : undefined],
+    ...SIDES.map((side) => [`${side}Foot`, way(`${side}Foot`, `${side}Toes`)]),
+  ].filter(([, line]) => line !== undefined && length(line) > 1e-9));
+}
+
+/** The turn about +Y that brings the lines of one motion nearest to those of another. */
+function headingBetween(from, to) {
+  let [sine, cosine] = [0, 0];
+  from.forEach((lines, frame) => {
+    for (const name of Object.keys(lines).filter((line) => to[frame][line])) {
+      const [a, b] = [normalize(lines[name]), normalize(to[frame][name])];
+      sine += a[2] * b[0] - a[0] * b[2];
+      cosine += a[0] * b[0] + a[2] * b[2];
+    }
+  });
+  return aboutAxis(UP, Math.atan2(sine, cosine));
+}
+
+/** The angle of a mean of weighted angles in degrees, and how far they are from it in the mean. */
+function meanOf(samples) {
+  const sum = (of) => samples.reduce((total, [value, weight]) => total + weight * of((value * Math.PI) / 180), 0);
+  const mean = degrees(Math.atan2(sum(Math.sin), sum(Math.cos)));
+  const off = (value) => Math.abs(((value - mean + 540) % 360) - 180);
+  const weights = samples.reduce((total, [, weight]) => total + weight, 0);
+  return { mean, spread: samples.reduce((total, [value, weight]) => total + weight * off(value), 0) / weights };
+}
+
+/**
+ * Compares poses of the source with those of the target, frame by frame.
+ *
+ * @param source `{ poses, bones, parents, up, rest, facing }`: `up` as the file has it; `rest` and `facing` in a file whose rest
+ *   pose stands
+ * @param target `{ poses, bones, parents, rest, facing }`: `rest` is its pose at rest, which looks along `facing`, with +Y up
+ */
+export function compare(source, target) {
+  const stand = upright(source.up);
+  const stood = source.poses.map(({ places, rotations }) => ({
+    places: places.map((place) => rotate(stand, place)),
+    rotations: rotations.map((rotation) => multiply(stand, rotation)),
+  }));
+  const is = target.poses.map(({ places }) => linesOf(places, target.bones));
+  const was = stood.map(({ places }) => linesOf(places, source.bones));
+  const heading = headingBetween(was, is);
+  const lines = {};
+  for (const name of Object.keys(was[0] ?? {}).filter((line) => is[0][line])) {
+    const angles = was.map((frame, index) => angle(rotate(heading, frame[name] ?? [0, 1, 0]), is[index][name]));
+    lines[name] = angles.reduce((total, value) => total + value, 0) / angles.length;
+  }
+  const stands = source.rest && {
+    facing: rotate(stand, AXES[source.facing]),
+    places: source.rest.places.map((place) => rotate(stand, place)),
+    rotations: source.rest.rotations.map((rotation) => multiply(stand, rotation)),
+  };
+  const moved = stood.map(({ places, rotations }) => ({
+    places: places.map((place) => rotate(heading, place)),
+    rotations: rotations.map((rotation) => multiply(heading, rotation)),
+  }));
+  const rolls = Object.fromEntries(LIMBS.map((limb) => [limb.bone, rollOf(limb, { ...source, poses: moved, rest: stands }, target)]).filter(([, roll]) => roll !== undefined));
+  const palms = SIDES.map((side) => palmOf(side, { ...source, poses: moved }, target)).filter((value) => value !== undefined);
+  const limbs = Object.entries(lines).filter(([name]) => /Arm|Leg/.test(name));
+  const of = (names) => Math.max(0, ...names.map((name) => lines[name] ?? 0));
+  return {
+    direction: limbs.reduce((total, [, value]) => total + value, 0) / Math.max(limbs.length, 1),
+    roll: Math.max(0, ...Object.values(rolls).map(Math.abs)),
+    rolls,
+    trunk: of(["trunk", "pelvis", "shoulders"]),
+    feet: of(["leftFoot", "rightFoot"]),
+    palm: palms.length > 0 ? Math.max(...palms) : undefined,
+    head: headOf(target),
+    lines,
+  };
+}
+
+/** How far a bone of the target is rolled from where the hinge of the source says, in degrees, in the mean. */
+function rollOf({ bone, start, middle: hinge, end, bends, isUpper }, source, target) {
+  const names = [start, hinge, end];
+  if ([source, target].some(({ bones }) => names.some((name) => bones[name] === undefined))) return undefined;
+  const at = ({ places }, bones, name) => places[bones[name]];
+  const way = (pose, bones) => (isUpper ? sub(at(pose, bones, hinge), at(pose, bones, start)) : sub(at(pose, bones, end), at(pose, bones, hinge)));
+  const ofRest = ({ rest, bones }, facing) => normalize(cross(way(rest, bones), scale(facing, bends)));
+  // Of several joints along an upper bone, which share its twist, the skin at the hinge follows the last.
+  const jointOf = ({ bones, parents }) => (isUpper ? parents[bones[hinge]] : bones[bone]);
+  const carried = (body, axis, pose) => rotate(multiply(pose.rotations[jointOf(body)], inverse(body.rest.rotations[jointOf(body)])), axis);
+  const axisAtRest = ofRest(target, AXES[target.facing]);
+  const axisOfSource = source.rest && ofRest(source, source.rest.facing);
+  const [samples, inJoint] = [[], []];
+  source.poses.forEach((pose, frame) => {
+    const moved = target.poses[frame];
+    const direction = normalize(way(moved, target.bones));
+    const is = carried(target, axisAtRest, moved);
+    if (axisOfSource) {
+      samples.push([angleAbout(direction, is, carried(source, axisOfSource, pose)), 1]);
+      return;
+    }
+    const upper = normalize(sub(at(pose, source.bones, hinge), at(pose, source.bones, start)));
+    const lower = normalize(sub(at(pose, source.bones, end), at(pose, source.bones, hinge)));
+    const bend = angle(upper, lower);
+    if (bend < BENT || bend > 180 - BENT) return;
+    const seen = normalize(cross(upper, lower));
+    const weight = Math.sin((bend * Math.PI) / 180);
+    samples.push([angleAbout(direction, is, seen), weight]);
+    inJoint.push([rotate(inverse(pose.rotations[jointOf(source)]), seen), weight]);
+  });
+  if (samples.length < (axisOfSource ? 1 : FEWEST)) return undefined;
+  const isForearm = !isUpper && bends > 0;
+  if (isForearm && spreadOf(inJoint) > CONSTANT) return undefined;
+  return meanOf(samples).mean;
+}
+
+/** How far weighted directions are from their mean, in the mean. */
+function spreadOf(samples) {
+  const mean = normalize(samples.reduce((sum, [axis, weight]) => add(sum, scale(axis, weight)), [0, 0, 0]));
+  const weights = samples.reduce((total, [, weight]) => total + weight, 0);
+  return samples.reduce((total, [axis, weight]) => total + weight * angle(axis, mean), 0) / weights;
+}
+
+/** The angle between the palms of both, by the line of the knuckles, in the mean; undefined without fingers. */
+function palmOf(side, source, target) {
+  const names = ["Hand", "IndexProximal", "LittleProximal"].map((name) => side + name);
+  if ([source, target].some(({ bones }) => names.some((name) => bones[name] === undefined))) return undefined;
+  const palm = ({ places }, bones) => {
+    const [hand, index, little] = names.map((name) => places[bones[name]]);
+    return normalize(cross(sub(index, hand), sub(little, hand)));
+  };
+  const angles = source.poses.map((pose, frame) => angle(palm(pose, source.bones), palm(target.poses[frame], target.bones)));
+  return angles.reduce((sum, value) => sum + value, 0) / angles.length;
+}
+
+/** How far the face of the target is turned from its chest, in the mean direction: nobody looks aside all the time. */
+function headOf({ poses, bones, rest, facing }) {
+  if (bones.head === undefined || bones.leftUpperArm === undefined) return undefined;
+  let sum = [0, 0, 0];
+  for (const pose of poses) {
+    const line = linesOf(pose.places, bones);
+    const x = normalize(line.shoulders);
+    const y = normalize(across(line.trunk, x));
+    const z = cross(x, y);
+    const face = rotate(multiply(pose.rotations[bones.head], inverse(rest.rotations[bones.head])), AXES[facing]);
+    sum = add(sum, [dot(face, x), dot(face, y), dot(face, z)]);
+  }
+  return angle(sum, [0, 0, 1]);
+}
+
+/** The largest angle between the rotations of the same bones in two motions of one character, in the mean of the frames. */
+export function difference(one, other, bones) {
+  const names = Object.keys(bones).filter((bone) => /Arm|Leg|hips|spine|chest|Chest|neck|head|Hand$/.test(bone));
+  const frames = Math.min(one.length, other.length);
+  const lines = (poses) => poses.slice(0, frames).map(({ places }) => linesOf(places, bones));
+  const heading = headingBetween(lines(one), lines(other));
+  let worst = { bone: "", degrees: 0 };
+  for (const bone of names) {
+    let sum = 0;
+    for (let frame = 0; frame < frames; frame += 1) {
+      const [x, y, z, w] = multiply(inverse(multiply(heading, one[frame].rotations[bones[bone]])), other[frame].rotations[bones[bone]]);
+      sum += degrees(2 * Math.atan2(Math.hypot(x, y, z), Math.abs(w)));
+    }
+    if (sum / frames > worst.degrees) worst = { bone, degrees: sum / frames };
+  }
+  return worst;
+}

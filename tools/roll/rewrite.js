@@ -1,0 +1,54 @@
+// Writes the same motion with other joint frames: every joint is where it was in every frame of the world, and how its own
+// axes lie in the bone is another.
+
+import { writeBvh } from "./bvh.js";
+import { aboutAxis, across, cross, dot, fromColumns, identity, inverse, length, multiply, normalize, random, randomRotation, rotate } from "./math.js";
+
+/** Each joint's own frame, turned at random. */
+export function turnedAtRandom(motion, seed) {
+  const next = random(seed);
+  return withFrames(motion, motion.joints.map(({ isEnd }) => (isEnd ? identity : randomRotation(next))));
+}
+
+/** Each joint's own frame such that the OFFSET of its first child is along +X; rolled about it by a quarter at random. */
+export function alongX(motion, seed) {
+  const next = random(seed);
+  const frames = motion.joints.map((_, index) => {
+    const quarter = aboutAxis([1, 0, 0], (Math.floor(4 * next()) * Math.PI) / 2);
+    const child = motion.joints.find(({ parent, offset }) => parent === index && length(offset) > 1e-6);
+    if (!child) return identity;
+    const x = normalize(child.offset);
+    const helper = Math.abs(x[1]) < 0.9 ? [0, 1, 0] : [0, 0, 1];
+    const y = normalize(across(helper, x));
+    return multiply(fromColumns(x, y, cross(x, y)), quarter);
+  });
+  return withFrames(motion, frames);
+}
+
+/** `frames[joint]` is the rotation from the new axes of a joint to its old ones. */
+function withFrames({ joints, seconds, poses }, frames) {
+  const moved = joints.map((joint) => ({
+    ...joint,
+    offset: joint.parent < 0 ? joint.offset : rotate(inverse(frames[joint.parent]), joint.offset),
+  }));
+  const turned = poses.map(({ places, rotations }) => ({
+    places,
+    rotations: rotations.map((rotation, joint) => multiply(rotation, frames[joint])),
+  }));
+  const moving = new Set(joints.flatMap(({ channels, parent }, index) => (parent >= 0 && channels.length > 3 ? [index] : [])));
+  return writeBvh(moved, seconds, turned, moving);
+}
+
+/** The longest part of a motion in which the arms are not raised sideways, as rows from and to. */
+export function withoutTPose({ poses }, bones) {
+  const isRaised = ({ places }, side) => {
+    const way = (from, to) => normalize(places[bones[to]].map((value, axis) => value - places[bones[from]][axis]));
+    return Math.abs(dot(way(`${side}UpperArm`, `${side}LowerArm`), way("hips", bones.neck === undefined ? "head" : "neck"))) < 0.35;
+  };
+  let [best, start] = [[0, 0], 0];
+  poses.forEach((pose, row) => {
+    if (isRaised(pose, "left") && isRaised(pose, "right")) start = row + 1;
+    else if (row + 1 - start > best[1] - best[0]) best = [start, row + 1];
+  });
+  return best;
+}
