@@ -18,6 +18,8 @@
 mod moment;
 mod space;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{Code, Result};
 use crate::figure::{self, HumanoidMap};
 use crate::limits::{self, Limits};
@@ -30,15 +32,23 @@ pub(crate) use self::space::{Needs, Space, skeleton_of};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum FirstFrame {
+    /// Drop it if it is a rest pose, and the motion jumps after it.
+    #[serde(rename = "auto")]
+    #[cfg_attr(feature = "cli", value(name = "auto"))]
+    DropRestPose,
+    /// Drop it.
+    #[serde(rename = "yes")]
+    #[cfg_attr(feature = "cli", value(name = "yes"))]
+    Drop,
     /// Keep it.
     #[default]
+    #[serde(rename = "no")]
+    #[cfg_attr(feature = "cli", value(name = "no"))]
     Keep,
-    /// Drop it.
-    Drop,
-    /// Drop it if it is a rest pose, and the motion jumps after it.
-    DropRestPose,
 }
 
 /// The pose of the nodes without motion, which is also the bind pose of meshes.

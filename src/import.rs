@@ -476,3 +476,12 @@ impl Importer {
         contents::open_named(path, &self.read.limits)
     }
 }
+
+/// The text of a small file that a job names beside its motions.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    let bytes = contents::open_named(path, &Limits::default())?;
+    String::from_utf8(bytes).map_err(|_| {
+        let message = "the file is not UTF-8 text";
+        Error::from(Diagnostic::new(Code::BinaryFile, message)).with_path(path)
+    })
+}

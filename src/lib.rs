@@ -41,6 +41,7 @@ pub mod files;
 mod format;
 pub mod ik;
 mod import;
+pub mod job;
 mod limits;
 mod math;
 mod player;

@@ -1,12 +1,16 @@
 //! Which animations of a file are kept.
 
+use std::fmt;
 use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{AppliedStep, Scene};
 
 /// Which animations of a file to keep.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "ClipText", into = "String")]
 pub enum Clips {
     /// All of them.
     #[default]
@@ -27,6 +31,43 @@ impl FromStr for Clips {
             (_, Ok(index)) => Self::Index(index),
             (name, Err(_)) => Self::Name(name.to_owned()),
         })
+    }
+}
+
+/// As [`Clips::from_str`] reads it.
+impl fmt::Display for Clips {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("all"),
+            Self::Index(index) => index.fmt(f),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+impl From<Clips> for String {
+    fn from(clips: Clips) -> Self {
+        clips.to_string()
+    }
+}
+
+/// What a JSON file has: a name, or a number from 0.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a clip, or its number from 0")]
+enum ClipText {
+    Index(usize),
+    Name(String),
+}
+
+impl From<ClipText> for Clips {
+    fn from(text: ClipText) -> Self {
+        match text {
+            ClipText::Index(index) => Self::Index(index),
+            ClipText::Name(name) => match name.parse() {
+                Ok(clips) => clips,
+                Err(never) => match never {},
+            },
+        }
     }
 }
 

@@ -41,6 +41,7 @@ pub struct Metadata {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Format {
     /// Biovision Hierarchy: `bvh`.
@@ -298,6 +299,8 @@ impl SecondMotion {
 /// How a root's OFFSET and its position channels combine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RootOffset {
     /// Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
     /// else replace.

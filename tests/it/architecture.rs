@@ -37,6 +37,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "import",
         &["error", "limits", "scene", "pose", "process", "robot", "format"],
     ),
+    (
+        "job",
+        &[
+            "error", "scene", "figure", "edit", "process", "retarget", "robot", "convert", "format", "import",
+        ],
+    ),
     ("dump", &["error", "scene", "pose"]),
     (
         "arrays",

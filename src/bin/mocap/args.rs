@@ -17,22 +17,23 @@ mod source;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, FormatArg, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
-pub(crate) use self::change::{ChangeArgs, DropArg, TrimArg};
+pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::fbx::{FBX_OPTIONS, FbxArgs, FbxOutArgs, NOT_FBX, NOT_ONE_FILE};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
-pub(crate) use self::read::{FrameRateArgs, ReadArgs};
+pub(crate) use self::read::FrameRateArgs;
 pub(crate) use self::retarget::{FeetArg, RetargetArgs};
 pub(crate) use self::robot::{RobotArgs, RobotFormatArg, VerdictArg};
-pub(crate) use self::source::{MapArgs, OutArgs, SourceArgs, SourceUpArgs};
+pub(crate) use self::source::OutArgs;
 
 /// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
 #[derive(Debug, Parser)]
@@ -122,11 +123,11 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) compress: CompressArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
 }
@@ -137,8 +138,8 @@ pub(crate) struct ConvertArgs {
 pub(crate) struct ToleranceArgs {
     /// Largest allowed distance of a joint from its position in the source, in metres or with a unit, such as 1mm;
     /// above it the exit code is 1
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = compress::parse_length)]
-    pub(crate) max_error: f64,
+    #[arg(long, value_name = "LENGTH", default_value = "1mm")]
+    pub(crate) max_error: Length,
 }
 
 #[derive(Debug, clap::Args)]
@@ -156,7 +157,7 @@ pub(crate) struct VerifyArgs {
     #[command(flatten)]
     pub(crate) tolerance: ToleranceArgs,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -198,9 +199,9 @@ pub(crate) struct SkeletonArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

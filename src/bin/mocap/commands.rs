@@ -30,11 +30,12 @@ use std::path::Path;
 use mocap::fbx::{self, FbxOptions, FbxReport};
 use mocap::figure::{Humanoid, HumanoidMap, Skeleton, humanoid};
 use mocap::files::{ReplacePolicy, write_file, write_files};
+use mocap::job::SourceMap;
 use mocap::scene::{Scene, Topic};
 use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
 use serde::Serialize;
 
-use crate::args::{FrameRateArgs, MapArgs};
+use crate::args::FrameRateArgs;
 use crate::{Failure, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
@@ -158,8 +159,8 @@ fn write_whole_output(
 }
 
 /// The skeleton of `scene`, with the bones of `--map`.
-fn mapped_skeleton(scene: &Scene, map: &MapArgs) -> Result<Skeleton, Failure> {
-    let bones = mapped(humanoid(scene), scene, map.bones(), "--map")?;
+fn mapped_skeleton(scene: &Scene, map: &SourceMap) -> Result<Skeleton, Failure> {
+    let bones = mapped(humanoid(scene), scene, map.bones_here(), "--map")?;
     Ok(Skeleton::of(scene, bones))
 }
 

@@ -7,7 +7,9 @@ use clap::Args as _;
 use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 
-use super::{Given, MapArgs, OutArgs, ReadArgs, SourceArgs, TrimArg};
+use mocap::job::{Reading, SourceMap, SourceSpace, TimeRange};
+
+use super::{Given, OutArgs};
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
 use crate::Failure;
@@ -25,11 +27,11 @@ pub(crate) struct FkArgs {
     #[command(flatten)]
     pub(crate) arrays: ArraysArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
 }
 
 #[cfg(feature = "parquet")]
@@ -63,11 +65,11 @@ pub(crate) struct PackArgs {
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
 }
 
 #[cfg(feature = "parquet")]
@@ -118,7 +120,7 @@ pub(crate) struct ArraysArgs {
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
-    trim: Option<TrimArg>,
+    trim: Option<TimeRange>,
     #[command(flatten)]
     out: OutArgs,
     /// Add velocities: central differences, one-sided at both ends, in units per second
@@ -148,7 +150,7 @@ impl ArraysArgs {
     }
 
     /// Refuses options that would do nothing.
-    pub(crate) fn check(&self, source: &SourceArgs, given: &Given) -> Result<(), Failure> {
+    pub(crate) fn check(&self, source: &SourceSpace, given: &Given) -> Result<(), Failure> {
         let finds_unit = source.metres_per_unit().is_none() && (self.out.metres_per_unit().is_some() || self.contacts);
         let finds_up = source.up().is_none() && (self.out.up().is_some() || self.contacts);
         match finds_unit || finds_up {
@@ -161,7 +163,7 @@ impl ArraysArgs {
     }
 
     /// The library's options.
-    pub(crate) fn options(&self, source: &SourceArgs, map: &MapArgs) -> ArrayOptions {
+    pub(crate) fn options(&self, source: &SourceSpace, map: &SourceMap) -> ArrayOptions {
         let standard = Contacts::default();
         ArrayOptions {
             space: self.space.into(),
@@ -175,7 +177,7 @@ impl ArraysArgs {
             up: source.up(),
             out_metres_per_unit: self.out.metres_per_unit(),
             out_up: self.out.up(),
-            bones: map.bones(),
+            bones: map.bones_here(),
             velocities: self.velocities,
             contacts: self.contacts.then(|| Contacts {
                 feet: self.feet.clone().unwrap_or(standard.feet),

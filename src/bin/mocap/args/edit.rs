@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EDIT_STEPS, EditStep};
+use mocap::job::SourceSpace;
 
-use super::{FbxOutArgs, FrameRateArgs, SourceArgs};
+use super::{FbxOutArgs, FrameRateArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -39,7 +40,7 @@ pub(crate) struct EditArgs {
     #[command(flatten)]
     pub(crate) fbx: FbxOutArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

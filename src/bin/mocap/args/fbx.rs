@@ -5,8 +5,9 @@ use std::path::Path;
 use clap::ValueEnum;
 use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
 
+use mocap::job::Length;
+
 use super::Given;
-use super::compress::parse_length;
 use crate::{Failure, streams};
 
 #[derive(Debug, clap::Args)]
@@ -43,8 +44,8 @@ pub(crate) struct FbxOutArgs {
     fbx: FbxArgs,
     /// Largest distance of any joint from its position, at any frame, in metres or with a unit, such as 1mm; keys are
     /// removed within it [default: every key is written]
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
-    max_error: Option<f64>,
+    #[arg(long, value_name = "LENGTH")]
+    max_error: Option<Length>,
 }
 
 impl FbxOutArgs {
@@ -58,8 +59,9 @@ impl FbxOutArgs {
             )?;
         }
         let reason = streams::is_standard(output).then_some(NOT_ONE_FILE);
-        self.fbx.check(self.max_error, reason)?;
-        Ok(self.fbx.options(self.max_error))
+        let max_error = self.max_error.map(Length::to_metres);
+        self.fbx.check(max_error, reason)?;
+        Ok(self.fbx.options(max_error))
     }
 }
 

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use mocap::Conversion;
+use mocap::job::{Reading, SourceMap, SourceSpace, SourceUp, TimeRange};
 
-use super::{FrameRateArgs, InputArgs, MapArgs, ReadArgs, SourceArgs, SourceUpArgs, TrimArg};
+use super::{FrameRateArgs, InputArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
@@ -24,25 +25,25 @@ pub(crate) struct ViewArgs {
     pub(crate) robot: Option<PathBuf>,
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
-    pub(crate) trim: Option<TrimArg>,
+    pub(crate) trim: Option<TimeRange>,
     /// Frames per second to show; for an input that states no valid rate, its rate
     #[arg(long, value_name = "RATE")]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
 }
 
 impl ViewArgs {
     /// The frames to show. The numbers of the file stay as they are: the page has its unit and its up axis.
     pub(crate) fn conversion(&self) -> Conversion {
-        let mut conversion = Conversion::new().keep_units(true).bones(self.map.bones());
-        if let Some(TrimArg { first, last }) = self.trim {
+        let mut conversion = Conversion::new().keep_units(true).bones(self.map.bones_here());
+        if let Some(TimeRange { first, last }) = self.trim {
             conversion = conversion.trim(first, last);
         }
         if let Some(rate) = self.fps {
@@ -70,9 +71,9 @@ pub(crate) struct SheetArgs {
     #[arg(long, conflicts_with = "poses")]
     pub(crate) t_pose: bool,
     #[command(flatten)]
-    pub(crate) up: SourceUpArgs,
+    pub(crate) up: SourceUp,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }
@@ -100,7 +101,7 @@ pub(crate) struct GifArgs {
     #[arg(long)]
     pub(crate) still: bool,
     #[command(flatten)]
-    pub(crate) up: SourceUpArgs,
+    pub(crate) up: SourceUp,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }

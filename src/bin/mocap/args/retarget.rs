@@ -1,13 +1,12 @@
 //! The options of `mocap retarget`.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::ValueEnum;
 use mocap::figure::HumanoidMap;
-use mocap::retarget::Scale;
+use mocap::job::{Angle, BoneMap, SourceMap, SourceSpace, StepLength};
 
-use super::{FbxOutArgs, FrameRateArgs, MapArgs, SourceArgs, source};
+use super::{FbxOutArgs, FrameRateArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RetargetArgs {
@@ -31,7 +30,7 @@ pub(crate) struct RetargetArgs {
     pub(crate) to_skeleton: Option<PathBuf>,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
     #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
-    pub(crate) scale: ScaleArg,
+    pub(crate) scale: StepLength,
     /// Hold feet still while those of the source stand, where they would slide more; free leaves them as they come
     #[arg(long, value_name = "lock|free", default_value = "lock")]
     pub(crate) feet: FeetArg,
@@ -40,13 +39,13 @@ pub(crate) struct RetargetArgs {
     pub(crate) replace_animations: bool,
     /// Largest allowed angle between a limb of the motion and that of the character in any frame, in degrees; above it
     /// the exit code is 1
-    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
-    pub(crate) max_angle: Option<f64>,
+    #[arg(long, value_name = "DEGREES")]
+    pub(crate) max_angle: Option<Angle>,
     /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
     /// Take the bones of the character from this JSON file, of the shape that `mocap skeleton --json` prints
-    #[arg(long, value_name = "FILE", value_parser = source::read_map)]
+    #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]
     pub(crate) character_map: Option<HumanoidMap>,
     /// Replace a file that may be a source; an input is never replaced
     #[arg(long)]
@@ -54,9 +53,9 @@ pub(crate) struct RetargetArgs {
     #[command(flatten)]
     pub(crate) fbx: FbxOutArgs,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }
@@ -66,33 +65,4 @@ pub(crate) struct RetargetArgs {
 pub(crate) enum FeetArg {
     Lock,
     Free,
-}
-
-/// `--scale`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ScaleArg(pub(crate) Scale);
-
-impl FromStr for ScaleArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let factor = text
-            .parse()
-            .ok()
-            .filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
-        match (text, factor) {
-            ("auto", _) => Ok(Self(Scale::Auto)),
-            ("none", _) => Ok(Self(Scale::None)),
-            (_, Some(factor)) => Ok(Self(Scale::Factor(factor))),
-            _ => Err("neither auto nor none nor a factor above 0".to_owned()),
-        }
-    }
-}
-
-fn parse_angle(text: &str) -> Result<f64, String> {
-    let angle = text
-        .parse()
-        .ok()
-        .filter(|angle: &f64| angle.is_finite() && *angle >= 0.0);
-    angle.ok_or_else(|| "not an angle of 0 degrees or more".to_owned())
 }

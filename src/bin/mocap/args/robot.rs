@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mocap::figure::HumanoidMap;
+use mocap::job::{BoneMap, Reading, SourceMap, SourceSpace, StepLength, TimeRange};
 
-use super::retarget::ScaleArg;
-use super::{FeetArg, InputArgs, MapArgs, ReadArgs, SourceArgs, SpreadArgs, TrimArg, source};
+use super::{FeetArg, InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
@@ -28,10 +28,10 @@ pub(crate) struct RobotArgs {
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
-    pub(crate) trim: Option<TrimArg>,
+    pub(crate) trim: Option<TimeRange>,
     /// How large the steps are: auto (in the proportion of the legs), none (as in the source), or a factor
     #[arg(long, value_name = "SCALE", default_value = "auto")]
-    pub(crate) scale: ScaleArg,
+    pub(crate) scale: StepLength,
     /// Feet: lock (they stand where those of the source stand), or free
     #[arg(long, value_name = "KIND", default_value = "lock")]
     pub(crate) feet: FeetArg,
@@ -40,7 +40,7 @@ pub(crate) struct RobotArgs {
     pub(crate) velocity_limits: bool,
     /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the
     /// robot; those that it does not name are searched for
-    #[arg(long, value_name = "FILE", value_parser = source::read_map)]
+    #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]
     pub(crate) robot_map: Option<HumanoidMap>,
     /// Exit with 1 where the verdict of a motion is worse than this
     #[arg(long, value_name = "VERDICT")]
@@ -59,11 +59,11 @@ pub(crate) struct RobotArgs {
     #[arg(long)]
     pub(crate) force: bool,
     #[command(flatten)]
-    pub(crate) source: SourceArgs,
+    pub(crate) source: SourceSpace,
     #[command(flatten)]
-    pub(crate) map: MapArgs,
+    pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: ReadArgs,
+    pub(crate) read: Reading,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]

@@ -1,13 +1,14 @@
 //! What `mocap convert` changes between reading and writing, each decision in words.
 
 use mocap::Conversion;
+use mocap::convert::FirstFrame;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
-use crate::args::{ConvertArgs, DropArg};
+use crate::args::ConvertArgs;
 
 /// What `args` ask for.
 pub(crate) fn conversion(args: &ConvertArgs) -> Conversion {
-    let mut conversion = args.change.conversion().bones(args.map.bones());
+    let mut conversion = args.change.conversion().bones(args.map.bones_here());
     if let Some(metres) = args.source.metres_per_unit() {
         conversion = conversion.metres_per_unit(metres);
     }
@@ -47,7 +48,7 @@ pub(crate) fn apply(
     let decided = conversion.apply(scene)?;
     words.extend(decided.iter().map(Assumption::to_string));
     let begins_with_rest_pose = decided.iter().any(|assumption| assumption.topic == Topic::FirstFrame);
-    if begins_with_rest_pose && matches!(args.change.drop_first_frame, DropArg::No) {
+    if begins_with_rest_pose && args.change.frames.drop_first_frame == FirstFrame::Keep {
         words.push("the first frame is kept; `--drop-first-frame auto` leaves it out".to_owned());
     }
     Ok(words)

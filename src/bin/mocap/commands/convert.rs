@@ -98,7 +98,7 @@ fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Re
             (bytes, document.report().warnings.clone())
         }
         FormatArg::Fbx => {
-            let (bytes, written) = fbx::write(&scene, &args.fbx.options(args.compress.max_error))?;
+            let (bytes, written) = fbx::write(&scene, &args.fbx.options(args.compress.max_error()))?;
             decisions.extend(fewer_keys(&written));
             (bytes, written.warnings)
         }
@@ -128,15 +128,15 @@ fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
             BufferPlace::Beside
         },
         compression: args.compress.compression(),
-        max_error: args.compress.max_error,
-        shell_distance: args.compress.shell_distance.unwrap_or_default(),
+        max_error: args.compress.max_error(),
+        shell_distance: args.compress.shell_distance(),
     }
 }
 
 fn vrma_options(args: &ConvertArgs, scene: &Scene) -> vrma::VrmaOptions {
     vrma::VrmaOptions {
         // The conversion has refused a map whose names are not those of joints.
-        humanoid: humanoid(scene).with_map(scene, args.map.bones()).ok(),
+        humanoid: humanoid(scene).with_map(scene, args.map.bones_here()).ok(),
         gltf: gltf_options(args),
     }
 }
@@ -162,7 +162,7 @@ pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
 
 /// Half of what to know about a smaller file was said; this is the other half.
 fn choice(args: &ConvertArgs, format: Option<FormatArg>) -> Option<String> {
-    match (args.compress.compress, args.compress.max_error) {
+    match (args.compress.compress, args.compress.max_error()) {
         (None, Some(_)) if matches!(format, Some(FormatArg::Mclip | FormatArg::Fbx)) => None,
         (None, Some(_)) => {
             Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
@@ -189,7 +189,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
     };
     let out = &args.change.out;
     let is_exact = matches!(format, FormatArg::Fbx) || args.compress.compression() == Compression::None;
-    if args.compress.max_error == Some(0.0) && !is_exact {
+    if args.compress.max_error() == Some(0.0) && !is_exact {
         return Err(Failure::Usage(
             "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
         ));
@@ -214,7 +214,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
                 &["keep-constant", "embed", "compress", "shell-distance"],
                 "it applies to glTF; write .glb, or leave it out",
             )?;
-            args.fbx.check(args.compress.max_error, reason)?;
+            args.fbx.check(args.compress.max_error(), reason)?;
             (true, true)
         }
         FormatArg::Mclip => {
@@ -231,7 +231,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
             given.refuse(&FBX_OPTIONS, NOT_FBX)?;
             let why = "it applies to BVH; write .bvh, or leave it out";
             given.refuse(&["order", "digits", "channels"], why)?;
-            if args.compress.max_error.is_none() && args.compress.compression() == Compression::None {
+            if args.compress.max_error().is_none() && args.compress.compression() == Compression::None {
                 let why = "it needs a largest error; add --max-error 1mm, or leave it out";
                 given.refuse(&["shell-distance"], why)?;
             }
@@ -388,7 +388,7 @@ pub(crate) fn convert(
         decisions.push(format!("error: {} mm at most", verify::millimetres(clip.max_error())));
         hash = args.batch.out_dir.is_some().then(|| sha256_of(clip.bytes()));
     } else if matches!(format, Some(FormatArg::Fbx)) {
-        let options = args.fbx.options(args.compress.max_error);
+        let options = args.fbx.options(args.compress.max_error());
         let (bytes, report) = fbx::write(&scene, &options).map_err(|error| error.with_path(input))?;
         write_with_textures(policy, output, &bytes, &textures_beside(&scene, &report))?;
         decisions.extend(fewer_keys(&report));
@@ -540,5 +540,5 @@ fn import(args: &ConvertArgs, input: &Path, format: Option<FormatArg>) -> mocap:
         let importer = args.read.importer().skeleton_mesh(mesh).threads(threads);
         importer.gltf_meshes(is_fbx)
     };
-    import_to_resample(importer, input, args.change.fps)
+    import_to_resample(importer, input, args.change.frames.fps)
 }

@@ -77,7 +77,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         let mut source = import_source(args, motion)?;
         let options = RetargetOptions {
             scale: args.scale.0,
-            source: Some(mapped(humanoid(&source), &source, args.map.bones(), "--map")?),
+            source: Some(mapped(humanoid(&source), &source, args.map.bones_here(), "--map")?),
             target: Some(bones.clone()),
         };
         let retargeter = Retargeter::new(&source, target.scene(), &options);
@@ -106,7 +106,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let plural = if count == 1 { "" } else { "s" };
     report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
     match args.max_angle {
-        Some(most) => require(&reports, most),
+        Some(most) => require(&reports, most.0),
         None => Ok(()),
     }
 }
@@ -188,7 +188,7 @@ fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
     let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
     let mut scene = import_moving(&importer, motion)?;
     args.source.state(&mut scene);
-    convert_aloud(&Conversion::new().bones(args.map.bones()), &mut scene, motion)?;
+    convert_aloud(&Conversion::new().bones(args.map.bones_here()), &mut scene, motion)?;
     Ok(scene)
 }
 

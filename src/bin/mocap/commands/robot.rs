@@ -69,7 +69,7 @@ pub(super) fn import_robot(args: &RobotArgs) -> Result<Robot, Failure> {
 
 fn conversion(args: &RobotArgs) -> Conversion {
     let mut conversion = Conversion::new()
-        .bones(args.map.bones())
+        .bones(args.map.bones_here())
         .first_frame(FirstFrame::DropRestPose);
     if let Some(trim) = args.trim {
         conversion = conversion.trim(trim.first, trim.last);
@@ -115,7 +115,7 @@ pub(super) fn moved(
     said.extend(decisions.iter().map(ToString::to_string));
     let options = RobotOptions {
         scale: args.scale.0,
-        source: Some(mapped(humanoid(&scene), &scene, args.map.bones(), "--map")?),
+        source: Some(mapped(humanoid(&scene), &scene, args.map.bones_here(), "--map")?),
         map: args.robot_map.clone().unwrap_or_default(),
         velocity_limits: args.velocity_limits,
         lock_feet: args.feet == FeetArg::Lock,

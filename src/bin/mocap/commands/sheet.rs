@@ -4,10 +4,11 @@ use std::path::Path;
 
 use mocap::Scene;
 use mocap::figure::{Skeleton, TPose};
+use mocap::job::SourceMap;
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip, sheet, t_pose_sheet};
 
 use super::{import_motion, mapped_skeleton, short_name, write_drawing};
-use crate::args::{Given, MapArgs, SheetArgs};
+use crate::args::{Given, SheetArgs};
 use crate::{Failure, streams};
 
 pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
@@ -54,7 +55,7 @@ fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing
     Ok(t_pose_sheet(&clips, args.width))
 }
 
-fn t_pose(scene: &Scene, file: &Path, map: &MapArgs) -> Result<(Skeleton, TPose), Failure> {
+fn t_pose(scene: &Scene, file: &Path, map: &SourceMap) -> Result<(Skeleton, TPose), Failure> {
     let skeleton = mapped_skeleton(scene, map)?;
     match TPose::new(scene, &skeleton) {
         Some(t_pose) => Ok((skeleton, t_pose)),

@@ -25,7 +25,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
         .importer(args.read.importer())
         .second_motions(&args.with);
     let verification = verifier.files(&args.source, &args.output)?;
-    let max_allowed = args.tolerance.max_error;
+    let max_allowed = args.tolerance.max_error.to_metres();
     let ok = verification.is_within(max_allowed);
     if args.json {
         print_json(&Verdict {

@@ -84,7 +84,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         }
     }
     if let ([source, target], None, None) = (clips.as_mut_slice(), &character, &robot) {
-        target.limb_angles = compare(source, target, args.map.bones())?;
+        target.limb_angles = compare(source, target, args.map.bones_here())?;
         if let Some(limbs) = &target.limb_angles {
             tell_limbs(target, source, limbs);
         }
@@ -263,9 +263,9 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     changed.map_err(|error| error.with_path(file))?;
     let found = humanoid(&scene);
     // A map that names no joint of the file is refused already.
-    let mapped = found.clone().with_map(&scene, args.map.bones()).unwrap_or(found);
+    let mapped = found.clone().with_map(&scene, args.map.bones_here()).unwrap_or(found);
     let skeleton = Skeleton::of(&scene, mapped);
-    Read::new(short_name(file), scene, skeleton, args.map.bones())
+    Read::new(short_name(file), scene, skeleton, args.map.bones_here())
 }
 
 /// The character on which motions are shown.
@@ -315,7 +315,7 @@ fn on_robot(source: &mut Read, robot: &Robot, args: &ViewArgs) -> mocap::Result<
         ..RobotOptions::default()
     };
     let mut retargeter = RobotRetargeter::new(&source.scene, robot, &options)?;
-    source.leave_out_rest_pose(args.map.bones())?;
+    source.leave_out_rest_pose(args.map.bones_here())?;
     let (motion, found) = retargeter.clip(&source.scene, 0)?;
     let name = format!("{} on {}", source.name, robot.name);
     report::say(&format!(

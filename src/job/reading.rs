@@ -1,0 +1,89 @@
+//! How the files of a job are read.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use crate::import::{Clips, Importer};
+use crate::scene::{Format, RootOffset};
+
+/// How the files of a job are read.
+///
+/// ```
+/// use mocap::job::Reading;
+///
+/// let reading: Reading = serde_json::from_str(r#"{"from": "bvh", "root-offset": "add"}"#).unwrap();
+/// let scene = reading.importer().import("fixtures/real/lecture_Test.bvh")?;
+/// assert_eq!(scene.animations[0].frame_count(), 10);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Reading {
+    /// Format of the input [default: found from its contents, or else from its extension]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME", ignore_case = true, value_parser = format_parser()))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub from: Option<Format>,
+    /// The skeleton of an .amc motion [default: the .asf file beside it that has the same prefix, or the only one]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub skeleton: Option<PathBuf>,
+    /// How the root's OFFSET and its position channels combine
+    #[cfg_attr(feature = "cli", arg(long, value_name = "POLICY", default_value = "auto"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub root_offset: RootOffset,
+    /// Read all rows of the motion, including those beyond the declared number of frames
+    #[cfg_attr(feature = "cli", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub all_rows: bool,
+    /// The animation to use, by name or by its number from 0, of a file that has several
+    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub clip: Clips,
+    /// Treat every warning as an error
+    #[cfg_attr(feature = "cli", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub strict: bool,
+    /// Frames per second, in place of the file's own
+    // Not an argument of its own: `--fps` means this only in commands that do not resample.
+    #[cfg_attr(feature = "cli", arg(skip))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub frame_rate: Option<f64>,
+}
+
+impl Reading {
+    /// An importer with these options.
+    pub fn importer(&self) -> Importer {
+        let mut importer = Importer::new()
+            .root_offset(self.root_offset)
+            .all_rows(self.all_rows)
+            .strict(self.strict)
+            .clips(self.clip.clone());
+        if let Some(format) = self.from {
+            importer = importer.format(format);
+        }
+        if let Some(skeleton) = &self.skeleton {
+            importer = importer.skeleton(skeleton);
+        }
+        match self.frame_rate {
+            Some(rate) => importer.frame_rate(rate),
+            None => importer,
+        }
+    }
+}
+
+#[cfg(feature = "cli")]
+fn format_parser() -> impl clap::builder::TypedValueParser<Value = Format> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+    PossibleValuesParser::new(Format::ALL.map(Format::as_str)).try_map(|name| name.parse::<Format>())
+}
+
+#[cfg(feature = "cli")]
+fn parse_clip(text: &str) -> Result<Clips, std::convert::Infallible> {
+    text.parse()
+}

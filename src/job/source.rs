@@ -1,0 +1,284 @@
+//! What a job works on, and what the caller knows of it that the files do not state.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use super::text::{Rest, TimeRange, UnitChoice, UpChoice};
+use crate::convert::{Conversion, FirstFrame};
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{HumanoidBone, HumanoidMap};
+use crate::import::read_text;
+use crate::scene::{Scene, UpAxis};
+
+/// What a job works on.
+///
+/// ```
+/// use mocap::job::Source;
+///
+/// let source: Source = serde_json::from_str(r#"{"inputs": ["walk.bvh"], "space": {"unit": "cm"}}"#).unwrap();
+/// assert_eq!(source.space.unit.metres(), Some(0.01));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Source {
+    /// The motion files.
+    pub inputs: Vec<PathBuf>,
+    /// The second motions, which steps join, blend or layer with the first; a step counts them from 2.
+    #[serde(skip_serializing_if = "is_default")]
+    pub with: Vec<PathBuf>,
+    /// The unit and the up axis of the inputs.
+    #[serde(skip_serializing_if = "is_default")]
+    pub space: SourceSpace,
+    /// The bones of the inputs.
+    #[serde(skip_serializing_if = "is_default")]
+    pub map: SourceMap,
+    /// Which frames of the inputs are taken.
+    #[serde(skip_serializing_if = "is_default")]
+    pub frames: SourceFrames,
+}
+
+/// The unit and the up axis of the inputs.
+///
+/// ```
+/// use mocap::job::SourceSpace;
+///
+/// let space: SourceSpace = serde_json::from_str(r#"{"up": "z"}"#).unwrap();
+/// assert_eq!((space.unit.metres(), space.up.axis()), (None, Some(mocap::scene::UpAxis::Z)));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct SourceSpace {
+    /// Unit of length of the input: auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit
+    #[cfg_attr(feature = "cli", arg(long, value_name = "UNIT", default_value = "auto"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub unit: UnitChoice,
+    /// The up axis.
+    #[cfg_attr(feature = "cli", command(flatten))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub up: SourceUp,
+}
+
+/// The up axis of the inputs.
+///
+/// ```
+/// use mocap::job::SourceUp;
+///
+/// let up: SourceUp = serde_json::from_str("\"-y\"").unwrap();
+/// assert_eq!(up.axis(), Some(mocap::scene::UpAxis::NegY));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SourceUp {
+    /// Up axis of the input: auto (from the feet to the head), y, z, -y or -z
+    #[cfg_attr(
+        feature = "cli",
+        arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true)
+    )]
+    pub up: UpChoice,
+}
+
+/// The bones of the inputs, where the guess is wrong or not wanted.
+///
+/// ```
+/// use mocap::job::SourceMap;
+///
+/// let map: SourceMap = serde_json::from_str(r#"{"hips": "Pelvis"}"#).unwrap();
+/// assert_eq!(map.bones()?.len(), 1);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SourceMap {
+    /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name
+    /// are searched for
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE", value_parser = |path: &str| BoneMap::parse_file(path).map(BoneMap::Bones)))]
+    pub map: Option<BoneMap>,
+}
+
+/// Which joint is which bone: in a file, or here.
+///
+/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints.
+///
+/// ```
+/// use mocap::job::BoneMap;
+///
+/// let map: BoneMap = serde_json::from_str(r#"{"hips": "Pelvis", "jaw": null}"#).unwrap();
+/// assert_eq!(map.bones()?.len(), 2); // the jaw is not searched for
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "the name of a file, or an object with the joint of each bone")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum BoneMap {
+    /// A JSON file.
+    File(PathBuf),
+    /// The name of the joint of each bone; `null` where a bone is not to be searched for.
+    Bones(#[cfg_attr(feature = "schema", schemars(with = "BTreeMap<String, Option<String>>"))] HumanoidMap),
+}
+
+impl BoneMap {
+    /// The bones.
+    ///
+    /// # Errors
+    /// [`Code::Io`] where the file cannot be read, and [`Code::InvalidValue`] where it has no bones.
+    pub fn bones(&self) -> Result<HumanoidMap> {
+        match self {
+            Self::Bones(bones) => Ok(bones.clone()),
+            Self::File(path) => {
+                let text = read_text(path)?;
+                bones_of(&text).map_err(|message| {
+                    let error = crate::error::Error::from(Diagnostic::new(Code::InvalidValue, message));
+                    error.with_path(path)
+                })
+            }
+        }
+    }
+
+    /// The bones of a file, as a command line takes them: read at once, so that a bad file is refused before the work
+    /// begins.
+    #[cfg(feature = "cli")]
+    pub fn parse_file(path: &str) -> Result<HumanoidMap, String> {
+        let bones = Self::File(PathBuf::from(path)).bones();
+        bones.map_err(|error| error.diagnostic().message.clone())
+    }
+}
+
+/// What `mocap skeleton --json` prints, or its part `humanoid`.
+#[derive(Deserialize)]
+struct MapFile {
+    humanoid: Option<Box<MapFile>>,
+    bones: Option<BTreeMap<HumanoidBone, Option<MapBone>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum MapBone {
+    Name(String),
+    Bone { joint: String },
+}
+
+fn bones_of(text: &str) -> Result<HumanoidMap, String> {
+    let file: MapFile = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    let bones = file.humanoid.and_then(|humanoid| humanoid.bones).or(file.bones);
+    let bones = bones.ok_or("there is no object \"bones\": write {\"bones\": {\"hips\": \"NAME\", ...}}")?;
+    let name = |joint| match joint {
+        MapBone::Name(joint) | MapBone::Bone { joint } => joint,
+    };
+    Ok(bones.into_iter().map(|(bone, joint)| (bone, joint.map(name))).collect())
+}
+
+/// Which frames of the inputs are taken, before their unit and axes are changed.
+///
+/// ```
+/// use mocap::job::SourceFrames;
+///
+/// let frames: SourceFrames = serde_json::from_str(r#"{"trim": "0..1.5", "fps": 30}"#).unwrap();
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// frames.conversion().apply(&mut scene)?;
+/// assert_eq!(scene.animations[0].ticks_per_second, 30.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Changing"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct SourceFrames {
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[cfg_attr(feature = "cli", arg(long, value_name = "A..B", allow_hyphen_values = true))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub trim: Option<TimeRange>,
+    /// Frames per second to write; for an input that states no valid rate, its rate
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub fps: Option<f64>,
+    /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it
+    #[cfg_attr(feature = "cli", arg(long, value_name = "WHEN", default_value = "no"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub drop_first_frame: FirstFrame,
+    /// Rest pose: zero (all rotations 0, as in the file), or frame:N
+    #[cfg_attr(feature = "cli", arg(long, value_name = "POSE", default_value = "zero"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub rest: Rest,
+}
+
+impl SourceSpace {
+    /// Metres in a unit of the input, where that is known.
+    pub fn metres_per_unit(&self) -> Option<f64> {
+        self.unit.metres()
+    }
+
+    /// The up axis of the input, where it is known.
+    pub fn up(&self) -> Option<UpAxis> {
+        self.up.axis()
+    }
+
+    /// Lets the scene state what is known.
+    pub fn state(&self, scene: &mut Scene) {
+        if let Some(metres) = self.unit.metres() {
+            scene.metadata.metres_per_unit = Some(metres);
+        }
+        self.up.state(scene);
+    }
+}
+
+impl SourceUp {
+    /// The axis, where it is known.
+    pub fn axis(self) -> Option<UpAxis> {
+        self.up.axis()
+    }
+
+    /// Lets the scene state what is known.
+    pub fn state(self, scene: &mut Scene) {
+        if let Some(up) = self.axis() {
+            scene.metadata.up = Some(up);
+        }
+    }
+}
+
+impl SourceMap {
+    /// The bones that stand here; none where the map is in a file.
+    pub fn bones_here(&self) -> HumanoidMap {
+        match &self.map {
+            Some(BoneMap::Bones(bones)) => bones.clone(),
+            _ => HumanoidMap::default(),
+        }
+    }
+
+    /// The bones; none without a map.
+    ///
+    /// # Errors
+    /// As [`BoneMap::bones`].
+    pub fn bones(&self) -> Result<HumanoidMap> {
+        self.map
+            .as_ref()
+            .map_or_else(|| Ok(HumanoidMap::default()), BoneMap::bones)
+    }
+}
+
+impl SourceFrames {
+    /// A conversion that takes these frames.
+    pub fn conversion(&self) -> Conversion {
+        let TimeRange { first, last } = self.trim.unwrap_or_default();
+        let conversion = Conversion::new()
+            .first_frame(self.drop_first_frame)
+            .rest(self.rest.0)
+            .trim(first, last);
+        match self.fps {
+            Some(rate) => conversion.frame_rate(rate),
+            None => conversion,
+        }
+    }
+}

@@ -1,0 +1,433 @@
+//! Values that people write as text, on a command line and in a job file alike: lengths, units, parts of a motion.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::de::{Deserializer, Error as _};
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::convert::{Moment, RestPoseSource};
+use crate::figure::Unit;
+use crate::retarget::Scale;
+use crate::scene::UpAxis;
+
+/// A type that serializes as its text; a number is read as its text too.
+macro_rules! as_text {
+    ($($name:ident)*) => {$(
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                serializer.collect_str(self)
+            }
+        }
+
+        impl<'de> Deserialize<'de> for $name {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let text = match TextOrNumber::deserialize(deserializer)? {
+                    TextOrNumber::Text(text) => text,
+                    TextOrNumber::Number(number) => number.to_string(),
+                };
+                text.parse().map_err(|expected: String| D::Error::custom(format!("{text:?}: {expected}")))
+            }
+        }
+
+        #[cfg(feature = "schema")]
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({ "type": ["string", "number"], "description": Self::TAKES })
+            }
+        }
+    )*};
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a text or a number")]
+enum TextOrNumber {
+    Text(String),
+    Number(serde_json::Number),
+}
+
+as_text!(Length UnitChoice UpChoice TimeRange Rest StepLength Angle);
+
+/// A length in metres.
+///
+/// ```
+/// use mocap::job::Length;
+///
+/// assert_eq!("1mm".parse(), Ok(Length::metres(0.001)));
+/// assert_eq!("0.03".parse(), Ok(Length::metres(0.03)));
+/// assert!("1 mile".parse::<Length>().is_err());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Length(f64);
+
+impl Length {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "a length of 0 or more: metres, or a number with the unit m, cm, mm or um, such as 1mm";
+
+    /// A length in metres.
+    pub const fn metres(metres: f64) -> Self {
+        Self(metres)
+    }
+
+    /// The number of metres.
+    pub const fn to_metres(self) -> f64 {
+        self.0
+    }
+}
+
+impl FromStr for Length {
+    type Err = String;
+
+    /// A number in metres, or with the unit m, cm, mm or um.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let units = [("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("m", 1.0)];
+        let (number, metres) = units
+            .into_iter()
+            .find_map(|(unit, metres)| Some((text.strip_suffix(unit)?, metres)))
+            .unwrap_or((text, 1.0));
+        match number.trim().parse::<f64>() {
+            Ok(number) if number.is_finite() && number >= 0.0 => Ok(Self(number * metres)),
+            _ => Err("not a length, such as 1mm, 0.5cm or 0.001, which is in metres".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}m", self.0)
+    }
+}
+
+/// The unit of length of a file: known by its name, by its length in metres, or to be guessed.
+///
+/// ```
+/// use mocap::job::UnitChoice;
+///
+/// assert_eq!("cm".parse::<UnitChoice>().unwrap().metres(), Some(0.01));
+/// assert_eq!("auto".parse::<UnitChoice>().unwrap().metres(), None);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum UnitChoice {
+    /// What the file states, or else a guess.
+    #[default]
+    Auto,
+    /// A unit with a name.
+    Named(Unit),
+    /// Metres in one unit.
+    Metres(f64),
+}
+
+impl UnitChoice {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "auto, m, dm, cm, mm, inch, cmu (5.6444 cm), or metres in one unit";
+
+    /// Metres in one unit, where the unit is known.
+    pub fn metres(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Named(unit) => Some(unit.metres()),
+            Self::Metres(metres) => Some(metres),
+        }
+    }
+}
+
+impl FromStr for UnitChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            unit => parse_unit(unit).map_err(|expected| format!("{expected}, or auto")),
+        }
+    }
+}
+
+impl fmt::Display for UnitChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Named(unit) => f.write_str(unit.as_str()),
+            Self::Metres(metres) => metres.fmt(f),
+        }
+    }
+}
+
+/// The unit that a text names: not `auto`.
+pub(super) fn parse_unit(text: &str) -> Result<UnitChoice, String> {
+    if let Some(unit) = Unit::named(text) {
+        return Ok(UnitChoice::Named(unit));
+    }
+    match text.parse() {
+        Ok(metres) if f64::is_finite(metres) && metres > 0.0 => Ok(UnitChoice::Metres(metres)),
+        _ => Err("expected m, dm, cm, mm, inch, cmu or a number above 0".to_owned()),
+    }
+}
+
+/// The up axis of a file: known, or to be guessed.
+///
+/// ```
+/// use mocap::job::UpChoice;
+/// use mocap::scene::UpAxis;
+///
+/// assert_eq!("-z".parse::<UpChoice>().unwrap().axis(), Some(UpAxis::NegZ));
+/// assert_eq!("auto".parse::<UpChoice>().unwrap().axis(), None);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum UpChoice {
+    /// What the file states, or else from the feet to the head.
+    #[default]
+    Auto,
+    /// This axis.
+    Axis(UpAxis),
+}
+
+impl UpChoice {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "auto, y, z, -y or -z";
+
+    /// The axis, where it is known.
+    pub fn axis(self) -> Option<UpAxis> {
+        match self {
+            Self::Auto => None,
+            Self::Axis(axis) => Some(axis),
+        }
+    }
+}
+
+impl FromStr for UpChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let axis = UpAxis::ALL.into_iter().find(|axis| axis.as_str() == text);
+        match (text, axis) {
+            ("auto", _) => Ok(Self::Auto),
+            (_, Some(axis)) => Ok(Self::Axis(axis)),
+            _ => Err("expected auto, y, z, -y or -z".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for UpChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.axis().map_or("auto", UpAxis::as_str))
+    }
+}
+
+/// A part of a motion, both ends included.
+///
+/// ```
+/// use mocap::convert::Moment;
+/// use mocap::job::TimeRange;
+///
+/// let range: TimeRange = "1.5..480f".parse().unwrap();
+/// assert_eq!((range.first, range.last), (Some(Moment::Seconds(1.5)), Some(Moment::Frame(480))));
+/// assert_eq!(range.to_string(), "1.5..480f");
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeRange {
+    /// The first moment. Default: the beginning.
+    pub first: Option<Moment>,
+    /// The last moment. Default: the end.
+    pub last: Option<Moment>,
+}
+
+impl TimeRange {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
+}
+
+impl FromStr for TimeRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "not A..B, as in 1.5..4 (seconds) or 120f..480f (frames)".to_owned();
+        let moment = |text: &str| -> Result<Option<Moment>, String> {
+            if text.is_empty() {
+                return Ok(None);
+            }
+            let moment = match text.strip_suffix('f') {
+                Some(frame) => frame.parse().ok().map(Moment::Frame),
+                None => text
+                    .parse()
+                    .ok()
+                    .filter(|time: &f64| time.is_finite() && *time >= 0.0)
+                    .map(Moment::Seconds),
+            };
+            moment.map(Some).ok_or_else(wrong)
+        };
+        let (first, last) = text.split_once("..").ok_or_else(wrong)?;
+        Ok(Self {
+            first: moment(first)?,
+            last: moment(last)?,
+        })
+    }
+}
+
+impl fmt::Display for TimeRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let moment = |moment| match moment {
+            None => String::new(),
+            Some(Moment::Seconds(seconds)) => seconds.to_string(),
+            Some(Moment::Frame(frame)) => format!("{frame}f"),
+        };
+        write!(f, "{}..{}", moment(self.first), moment(self.last))
+    }
+}
+
+/// The rest pose of an output.
+///
+/// ```
+/// use mocap::convert::RestPoseSource;
+/// use mocap::job::Rest;
+///
+/// assert_eq!("frame:12".parse(), Ok(Rest(RestPoseSource::Frame(12))));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rest(pub RestPoseSource);
+
+impl Rest {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "zero (all rotations 0, as in the file), or frame:N";
+}
+
+impl FromStr for Rest {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let frame = text.strip_prefix("frame:").and_then(|frame| frame.parse().ok());
+        match (text, frame) {
+            ("zero", _) => Ok(Self(RestPoseSource::InFile)),
+            (_, Some(frame)) => Ok(Self(RestPoseSource::Frame(frame))),
+            _ => Err("neither zero nor frame:N".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Rest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            RestPoseSource::Frame(frame) => write!(f, "frame:{frame}"),
+            _ => f.write_str("zero"),
+        }
+    }
+}
+
+/// How long the steps of a body are that takes over the motion of another.
+///
+/// ```
+/// use mocap::job::StepLength;
+/// use mocap::retarget::Scale;
+///
+/// assert_eq!("0.5".parse(), Ok(StepLength(Scale::Factor(0.5))));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepLength(pub Scale);
+
+impl StepLength {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "auto (in the proportion of the legs), none (as in the source), or a factor above 0";
+}
+
+impl FromStr for StepLength {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let factor = text
+            .parse()
+            .ok()
+            .filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
+        match (text, factor) {
+            ("auto", _) => Ok(Self(Scale::Auto)),
+            ("none", _) => Ok(Self(Scale::None)),
+            (_, Some(factor)) => Ok(Self(Scale::Factor(factor))),
+            _ => Err("neither auto nor none nor a factor above 0".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for StepLength {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Scale::Auto => f.write_str("auto"),
+            Scale::None => f.write_str("none"),
+            Scale::Factor(factor) => factor.fmt(f),
+        }
+    }
+}
+
+/// An angle in degrees.
+///
+/// ```
+/// use mocap::job::Angle;
+///
+/// assert_eq!("12.5".parse(), Ok(Angle(12.5)));
+/// assert!("-1".parse::<Angle>().is_err());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angle(pub f64);
+
+impl Angle {
+    #[cfg(feature = "schema")]
+    const TAKES: &str = "an angle of 0 degrees or more";
+}
+
+impl FromStr for Angle {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(angle) if f64::is_finite(angle) && angle >= 0.0 => Ok(Self(angle)),
+            _ => Err("not an angle of 0 degrees or more".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Angle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is printed is read as the value that was printed.
+    fn round_trips<T: FromStr<Err = String> + fmt::Display + PartialEq + fmt::Debug>(texts: &[&str]) {
+        for text in texts {
+            let value: T = text.parse().unwrap();
+            assert_eq!(value.to_string().parse::<T>().unwrap(), value, "{text}");
+        }
+    }
+
+    #[test]
+    fn every_value_that_is_printed_is_read_again() {
+        round_trips::<Length>(&["1mm", "0.5cm", "3um", "2m", "0.001", "0"]);
+        round_trips::<UnitChoice>(&["auto", "cm", "cmu", "0.0254"]);
+        round_trips::<UpChoice>(&["auto", "y", "z", "-y", "-z"]);
+        round_trips::<TimeRange>(&["..", "1..", "..480f", "1.5..4", "120f..480f"]);
+        round_trips::<Rest>(&["zero", "frame:0", "frame:7"]);
+        round_trips::<StepLength>(&["auto", "none", "1.25"]);
+        round_trips::<Angle>(&["0", "12.5"]);
+    }
+
+    #[test]
+    fn json_takes_texts_and_numbers() {
+        let lengths: Vec<Length> = serde_json::from_str(r#"["1mm", 0.001]"#).unwrap();
+        assert_eq!(lengths[0], lengths[1]);
+        let error = serde_json::from_str::<Length>("\"long\"").unwrap_err().to_string();
+        assert!(error.starts_with("\"long\": not a length, such as 1mm"), "{error}");
+        assert!(
+            serde_json::from_str::<UnitChoice>("[]")
+                .unwrap_err()
+                .to_string()
+                .contains("a text or a number")
+        );
+    }
+}
