@@ -50,6 +50,7 @@ pub mod process;
 #[cfg(feature = "render")]
 pub mod render;
 pub mod retarget;
+pub mod retargeting;
 pub mod robot;
 pub mod scene;
 
@@ -66,6 +67,7 @@ pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};
 pub use crate::pose::{Binding, OutOfRange, Pose, Trs, Updater};
 pub use crate::process::SkeletonMesh;
+pub use crate::retargeting::Retargeting;
 pub use crate::scene::{Format, RootOffset, Scene};
 
 /// The README's example runs with the tests.

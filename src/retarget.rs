@@ -144,15 +144,6 @@ impl Retargeter {
         }
     }
 
-    /// Records in the scene of the target that it now has the motion of `source`.
-    pub fn record(&self, source: &Scene, target: &mut Scene, lock_feet: bool) {
-        let step = self.step(target, lock_feet);
-        let (from, metadata) = (&source.metadata, &mut target.metadata);
-        metadata.origin.clone_from(&from.origin);
-        metadata.root_offset.clone_from(&from.root_offset);
-        metadata.steps = from.steps.iter().cloned().chain([step]).collect();
-    }
-
     /// The joints of the target that are moved, parents first. The first one is the hips, which are moved over the
     /// ground too.
     pub fn driven(&self) -> impl Iterator<Item = NodeId> {

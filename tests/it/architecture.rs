@@ -43,6 +43,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "scene", "figure", "edit", "process", "retarget", "robot", "convert", "format", "import",
         ],
     ),
+    (
+        "retargeting",
+        &[
+            "error", "scene", "figure", "process", "retarget", "robot", "convert", "format", "import",
+        ],
+    ),
     ("dump", &["error", "scene", "pose"]),
     (
         "arrays",

@@ -46,6 +46,7 @@ mod render;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;
+mod retargeting;
 #[cfg(feature = "cli")]
 mod robot_command;
 mod robots;

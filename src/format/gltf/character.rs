@@ -96,8 +96,12 @@ impl Character {
     ///
     /// # Errors
     /// As [`Character::with_animations`].
-    pub fn with_clips(&self, clips: &[(Animation, Provenance)], replace: bool) -> Result<Vec<u8>> {
-        let clips: Vec<_> = clips.iter().map(|(clip, from)| (clip, Some(from))).collect();
+    pub fn with_clips<'a>(
+        &self,
+        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance)>,
+        replace: bool,
+    ) -> Result<Vec<u8>> {
+        let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
         patch::with_animations(&self.bytes, &self.scene, &self.nodes, &clips, replace)
     }
 }

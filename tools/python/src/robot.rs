@@ -1,9 +1,9 @@
 //! Motions on robots.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use mocap::convert::FirstFrame;
-use mocap::robot::{RobotOptions, RobotRetargeter};
+use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::{Conversion, Importer};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -16,7 +16,7 @@ use crate::scene::Scene;
 /// A robot of URDF or MJCF.
 #[pyclass(frozen, module = "mocap")]
 pub(crate) struct Robot {
-    robot: mocap::robot::Robot,
+    robot: Arc<mocap::robot::Robot>,
 }
 
 #[pymethods]
@@ -25,7 +25,7 @@ impl Robot {
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let robot = py.detach(|| Importer::new().import_robot(&path));
         let robot = robot.map_err(|error| to_python(py, &error))?;
-        Ok(Self { robot })
+        Ok(Self { robot: Arc::new(robot) })
     }
 
     #[getter]
@@ -49,20 +49,24 @@ impl Robot {
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
-            let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose);
+            scene.animations.truncate(1);
             let conversion = match fps {
-                Some(rate) => conversion.frame_rate(rate),
-                None => conversion,
+                Some(rate) => Conversion::new().frame_rate(rate),
+                None => Conversion::new(),
             };
-            conversion.apply(&mut scene)?;
-            let options = RobotOptions {
-                lock_feet,
-                velocity_limits,
-                ..RobotOptions::default()
-            };
-            RobotRetargeter::new(&scene, &self.robot, &options)?.clip(&scene, 0)
+            let options = RetargetingOptions::new()
+                .conversion(conversion)
+                .lock_feet(lock_feet)
+                .velocity_limits(velocity_limits);
+            Retargeting::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
         });
-        let (motion, report) = done.map_err(|error| to_python(py, &error))?;
+        let clips = done.map_err(|error| to_python(py, &error))?.into_clips();
+        let mut clips = clips
+            .into_iter()
+            .filter_map(|clip| Some((clip.robot_motion?, clip.report)));
+        let (motion, report) = clips
+            .next()
+            .expect("the source has a motion, and the target is a robot");
         let frames = motion.frames();
         let joints = motion.dof_names.len();
         let arrays = PyDict::new(py);

@@ -5,6 +5,7 @@ use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
 use mocap::gltf::{Compression, DEFAULT_MAX_ERROR, GltfOptions};
 use mocap::retarget::Scale;
+use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
 use mocap::{Conversion, Importer, Limits, SkeletonMesh, bvh};
 use serde::Deserialize;
@@ -274,9 +275,9 @@ impl WriteOptions {
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
 pub(crate) struct RetargetOptions {
     scale: Option<ScaleOption>,
-    pub(crate) feet: Feet,
-    pub(crate) bones: HumanoidMap,
-    pub(crate) character_bones: HumanoidMap,
+    feet: Feet,
+    bones: HumanoidMap,
+    character_bones: HumanoidMap,
     pub(crate) name: Option<String>,
     /// Whether to keep how far the limbs point from those of the motion, for the player.
     pub(crate) limb_angles: bool,
@@ -298,14 +299,22 @@ enum ScaleName {
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "camelCase")]
-pub(crate) enum Feet {
+enum Feet {
     #[default]
     Lock,
     Free,
 }
 
 impl RetargetOptions {
-    pub(crate) fn scale(&self) -> Result<Scale, Failure> {
+    pub(crate) fn retargeting(&self) -> Result<RetargetingOptions, Failure> {
+        Ok(RetargetingOptions::new()
+            .scale(self.scale()?)
+            .lock_feet(self.feet == Feet::Lock)
+            .source_bones(self.bones.clone())
+            .target_bones(self.character_bones.clone()))
+    }
+
+    fn scale(&self) -> Result<Scale, Failure> {
         match self.scale {
             None | Some(ScaleOption::Name(ScaleName::Auto)) => Ok(Scale::Auto),
             Some(ScaleOption::Name(ScaleName::None)) => Ok(Scale::None),

@@ -1,24 +1,23 @@
 //! What can be asked for, and the answers.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
 use mocap::compress::PackedClip;
-use mocap::convert::leave_out_rest_pose;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
-use mocap::figure::{self, Skeleton, humanoid};
-use mocap::gltf::{self, Provenance};
+use mocap::figure::{self, Skeleton};
+use mocap::gltf;
 use mocap::render::{self, Clip, PageClip, SheetOptions};
-use mocap::retarget::{RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, Assumption, RootOffsetUsed, UpAxis};
+use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
+use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
 use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, bvh, vrma};
 use serde::{Deserialize, Serialize};
 
 use crate::answer::SceneAt;
 use crate::clips::Clips;
 use crate::failure::{Failure, Finding};
-use crate::options::{ConvertOptions, Feet, ReadOptions, RetargetOptions, WriteOptions};
+use crate::options::{ConvertOptions, ReadOptions, RetargetOptions, WriteOptions};
 use crate::scenes::{Entry, Scenes};
 
 /// One call. `files` are the names of the inputs, the motion first.
@@ -155,7 +154,7 @@ fn read_character(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryF
         false => options.importer().skeleton_mesh(SkeletonMesh::None),
     };
     match importer.read_character(file, others) {
-        Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Rc::new(character)))),
+        Ok(character) => Ok(Entry::new(character.scene().clone(), Some(Arc::new(character)))),
         Err(error) if error.code() == Code::UnknownFormat => {
             Ok(Entry::new(options.importer().read_among(file, others)?, None))
         }
@@ -236,8 +235,8 @@ fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer
     match format {
         Output::Glb => {
             if let Some(character) = &entry.character {
-                let added: Vec<_> = std::iter::zip(scene.animations.clone(), entry.provenance.clone()).collect();
-                let bytes = character.with_clips(&added, false)?;
+                let added = std::iter::zip(&scene.animations, &entry.provenance);
+                let bytes = character.with_clips(added, false)?;
                 return Ok((json(&Written::default())?, bytes));
             }
             let (scene, assumptions) = on_skeleton(entry)?;
@@ -354,77 +353,39 @@ fn retarget(scenes: &mut Scenes, motion: u32, character: u32, options: &Retarget
     struct Retargeted<'a> {
         #[serde(flatten)]
         scene: SceneAt<'a>,
-        reports: Vec<RetargetReport>,
+        reports: Vec<Report>,
     }
     let (entry, target) = (scenes.get(motion)?, scenes.get(character)?);
-    let (mut source, assumptions) = in_metres(entry)?;
     let file = target.character.clone();
-    let stated = file.as_ref().and_then(|file| file.humanoid().cloned());
-    let bones = stated.unwrap_or_else(|| humanoid(&target.scene));
-    let bones = bones.with_map(&target.scene, options.character_bones.clone())?;
-    check_target(&target.scene, Some(&bones))?;
-    let mut retargeter = Retargeter::new(
-        &source,
-        &target.scene,
-        &mocap::retarget::RetargetOptions {
-            scale: options.scale()?,
-            source: Some(humanoid(&source).with_map(&source, options.bones.clone())?),
-            target: Some(bones.clone()),
-        },
-    )?;
-    leave_out_rest_pose(&mut source)?;
-    let step = retargeter.step(&target.scene, options.feet == Feet::Lock);
-    let mut provenance = Vec::new();
-    let present = file.as_ref().map_or(&[][..], |file| &file.scene().animations);
-    let mut animations: Vec<Animation> = Vec::new();
-    let mut reports = Vec::new();
-    let mut limb_angles = None;
-    for (index, animation) in source.animations.iter().enumerate() {
-        let taken: Vec<&Animation> = present.iter().chain(&animations).collect();
-        let name = free_name(clip_name(&source, animation, options), &taken);
-        let (mut moved, mut found) = retargeter.clip(&source, index, &target.scene, options.feet == Feet::Lock)?;
-        found.clip.clone_from(&name);
-        moved.name = name;
-        let mut from = Provenance::of_clip(&source, index);
-        from.steps.push(step.clone());
-        provenance.push(from);
-        if options.limb_angles && limb_angles.is_none() {
-            limb_angles = Some(retargeter.limb_angles(&source, animation, &target.scene, &moved));
-        }
-        animations.push(moved);
-        reports.push(found);
-    }
+    let onto = match &file {
+        Some(file) => Target::Character(Arc::clone(file)),
+        None => Target::from(target.scene.clone()),
+    };
+    let (source, assumptions) = in_metres(entry)?;
+    let mut retargeting = Retargeting::onto(onto, options.retargeting()?)?;
+    let source = SourceMotion::converted(source);
+    retargeting.add(match &options.name {
+        Some(name) => source.named(name),
+        None => source,
+    })?;
+    let limb_angles = options.limb_angles.then(|| retargeting.limb_angles(0)).flatten();
     let mut scene = target.scene.clone();
-    scene.animations = animations;
-    let number = scenes.add(
-        Entry::new(scene, file)
-            .with_humanoid(bones)
-            .with_provenance(provenance)
-            .with_limb_angles(limb_angles),
-    )?;
+    let humanoid = retargeting.humanoid().cloned();
+    let (mut provenance, mut reports) = (Vec::new(), Vec::new());
+    scene.animations.clear();
+    for clip in retargeting.into_clips() {
+        scene.animations.push(clip.animation);
+        provenance.push(clip.provenance);
+        reports.push(clip.report);
+    }
+    let entry = Entry::new(scene, file)
+        .with_humanoid(humanoid)
+        .with_provenance(provenance)
+        .with_limb_angles(limb_angles);
+    let number = scenes.add(entry)?;
     let answer = json(&Retargeted {
         scene: SceneAt::new(number, scenes.get(number)?, &assumptions),
         reports,
     })?;
     Ok((answer, Vec::new()))
-}
-
-/// The name of the file, and that of the clip where the file has several.
-fn clip_name(source: &Scene, animation: &Animation, options: &RetargetOptions) -> String {
-    let origin = source.metadata.origin.as_ref();
-    match (source.animations.len(), animation.name.as_str(), &options.name) {
-        (1, _, Some(name)) => name.clone(),
-        (1, _, None) | (_, "", _) => origin.map_or_else(String::new, |origin| origin.stem().to_owned()),
-        (_, name, _) => name.to_owned(),
-    }
-}
-
-/// The name, with a number where another clip has it.
-fn free_name(name: String, taken: &[&Animation]) -> String {
-    let is_free = |name: &String| taken.iter().all(|clip| clip.name != *name);
-    let numbered = (2..).map(|number| format!("{name}_{number}"));
-    std::iter::once(name.clone())
-        .chain(numbered)
-        .find(is_free)
-        .unwrap_or(name)
 }

@@ -1,7 +1,7 @@
 //! The scenes that JavaScript holds, each under a number that is never used again.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
+use std::sync::Arc;
 
 use mocap::figure::Humanoid;
 use mocap::glam::Mat4;
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 pub(crate) struct Entry {
     pub(crate) scene: Scene,
     /// The file of a glTF character, to which motions are added.
-    pub(crate) character: Option<Rc<Character>>,
+    pub(crate) character: Option<Arc<Character>>,
     /// Which joints are which bones, where that is known.
     pub(crate) humanoid: Option<Humanoid>,
     /// Whether a conversion made it, so that what a file leaves open is known.
@@ -31,7 +31,7 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    pub(crate) fn new(scene: Scene, character: Option<Rc<Character>>) -> Self {
+    pub(crate) fn new(scene: Scene, character: Option<Arc<Character>>) -> Self {
         Self {
             bindings: scene.animations.iter().map(|_| None).collect(),
             rest: scene.nodes.iter().map(|node| node.transform).collect(),
@@ -45,8 +45,8 @@ impl Entry {
         }
     }
 
-    pub(crate) fn with_humanoid(mut self, humanoid: Humanoid) -> Self {
-        self.humanoid = Some(humanoid);
+    pub(crate) fn with_humanoid(mut self, humanoid: Option<Humanoid>) -> Self {
+        self.humanoid = humanoid;
         self
     }
 

@@ -1,47 +1,20 @@
 //! `mocap retarget`: motions on a character.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use mocap::convert::leave_out_rest_pose;
 use mocap::fbx::FbxOptions;
-use mocap::figure::{Humanoid, humanoid};
 use mocap::files::ReplacePolicy;
-use mocap::gltf::{Character, Provenance};
-use mocap::retarget::{RetargetOptions, RetargetReport, Retargeter, check_target};
-use mocap::scene::{Animation, Scene, Topic};
-use mocap::{Code, Conversion, Importer, SkeletonMesh, vrma};
+use mocap::retarget::RetargetReport;
+use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::scene::{Scene, Topic};
+use mocap::{Code, Importer, SkeletonMesh, vrma};
 
 use super::{
-    ImageFile, check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes,
-    short_name, unknown_extension, write_whole_output,
+    ImageFile, check_json, extension, import_moving, output_format, print_json, scene_bytes, short_name,
+    unknown_extension, write_whole_output,
 };
 use crate::args::{FeetArg, Given, RetargetArgs};
 use crate::{Failure, report, streams};
-
-/// Where the motions go.
-enum Target {
-    /// A file that is passed through, with further animations.
-    Character(Box<Character>),
-    /// A scene that is written.
-    Scene(Box<Scene>),
-}
-
-impl Target {
-    fn scene(&self) -> &Scene {
-        match self {
-            Self::Character(character) => character.scene(),
-            Self::Scene(scene) => scene,
-        }
-    }
-
-    fn into_scene(self) -> Scene {
-        match self {
-            Self::Character(character) => character.scene().clone(),
-            Self::Scene(scene) => *scene,
-        }
-    }
-}
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let (motions, file) = inputs(args)?;
@@ -58,51 +31,22 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let format = output_format(&args.output, args.to.as_deref(), default)?;
     check_output(args, &file, &target, &format)?;
     let fbx = args.fbx.options(given, &format, &args.output)?;
-    let bones = match &target {
-        Target::Character(character) => character.humanoid().cloned(),
-        Target::Scene(_) => None,
-    };
-    let bones = bones.unwrap_or_else(|| humanoid(target.scene()));
-    let bones = mapped(
-        bones,
-        target.scene(),
-        args.character_map.clone().unwrap_or_default(),
-        "--character-map",
-    )?;
-    check_target(target.scene(), Some(&bones)).map_err(|error| error.with_path(&file))?;
-    let mut clips: Vec<(Animation, Provenance)> = Vec::new();
-    let mut reports: Vec<RetargetReport> = Vec::new();
-    let mut names = Names::new(&target, args.replace_animations);
+    let mut retargeting = onto(args, target, &file)?;
     for motion in &motions {
-        let mut source = import_source(args, motion)?;
-        let options = RetargetOptions {
-            scale: args.scale.0,
-            source: Some(mapped(humanoid(&source), &source, args.map.bones_here(), "--map")?),
-            target: Some(bones.clone()),
-        };
-        let retargeter = Retargeter::new(&source, target.scene(), &options);
-        let mut retargeter = retargeter.map_err(|error| error.with_path(motion))?;
-        if leave_out_rest_pose(&mut source).map_err(|error| error.with_path(motion))? {
-            let file = motion.display();
-            report::say(&format!("{file}: the first frame, a rest pose, is left out"));
-        }
-        let step = retargeter.step(target.scene(), args.feet == FeetArg::Lock);
-        for (index, animation) in source.animations.iter().enumerate() {
-            let name = names.of(motion, &source, animation);
-            let mut provenance = Provenance::of_clip(&source, index);
-            provenance.steps.push(step.clone());
-            let (moved, found) = moved(&mut retargeter, &source, index, target.scene(), name, args.feet)?;
-            reports.push(found);
-            clips.push((moved, provenance));
-        }
+        add(args, &mut retargeting, motion)?;
     }
-    let count = clips.len();
-    let (bytes, images) = write(args, target, bones, clips, (&format, &fbx))?;
+    let (bytes, images) = write(args, &retargeting, &format, &fbx)?;
     write_whole_output(&policy, &args.output, &bytes, &images)?;
+    let reports: Vec<&RetargetReport> = retargeting
+        .clips()
+        .iter()
+        .filter_map(|clip| clip.report.body())
+        .collect();
     match args.json {
         true => print_json(&reports)?,
-        false => reports.iter().for_each(tell),
+        false => reports.iter().for_each(|found| tell(found)),
     }
+    let count = reports.len();
     let plural = if count == 1 { "" } else { "s" };
     report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
     match args.max_angle {
@@ -111,19 +55,34 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     }
 }
 
-/// An animation of the source on the target, with its feet locked where that is asked for and better, and its report.
-pub(super) fn moved(
-    retargeter: &mut Retargeter,
-    source: &Scene,
-    index: usize,
-    target: &Scene,
-    name: String,
-    feet: FeetArg,
-) -> mocap::Result<(Animation, RetargetReport)> {
-    let (mut moved, mut found) = retargeter.clip(source, index, target, feet == FeetArg::Lock)?;
-    found.clip.clone_from(&name);
-    moved.name = name;
-    Ok((moved, found))
+/// The target, without a motion yet.
+fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting, Failure> {
+    let options = RetargetingOptions::new()
+        .scale(args.scale.0)
+        .lock_feet(args.feet == FeetArg::Lock)
+        .source_bones(args.map.bones_here())
+        .target_bones(args.character_map.clone().unwrap_or_default())
+        .replace_animations(args.replace_animations);
+    Retargeting::onto(target, options).map_err(|error| match error.code() {
+        Code::InvalidValue => Failure::Usage(format!("--character-map: {}", error.diagnostic().message)),
+        _ => error.with_path(file).into(),
+    })
+}
+
+/// Puts the motions of a file on the target.
+fn add(args: &RetargetArgs, retargeting: &mut Retargeting, motion: &Path) -> Result<(), Failure> {
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
+    let mut scene = import_moving(&importer, motion)?;
+    args.source.state(&mut scene);
+    let source = retargeting.prepare(scene).map_err(|error| error.with_path(motion))?;
+    let decisions = source.assumptions.iter();
+    decisions.for_each(|decision| report::say(&decision.to_string()));
+    let moved = retargeting.add(source.named(short_name(motion)));
+    if moved.map_err(|error| error.with_path(motion))?.is_rest_pose_left_out {
+        let file = motion.display();
+        report::say(&format!("{file}: the first frame, a rest pose, is left out"));
+    }
+    Ok(())
 }
 
 /// The motions, and the file of the character.
@@ -144,23 +103,23 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
         let message = "the character cannot come from standard input: name a file, not -";
         return Err(Failure::Usage(message.to_owned()));
     }
-    let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
-    if args.to_skeleton.is_none() {
-        // The skin shows the soles of the feet.
-        match Importer::new().gltf_meshes(true).import_character(file) {
-            Ok(character) => return Ok(Target::Character(Box::new(character))),
-            Err(error) if error.code() == Code::UnknownFormat => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    // Meshes of the file come along; without any, the skeleton is drawn.
-    let importer = match args.to_skeleton {
-        Some(_) => importer,
-        // A skeleton needs no mesh in FBX.
-        None if writes_fbx(args) => Importer::new().skeleton_mesh(SkeletonMesh::Own),
-        None => Importer::new().skeleton_mesh(SkeletonMesh::Skinned),
+    // Meshes of the file come along; without any, the skeleton is drawn. A skeleton needs no mesh in FBX.
+    let mesh = match writes_fbx(args) {
+        true => SkeletonMesh::Own,
+        false => SkeletonMesh::Skinned,
     };
-    let scene = importer.import(file)?;
+    let target = match args.to_skeleton {
+        Some(_) => Importer::new().skeleton_mesh(SkeletonMesh::None).import(file)?.into(),
+        None => Target::import(file, &Importer::new().skeleton_mesh(mesh))?,
+    };
+    if let Target::Skeleton(scene) = &target {
+        tell_of_skeleton(scene, file);
+    }
+    Ok(target)
+}
+
+/// What is to be known of a skeleton onto which motions go.
+fn tell_of_skeleton(scene: &Scene, file: &Path) {
     // A character need not move.
     let warnings: Vec<_> = scene
         .warnings
@@ -177,48 +136,10 @@ fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
     {
         report::say(&left_out.to_string());
     }
-    Ok(Target::Scene(Box::new(scene)))
 }
 
 fn writes_fbx(args: &RetargetArgs) -> bool {
     extension(&args.output) == "fbx" || args.to.as_deref() == Some("fbx")
-}
-
-fn import_source(args: &RetargetArgs, motion: &Path) -> Result<Scene, Failure> {
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let mut scene = import_moving(&importer, motion)?;
-    args.source.state(&mut scene);
-    convert_aloud(&Conversion::new().bones(args.map.bones_here()), &mut scene, motion)?;
-    Ok(scene)
-}
-
-/// Names for clips that no other clip of the file has.
-struct Names {
-    taken: HashSet<String>,
-}
-
-impl Names {
-    fn new(target: &Target, replace: bool) -> Self {
-        // A scene that is written has the new motions alone.
-        let stay = matches!(target, Target::Character(_)) && !replace;
-        let present = target.scene().animations.iter().filter(|_| stay);
-        Self {
-            taken: present.map(|animation| animation.name.clone()).collect(),
-        }
-    }
-
-    /// The name of the file, and that of the clip where the file has several.
-    fn of(&mut self, motion: &Path, source: &Scene, animation: &Animation) -> String {
-        let file = short_name(motion);
-        let name = match (source.animations.len(), animation.name.as_str()) {
-            (1, _) | (_, "") => file,
-            (_, name) => name.to_owned(),
-        };
-        let numbered = (2..).map(|number| format!("{name}_{number}"));
-        let mut candidates = std::iter::once(name.clone()).chain(numbered);
-        let free = candidates.find(|candidate| self.taken.insert(candidate.clone()));
-        free.unwrap_or(name)
-    }
 }
 
 /// Refuses an output of another format than the target can be written in.
@@ -269,47 +190,35 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str)
     Ok(())
 }
 
+/// The bytes of the output, and the images beside it.
 fn write(
     args: &RetargetArgs,
-    target: Target,
-    bones: Humanoid,
-    clips: Vec<(Animation, Provenance)>,
-    (format, fbx): (&str, &FbxOptions),
+    retargeting: &Retargeting,
+    format: &str,
+    fbx: &FbxOptions,
 ) -> Result<(Vec<u8>, Vec<ImageFile>), Failure> {
-    match target {
-        target if ["vrma", "fbx"].contains(&format) => {
-            let mut scene = target.into_scene();
-            scene.animations = clips.iter().map(|(clip, _)| clip.clone()).collect();
-            Conversion::new().apply(&mut scene)?;
-            if let Some((_, provenance)) = clips.first() {
-                provenance.record(&mut scene);
-            }
-            if format == "fbx" {
-                return Ok(scene_bytes(&scene, format, fbx)?);
-            }
-            let options = vrma::VrmaOptions {
-                humanoid: Some(bones),
-                ..vrma::VrmaOptions::default()
-            };
-            Ok((vrma::write(&scene, &options)?.0, Vec::new()))
-        }
-        Target::Character(character) => Ok((character.with_clips(&clips, args.replace_animations)?, Vec::new())),
-        Target::Scene(mut scene) => {
-            if format == "bvh" && clips.len() > 1 {
-                let message = format!("{}: a BVH file has one motion; name one", args.output.display());
-                return Err(Failure::Usage(message));
-            }
-            scene.animations = clips.iter().map(|(clip, _)| clip.clone()).collect();
-            // BVH keeps the target's own unit and axes.
-            if format != "bvh" {
-                Conversion::new().apply(&mut scene)?;
-            }
-            if let Some((_, provenance)) = clips.first() {
-                provenance.record(&mut scene);
-            }
-            Ok(scene_bytes(&scene, format, fbx)?)
-        }
+    if format == "vrma" {
+        let options = vrma::VrmaOptions {
+            humanoid: retargeting.humanoid().cloned(),
+            ..vrma::VrmaOptions::default()
+        };
+        return Ok((vrma::write(&retargeting.scene_in_metres()?, &options)?.0, Vec::new()));
     }
+    if format != "fbx"
+        && let Some(bytes) = retargeting.character_file()?
+    {
+        return Ok((bytes, Vec::new()));
+    }
+    if format == "bvh" && retargeting.clips().len() > 1 {
+        let message = format!("{}: a BVH file has one motion; name one", args.output.display());
+        return Err(Failure::Usage(message));
+    }
+    let scene = match format {
+        // BVH keeps the target's own unit and axes.
+        "bvh" => retargeting.scene(),
+        _ => retargeting.scene_in_metres()?,
+    };
+    Ok(scene_bytes(&scene, format, fbx)?)
 }
 
 pub(super) fn tell(found: &RetargetReport) {
@@ -369,7 +278,7 @@ pub(super) fn tell(found: &RetargetReport) {
 }
 
 /// An error where a limb is farther off than allowed.
-fn require(reports: &[RetargetReport], most: f64) -> Result<(), Failure> {
+fn require(reports: &[&RetargetReport], most: f64) -> Result<(), Failure> {
     let mut worst = None;
     for found in reports {
         for limb in &found.limbs {

@@ -3,15 +3,14 @@
 use std::path::Path;
 
 use mocap::arrays::{npz, robot as arrays};
-use mocap::convert::FirstFrame;
 use mocap::fbx::FbxOptions;
-use mocap::figure::humanoid;
 use mocap::files::ReplacePolicy;
 use mocap::retarget::Verdict;
-use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::robot::RobotReport;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
-use super::{check_json, import_to_resample, mapped, print_json, scene_bytes, unknown_extension, write_output};
+use super::{check_json, import_to_resample, print_json, scene_bytes, unknown_extension, write_output};
 use crate::args::{FeetArg, Given, RobotArgs, RobotFormatArg, VerdictArg};
 use crate::{Failure, report, streams};
 
@@ -36,14 +35,15 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     if !streams::is_standard(&args.output) {
         policy.check_inputs(&args.output)?;
     }
-    let (motion, found, warnings) = moved(args, &robot, &args.paths[0])?;
-    warnings.iter().for_each(|warning| report::say(warning));
-    write_output(&policy, &args.output, &bytes(&motion, &robot, format)?)?;
+    let moved = moved(args, &robot, &args.paths[0])?;
+    moved.said.iter().for_each(|warning| report::say(warning));
+    write_output(&policy, &args.output, &moved.bytes(format)?)?;
+    let found = moved.report();
     match args.json {
-        true => print_json(&found)?,
-        false => tell(&found),
+        true => print_json(found)?,
+        false => tell(found),
     }
-    match is_good_enough(&found, args.require) {
+    match is_good_enough(found, args.require) {
         true => Ok(()),
         false => {
             let (clip, verdict) = (&found.clip, found.verdict.as_str());
@@ -55,22 +55,24 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     }
 }
 
-/// The robot, after a look at the options.
-pub(super) fn import_robot(args: &RobotArgs) -> Result<Robot, Failure> {
+/// The robot, without a motion yet, after a look at the options.
+pub(super) fn import_robot(args: &RobotArgs) -> Result<Retargeting, Failure> {
     let options_are_sound = conversion(args).check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     let robot = Importer::new().import_robot(&args.robot)?;
     report::warnings(Some(&args.robot), &robot.warnings);
-    robot
-        .bones(args.robot_map.as_ref())
-        .map_err(|error| error.with_path(&args.robot))?;
-    Ok(robot)
+    let options = RetargetingOptions::new()
+        .scale(args.scale.0)
+        .lock_feet(args.feet == FeetArg::Lock)
+        .source_bones(args.map.bones_here())
+        .target_bones(args.robot_map.clone().unwrap_or_default())
+        .conversion(conversion(args))
+        .velocity_limits(args.velocity_limits);
+    Ok(Retargeting::onto(robot, options).map_err(|error| error.with_path(&args.robot))?)
 }
 
 fn conversion(args: &RobotArgs) -> Conversion {
-    let mut conversion = Conversion::new()
-        .bones(args.map.bones_here())
-        .first_frame(FirstFrame::DropRestPose);
+    let mut conversion = Conversion::new();
     if let Some(trim) = args.trim {
         conversion = conversion.trim(trim.first, trim.last);
     }
@@ -80,12 +82,41 @@ fn conversion(args: &RobotArgs) -> Conversion {
     }
 }
 
-/// The motion of a file on the robot, its report, and what is to be said of the file.
-pub(super) fn moved(
-    args: &RobotArgs,
-    robot: &Robot,
-    file: &Path,
-) -> Result<(RobotMotion, RobotReport, Vec<String>), Failure> {
+/// A motion on the robot.
+pub(super) struct OnRobot {
+    retargeting: Retargeting,
+    /// What is to be said of the file.
+    pub(super) said: Vec<String>,
+}
+
+impl OnRobot {
+    pub(super) fn report(&self) -> &RobotReport {
+        let found = self.retargeting.clips().iter().find_map(|clip| clip.report.robot());
+        found.expect("the source has a motion, and the target is a robot")
+    }
+
+    pub(super) fn bytes(&self, format: RobotFormatArg) -> mocap::Result<Vec<u8>> {
+        let motion = self
+            .retargeting
+            .clips()
+            .iter()
+            .find_map(|clip| clip.robot_motion.as_ref());
+        let motion = motion.expect("the source has a motion, and the target is a robot");
+        Ok(match (format, self.retargeting.target()) {
+            (RobotFormatArg::Csv, Target::Robot(robot)) => arrays::csv(motion, robot).into_bytes(),
+            (RobotFormatArg::Qpos, _) => npz::write_qpos(motion),
+            (RobotFormatArg::Pkl, _) => arrays::pickle(motion),
+            (RobotFormatArg::Glb, _) => {
+                let scene = self.retargeting.scene_in_metres()?;
+                scene_bytes(&scene, "glb", &FbxOptions::default())?.0
+            }
+            _ => npz::write_robot(motion),
+        })
+    }
+}
+
+/// Puts the first motion of a file on the robot.
+pub(super) fn moved(args: &RobotArgs, robot: &Retargeting, file: &Path) -> Result<OnRobot, Failure> {
     let importer = || args.read.importer().skeleton_mesh(SkeletonMesh::None);
     let mut scene: Scene = import_to_resample(importer, file, args.fps)?;
     let mut said: Vec<String> = scene
@@ -109,42 +140,12 @@ pub(super) fn moved(
         scene.animations.truncate(1);
     }
     args.source.state(&mut scene);
-    let decisions = conversion(args)
-        .apply(&mut scene)
-        .map_err(|error| error.with_path(file))?;
-    said.extend(decisions.iter().map(ToString::to_string));
-    let options = RobotOptions {
-        scale: args.scale.0,
-        source: Some(mapped(humanoid(&scene), &scene, args.map.bones_here(), "--map")?),
-        map: args.robot_map.clone().unwrap_or_default(),
-        velocity_limits: args.velocity_limits,
-        lock_feet: args.feet == FeetArg::Lock,
-    };
-    let retargeter = RobotRetargeter::new(&scene, robot, &options);
-    let mut retargeter = retargeter.map_err(|error| error.with_path(file))?;
-    let (mut motion, mut found) = retargeter.clip(&scene, 0).map_err(|error| error.with_path(file))?;
-    motion.name = super::short_name(file);
-    found.clip.clone_from(&motion.name);
-    Ok((motion, found, said))
-}
-
-pub(super) fn bytes(motion: &RobotMotion, robot: &Robot, format: RobotFormatArg) -> mocap::Result<Vec<u8>> {
-    Ok(match format {
-        RobotFormatArg::Npz => npz::write_robot(motion),
-        RobotFormatArg::Qpos => npz::write_qpos(motion),
-        RobotFormatArg::Pkl => arrays::pickle(motion),
-        RobotFormatArg::Csv => arrays::csv(motion, robot).into_bytes(),
-        RobotFormatArg::Glb => scene_bytes(&moving(robot, motion)?, "glb", &FbxOptions::default())?.0,
-    })
-}
-
-/// The robot as a scene with its motion, in metres with +Y up.
-pub(super) fn moving(robot: &Robot, motion: &RobotMotion) -> mocap::Result<Scene> {
-    let mut scene = robot.scene();
-    scene.animations = vec![robot.animation(motion)];
-    mocap::process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
-    Conversion::new().apply(&mut scene)?;
-    Ok(scene)
+    let mut retargeting = robot.clone();
+    let source = retargeting.prepare(scene).map_err(|error| error.with_path(file))?;
+    said.extend(source.assumptions.iter().map(ToString::to_string));
+    let moved = retargeting.add(source.named(super::short_name(file)));
+    moved.map_err(|error| error.with_path(file))?;
+    Ok(OnRobot { retargeting, said })
 }
 
 pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) -> bool {

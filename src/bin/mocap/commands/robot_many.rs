@@ -8,10 +8,11 @@ use std::time::Instant;
 
 use mocap::files::{ReplacePolicy, write_file};
 use mocap::retarget::Verdict;
-use mocap::robot::{Robot, RobotReport};
+use mocap::retargeting::Retargeting;
+use mocap::robot::RobotReport;
 
 use super::convert_many::{KnownOutputs, name_outputs, remove_unfinished, summary, tell_failures};
-use super::robot::{bytes, import_robot, is_good_enough, moved};
+use super::robot::{import_robot, is_good_enough, moved};
 use super::robot_reports;
 use crate::args::{Given, RobotArgs, RobotFormatArg};
 use crate::batch::hash::sha256;
@@ -23,7 +24,7 @@ use crate::{Failure, report};
 
 struct Run<'a> {
     args: &'a RobotArgs,
-    robot: &'a Robot,
+    robot: &'a Retargeting,
     folder: &'a Path,
     format: RobotFormatArg,
     /// The options and the robot as text, for the manifest.
@@ -160,7 +161,7 @@ impl Run<'_> {
         if is_done && path.exists() {
             return Ok(Outcome::Skipped);
         }
-        let (motion, found, said) = moved(self.args, self.robot, file).map_err(|failure| match failure {
+        let moved = moved(self.args, self.robot, file).map_err(|failure| match failure {
             Failure::File(error) => error.to_string(),
             Failure::Usage(message) => message,
             _ => "the motion could not be read".to_owned(),
@@ -169,14 +170,14 @@ impl Run<'_> {
         if !folder.is_dir() {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
-        let bytes = bytes(&motion, self.robot, self.format).map_err(|error| error.to_string())?;
+        let bytes = moved.bytes(self.format).map_err(|error| error.to_string())?;
         self.policy
             .check_bytes(&path, &bytes)
             .map_err(|error| error.to_string())?;
         write_file(&path, &bytes).map_err(|error| error.to_string())?;
         record.output = Some(output.clone());
-        record.warnings = said;
-        record.robot = serde_json::value::to_raw_value(&found).ok();
+        record.robot = serde_json::value::to_raw_value(moved.report()).ok();
+        record.warnings = moved.said;
         Ok(Outcome::Done)
     }
 }

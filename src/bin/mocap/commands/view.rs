@@ -8,13 +8,13 @@ use mocap::convert::leave_out_rest_pose;
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::figure::{HumanoidMap, Skeleton, humanoid};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
-use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
-use mocap::robot::{Robot, RobotOptions, RobotRetargeter};
+use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
+use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
 use super::{extension, import_to_resample, retarget, short_name, unknown_extension};
-use crate::args::{FeetArg, ViewArgs};
+use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
 
@@ -63,27 +63,25 @@ fn temporary_folder() -> Result<PathBuf, Failure> {
 }
 
 fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), Failure> {
-    let character = args.character.as_deref().map(read_character).transpose()?;
-    let robot = args
-        .robot
-        .as_ref()
-        .map(|file| Importer::new().import_robot(file))
-        .transpose()?;
+    let body = read_body(args)?;
     let mut clips = Vec::new();
     for file in files {
         let mut read = read(args, file)?;
         report::warnings(Some(file), &read.scene.warnings);
         report::clip_taken(&read.scene);
-        match (&character, &robot) {
-            (Some(character), _) => clips.push(on_character(&read, character, file)?),
-            (None, Some(robot)) => {
-                let moved = on_robot(&mut read, robot, args).map_err(|error| error.with_path(file))?;
-                clips.extend([read, moved]);
+        match &body {
+            Some(body) => {
+                let moved = on_body(&mut read, body, args.map.bones_here(), file)?;
+                // A robot is shown beside the source, a character in its place.
+                if let Target::Robot(_) = body.retargeting.target() {
+                    clips.push(read);
+                }
+                clips.push(moved);
             }
-            (None, None) => clips.push(read),
+            None => clips.push(read),
         }
     }
-    if let ([source, target], None, None) = (clips.as_mut_slice(), &character, &robot) {
+    if let ([source, target], None) = (clips.as_mut_slice(), &body) {
         target.limb_angles = compare(source, target, args.map.bones_here())?;
         if let Some(limbs) = &target.limb_angles {
             tell_limbs(target, source, limbs);
@@ -268,65 +266,68 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     Read::new(short_name(file), scene, skeleton, args.map.bones_here())
 }
 
-/// The character on which motions are shown.
-fn read_character(file: &Path) -> Result<Read, Failure> {
-    let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).gltf_meshes(true);
-    let mut scene = importer.import(file)?;
-    // It needs no motion of its own.
-    scene.warnings.retain(|warning| warning.code != Code::NoMotion);
-    report::warnings(Some(file), &scene.warnings);
-    let skeleton = Skeleton::new(&scene);
-    check_target(&scene, Some(&skeleton.humanoid)).map_err(|error| error.with_path(file))?;
-    Ok(Read {
-        name: short_name(file),
-        scene,
-        skeleton,
-        glb: None,
-        contacts: None,
-        limb_angles: None,
-    })
+/// What motions are shown on.
+struct Body {
+    name: String,
+    retargeting: Retargeting,
 }
 
-/// A motion on a character, and how far its limbs are from those of the source.
-fn on_character(source: &Read, character: &Read, file: &Path) -> Result<Read, Failure> {
-    let Some(motion) = source.scene.animations.first() else {
+/// The character or the robot that the arguments name.
+fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
+    let options = RetargetingOptions::new().source_bones(args.map.bones_here());
+    let (name, file, target) = match (&args.character, &args.robot) {
+        (Some(file), _) => {
+            let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).gltf_meshes(true);
+            let mut scene = importer.import(file)?;
+            // It needs no motion of its own.
+            scene.warnings.retain(|warning| warning.code != Code::NoMotion);
+            report::warnings(Some(file), &scene.warnings);
+            (short_name(file), file, Target::from(scene))
+        }
+        (None, Some(file)) => {
+            let robot = Importer::new().import_robot(file)?;
+            (robot.name.clone(), file, Target::from(robot))
+        }
+        (None, None) => return Ok(None),
+    };
+    let retargeting = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
+    Ok(Some(Body { name, retargeting }))
+}
+
+/// A motion on a character or a robot, as `mocap retarget` and `mocap robot` put it there.
+fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> Result<Read, Failure> {
+    if source.scene.animations.is_empty() {
         return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+    }
+    let mut retargeting = body.retargeting.clone();
+    let mut scene = source.scene.clone();
+    // The others are not shown.
+    scene.animations.truncate(1);
+    if let Target::Robot(_) = retargeting.target() {
+        source.leave_out_rest_pose(bones)?;
+    }
+    let prepared = retargeting.prepare(scene).map_err(|error| error.with_path(file))?;
+    let moved = retargeting.add(prepared.named(&source.name));
+    if moved.map_err(|error| error.with_path(file))?.is_rest_pose_left_out {
+        report::say(&format!("{}: the first frame, a rest pose, is left out", source.name));
+    }
+    let name = format!("{} on {}", source.name, body.name);
+    let found = &retargeting.clips()[0].report;
+    match found.body() {
+        Some(found) => retarget::tell(found),
+        None => report::say(&format!(
+            "{name}: limbs {:.1} degrees off in the mean",
+            found.mean_degrees()
+        )),
+    }
+    let scene = retargeting.scene();
+    let skeleton = match retargeting.humanoid() {
+        Some(bones) => Skeleton::of(&scene, bones.clone()),
+        None => Skeleton::new(&scene),
     };
-    let mut scene = character.scene.clone();
-    let mut retargeter = retargeter(source, character).map_err(|error| error.with_path(file))?;
-    let name = source.name.clone();
-    let (moved, found) = retarget::moved(&mut retargeter, &source.scene, 0, &scene, name, FeetArg::Lock)?;
-    retarget::tell(&found);
-    let limb_angles = retargeter.limb_angles(&source.scene, motion, &scene, &moved);
-    scene.animations = vec![moved];
-    let name = format!("{} on {}", source.name, character.name);
-    let skeleton = Skeleton::of(&scene, character.skeleton.humanoid.clone());
+    let limb_angles = retargeting.limb_angles(0);
     let read = Read::new(name, scene, skeleton, HumanoidMap::default())?;
-    Ok(Read {
-        limb_angles: Some(limb_angles),
-        ..read
-    })
-}
-
-/// A motion on a robot.
-fn on_robot(source: &mut Read, robot: &Robot, args: &ViewArgs) -> mocap::Result<Read> {
-    let options = RobotOptions {
-        source: Some(source.skeleton.humanoid.clone()),
-        ..RobotOptions::default()
-    };
-    let mut retargeter = RobotRetargeter::new(&source.scene, robot, &options)?;
-    source.leave_out_rest_pose(args.map.bones_here())?;
-    let (motion, found) = retargeter.clip(&source.scene, 0)?;
-    let name = format!("{} on {}", source.name, robot.name);
-    report::say(&format!(
-        "{name}: limbs {:.1} degrees off in the mean",
-        found.mean_degrees
-    ));
-    let mut scene = robot.scene();
-    scene.animations = vec![robot.animation(&motion)];
-    mocap::process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
-    let skeleton = Skeleton::new(&scene);
-    Read::new(name, scene, skeleton, HumanoidMap::default())
+    Ok(Read { limb_angles, ..read })
 }
 
 fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {

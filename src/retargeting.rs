@@ -1,0 +1,335 @@
+//! The motions of files on another body: a character, a skeleton or a robot.
+//!
+//! A [`Retargeting`] knows the whole recipe and its order: the source is brought to metres with +Y up, its bones are
+//! found, the T-pose is read while a rest pose stands in the first frame, that frame is left out, each motion is moved,
+//! feet are held on the ground where that is better, and every clip gets its own name, its provenance and a report.
+//! `docs/retargeting.md` and `docs/robots.md` have the algorithms. An engine that moves single poses as they come uses
+//! [`Retargeter`](crate::retarget::Retargeter) instead.
+//!
+//! ```
+//! use mocap::Importer;
+//! use mocap::retargeting::{Retargeting, RetargetingOptions};
+//!
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let hero = Importer::new().gltf_meshes(true).import_character("fixtures/skeletons/human_vrm1.gltf")?;
+//! let retargeting = Retargeting::new(walk, hero, RetargetingOptions::new())?;
+//! for clip in retargeting.clips() {
+//!     println!("{}: {:.2} degrees", clip.animation.name, clip.report.mean_degrees());
+//! }
+//! let file: Vec<u8> = retargeting.character_file()?.unwrap(); // everything of the character, and the clips
+//! # let _ = file;
+//! # Ok::<(), mocap::Error>(())
+//! ```
+
+mod clip;
+mod options;
+mod source;
+mod target;
+
+use std::collections::HashSet;
+
+pub use self::clip::{Report, Retargeted};
+pub use self::options::RetargetingOptions;
+pub use self::source::SourceMotion;
+use self::source::{Mover, Moving};
+pub use self::target::Target;
+use crate::convert::{Conversion, FirstFrame};
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, humanoid};
+use crate::format::gltf::Provenance;
+use crate::process::{self, SkeletonMesh};
+use crate::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
+use crate::robot::{RobotOptions, RobotRetargeter};
+use crate::scene::{AppliedStep, Scene, SecondMotion};
+
+/// Motions on a target. It owns the scenes, and has the clips; see the [module](self).
+///
+/// [`new`](Self::new) puts one source on a target. For several, [`onto`](Self::onto) takes the target alone, and
+/// [`add`](Self::add) each source; a clone of a retargeting without sources is cheap, so that a thread may have one.
+///
+/// ```
+/// use mocap::Importer;
+/// use mocap::retargeting::{Retargeting, RetargetingOptions};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")?;
+/// let mut retargeting = Retargeting::onto(robot, RetargetingOptions::new())?;
+/// for file in ["fixtures/real/cmu_12_01_walk.bvh", "fixtures/real/cmu_short.bvh"] {
+///     let source = retargeting.prepare(mocap::import(file)?)?;
+///     retargeting.add(source)?;
+/// }
+/// let names: Vec<&str> = retargeting.clips().iter().map(|clip| clip.animation.name.as_str()).collect();
+/// assert_eq!(names, ["cmu_12_01_walk", "cmu_short"]);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Retargeting {
+    target: Target,
+    /// The bones of the target; a robot has its own.
+    bones: Option<Humanoid>,
+    options: RetargetingOptions,
+    /// The names of clips that stand in the output.
+    names: HashSet<String>,
+    sources: Vec<Moving>,
+    clips: Vec<Retargeted>,
+}
+
+impl Retargeting {
+    /// Puts all motions of `source`, a scene as it was read, on a target: a [`Target`], or what one is made of.
+    ///
+    /// # Errors
+    /// As [`onto`](Self::onto), [`prepare`](Self::prepare) and [`add`](Self::add).
+    pub fn new(source: Scene, target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+        let mut retargeting = Self::onto(target, options)?;
+        let source = retargeting.prepare(source)?;
+        retargeting.add(source)?;
+        Ok(retargeting)
+    }
+
+    /// Takes a target without a motion yet, and finds its bones.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where it is not a humanoid, or no pose can be put on its hierarchy;
+    /// [`Code::InvalidValue`] where [`target_bones`](RetargetingOptions::target_bones) names a joint that it lacks.
+    pub fn onto(target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
+        let target = target.into();
+        let bones = match &target {
+            Target::Character(character) => {
+                let stated = character.humanoid().cloned();
+                Some(stated.unwrap_or_else(|| humanoid(character.scene())))
+            }
+            Target::Skeleton(scene) => Some(humanoid(scene)),
+            Target::Robot(robot) => {
+                robot.bones(Some(&options.target_bones))?;
+                None
+            }
+        };
+        let scene = target.scene();
+        let bones = bones.map(|bones| bones.with_map(&scene, options.target_bones.clone()));
+        let bones = bones.transpose()?;
+        if let Some(bones) = &bones {
+            check_target(&scene, Some(bones))?;
+        }
+        // What is written from a scene has the new motions alone.
+        let stay = matches!(target, Target::Character(_)) && !options.replace_animations;
+        let names = scene.animations.iter().filter(|_| stay);
+        let names = names.map(|animation| animation.name.clone()).collect();
+        drop(scene);
+        Ok(Self {
+            target,
+            bones,
+            options,
+            names,
+            sources: Vec::new(),
+            clips: Vec::new(),
+        })
+    }
+
+    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetingOptions::conversion); for a
+    /// robot, a rest pose in the first frame is left out.
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
+    /// [`source_bones`](RetargetingOptions::source_bones) names a joint that the scene lacks.
+    pub fn prepare(&self, mut scene: Scene) -> Result<SourceMotion> {
+        let conversion = self.options.conversion.clone();
+        let mut conversion = conversion.bones(self.options.source_bones.clone());
+        if let Target::Robot(_) = self.target {
+            conversion = conversion.first_frame(FirstFrame::DropRestPose);
+        }
+        let assumptions = conversion.apply(&mut scene)?;
+        Ok(SourceMotion {
+            assumptions,
+            has_no_rest_pose: matches!(self.target, Target::Robot(_)),
+            ..SourceMotion::converted(scene)
+        })
+    }
+
+    /// Puts all motions of a source on the target, and returns the source as it was moved. A source with one motion
+    /// names its clip; the clips of a source with several keep their names. Where another clip of the output has
+    /// the name, a number is added.
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`] where the source is not a humanoid, [`Code::NoMotion`] where it has no animation,
+    /// [`Code::InvalidValue`] where [`source_bones`](RetargetingOptions::source_bones) names a joint that it lacks. The
+    /// clips are then as they were.
+    pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
+        if source.scene.animations.is_empty() {
+            return Err(Diagnostic::new(Code::NoMotion, "there is no motion in it").into());
+        }
+        let (mut moving, names) = (self.moving(source)?, self.names.clone());
+        let (source, first) = (&moving.source, self.clips.len());
+        for index in 0..source.scene.animations.len() {
+            let name = self.free_name(source.clip_name(index));
+            let moved = self.moved(&mut moving.mover, &source.scene, index, name);
+            match moved {
+                Ok(clip) => self.clips.push(clip),
+                Err(error) => {
+                    self.clips.truncate(first);
+                    self.names = names;
+                    return Err(error);
+                }
+            }
+        }
+        moving.clips = first..self.clips.len();
+        self.sources.push(moving);
+        Ok(&self.sources[self.sources.len() - 1].source)
+    }
+
+    /// What moves the motions of a source, which then has no rest pose in its first frame.
+    fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
+        let bones = |scene: &Scene| humanoid(scene).with_map(scene, self.options.source_bones.clone());
+        let mover = match &self.target {
+            Target::Character(_) | Target::Skeleton(_) => {
+                let options = RetargetOptions {
+                    scale: self.options.scale,
+                    source: Some(bones(&source.scene)?),
+                    target: self.bones.clone(),
+                };
+                let retargeter = Retargeter::new(&source.scene, &self.target.scene(), &options)?;
+                // Not before: that frame shows where the T-pose is.
+                source.leave_out_rest_pose()?;
+                Mover::Body(Box::new(retargeter))
+            }
+            Target::Robot(robot) => {
+                source.leave_out_rest_pose()?;
+                let options = RobotOptions {
+                    scale: self.options.scale,
+                    source: Some(bones(&source.scene)?),
+                    map: self.options.target_bones.clone(),
+                    velocity_limits: self.options.velocity_limits,
+                    lock_feet: self.options.lock_feet,
+                };
+                Mover::Robot(Box::new(RobotRetargeter::new(&source.scene, robot, &options)?))
+            }
+        };
+        Ok(Moving {
+            source,
+            mover,
+            clips: 0..0,
+        })
+    }
+
+    /// A motion of a source on the target.
+    fn moved(&self, mover: &mut Mover, source: &Scene, index: usize, name: String) -> Result<Retargeted> {
+        let mut provenance = Provenance::of_clip(source, index);
+        let lock_feet = self.options.lock_feet;
+        let (mut clip, step) = match (mover, &self.target) {
+            (Mover::Robot(retargeter), Target::Robot(robot)) => {
+                let (motion, report) = retargeter.clip(source, index)?;
+                let step = AppliedStep::Retarget {
+                    onto: SecondMotion::of(&robot.scene()),
+                    scale: report.scale,
+                    lock_feet,
+                };
+                (Retargeted::of_robot(robot.animation(&motion), report, motion), step)
+            }
+            (Mover::Body(retargeter), target) => {
+                let target = target.scene();
+                let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
+                let step = retargeter.step(&target, lock_feet);
+                (Retargeted::of_body(animation, report), step)
+            }
+            (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
+        };
+        provenance.steps.push(step);
+        clip.provenance = provenance;
+        clip.rename(name);
+        Ok(clip)
+    }
+
+    /// The name, with a number where another clip of the output has it.
+    fn free_name(&mut self, name: String) -> String {
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let mut candidates = std::iter::once(name.clone()).chain(numbered);
+        let free = candidates.find(|candidate| self.names.insert(candidate.clone()));
+        free.unwrap_or(name)
+    }
+
+    /// The clips of all sources, in the order in which they were added.
+    pub fn clips(&self) -> &[Retargeted] {
+        &self.clips
+    }
+
+    /// The same, without a copy.
+    pub fn into_clips(self) -> Vec<Retargeted> {
+        self.clips
+    }
+
+    /// The sources as they were moved: in metres with +Y up, without a rest pose in the first frame.
+    pub fn sources(&self) -> impl Iterator<Item = &SourceMotion> {
+        self.sources.iter().map(|moving| &moving.source)
+    }
+
+    /// The target.
+    pub fn target(&self) -> &Target {
+        &self.target
+    }
+
+    /// Which joints of the target are which bones; `None` for a robot, whose links are groups of joints:
+    /// [`Robot::bones`](crate::robot::Robot::bones).
+    pub fn humanoid(&self) -> Option<&Humanoid> {
+        self.bones.as_ref()
+    }
+
+    /// How far the directions of the limbs of a clip, by its index, are from those of its source at each tick. `None`
+    /// for a robot, and where there is no such clip.
+    pub fn limb_angles(&self, clip: usize) -> Option<Vec<LimbAngles>> {
+        let moving = self.sources.iter().find(|moving| moving.clips.contains(&clip))?;
+        let Mover::Body(retargeter) = &moving.mover else {
+            return None;
+        };
+        let source = &moving.source.scene;
+        let animation = &source.animations[clip - moving.clips.start];
+        let target = self.target.scene();
+        Some(retargeter.limb_angles(source, animation, &target, &self.clips[clip].animation))
+    }
+
+    /// The file of the character with the clips, each with its provenance; everything else in it stays byte by byte.
+    /// `None` for a skeleton and a robot, which have no file.
+    ///
+    /// # Errors
+    /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
+    pub fn character_file(&self) -> Result<Option<Vec<u8>>> {
+        let Target::Character(character) = &self.target else {
+            return Ok(None);
+        };
+        let clips = self.clips.iter().map(|clip| (&clip.animation, &clip.provenance));
+        character.with_clips(clips, self.options.replace_animations).map(Some)
+    }
+
+    /// The target as a scene in its own unit and axes, with the clips alone. It records the motion of the first.
+    pub fn scene(&self) -> Scene {
+        let mut scene = self.with_clips();
+        self.record(&mut scene);
+        scene
+    }
+
+    /// The same in metres with +Y up, as glTF, FBX and VRM animations are written.
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`].
+    pub fn scene_in_metres(&self) -> Result<Scene> {
+        let mut scene = self.with_clips();
+        Conversion::new().apply(&mut scene)?;
+        self.record(&mut scene);
+        Ok(scene)
+    }
+
+    fn with_clips(&self) -> Scene {
+        let mut scene = self.target.scene().into_owned();
+        scene.animations = self.clips.iter().map(|clip| clip.animation.clone()).collect();
+        if let Target::Robot(_) = self.target {
+            process::skeleton_mesh(&mut scene, SkeletonMesh::Skinned);
+        }
+        scene
+    }
+
+    /// After the conversion, which is a part of what was done to the skeleton.
+    fn record(&self, scene: &mut Scene) {
+        // A robot's scene has never said where its motion is from.
+        let clip = self.clips.first().filter(|clip| clip.robot_motion.is_none());
+        if let Some(clip) = clip {
+            clip.provenance.record(scene);
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! A scene whose motions are moved.
+
+use std::ops::Range;
+
+use crate::convert::leave_out_rest_pose;
+use crate::error::Result;
+use crate::retarget::Retargeter;
+use crate::robot::RobotRetargeter;
+use crate::scene::{Assumption, Scene};
+
+/// A scene in metres with +Y up whose motions go onto a target.
+///
+/// [`Retargeting::prepare`](super::Retargeting::prepare) makes it of a scene as it was read;
+/// [`converted`](Self::converted) of one that [`Conversion::apply`](crate::Conversion::apply) has changed already.
+///
+/// ```
+/// use mocap::Conversion;
+/// use mocap::retargeting::{Retargeting, RetargetingOptions, SourceMotion};
+///
+/// let mut walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// Conversion::new().frame_rate(30.0).apply(&mut walk)?;
+/// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
+/// let mut retargeting = Retargeting::onto(target, RetargetingOptions::new())?;
+/// retargeting.add(SourceMotion::converted(walk).named("stroll"))?;
+/// assert_eq!(retargeting.clips()[0].animation.name, "stroll");
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SourceMotion {
+    /// The scene.
+    pub scene: Scene,
+    /// The name of its clip. Default: the name of the file, without the extension.
+    pub name: String,
+    /// What the file does not state, with reasons.
+    pub assumptions: Vec<Assumption>,
+    /// Whether [`Retargeting::add`](super::Retargeting::add) has left out a rest pose in the first frame.
+    pub is_rest_pose_left_out: bool,
+    /// Whether the conversion has left it out.
+    pub(super) has_no_rest_pose: bool,
+}
+
+impl SourceMotion {
+    /// A scene that is in metres with +Y up.
+    pub fn converted(scene: Scene) -> Self {
+        let origin = scene.metadata.origin.as_ref();
+        Self {
+            name: origin.map_or_else(String::new, |origin| origin.stem().to_owned()),
+            scene,
+            assumptions: Vec::new(),
+            is_rest_pose_left_out: false,
+            has_no_rest_pose: false,
+        }
+    }
+
+    /// Names its clip.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Leaves out a rest pose in the first frame, unless the conversion has done so.
+    pub(super) fn leave_out_rest_pose(&mut self) -> Result<()> {
+        if !self.has_no_rest_pose {
+            self.is_rest_pose_left_out = leave_out_rest_pose(&mut self.scene)?;
+        }
+        Ok(())
+    }
+
+    /// The name of the source, and that of the clip where the source has several.
+    pub(super) fn clip_name(&self, index: usize) -> String {
+        let animations = &self.scene.animations;
+        match (animations.len(), animations[index].name.as_str()) {
+            (1, _) | (_, "") => self.name.clone(),
+            (_, name) => name.to_owned(),
+        }
+    }
+}
+
+/// A source, and what has moved its motions.
+#[derive(Clone, Debug)]
+pub(super) struct Moving {
+    pub(super) source: SourceMotion,
+    pub(super) mover: Mover,
+    /// Which of the clips are its own.
+    pub(super) clips: Range<usize>,
+}
+
+/// What moves motions.
+#[derive(Clone, Debug)]
+pub(super) enum Mover {
+    Body(Box<Retargeter>),
+    Robot(Box<RobotRetargeter>),
+}
