@@ -1,10 +1,14 @@
 //! Steps that change a motion, each with a report of what it changed and by how much.
 //!
-//! A step is a function on `&mut Scene` that changes one of its animations, given by its index. No step calls another.
-//! Those that need to know the body take the bones that [`humanoid`](crate::figure::humanoid()) finds, and fail with
-//! [`Code::NotHumanoid`](crate::Code::NotHumanoid) if it finds none. Bones keep their lengths.
+//! A step is a value that has its options, and a type that is a [`Step`]; [`EditStep`] is any of them. It changes one
+//! animation of a scene. No step calls another. Those that need to know the body take the bones that
+//! [`humanoid`](crate::figure::humanoid()) finds, unless the [`StepInput`] has them, and fail with
+//! [`Code::NotHumanoid`](crate::Code::NotHumanoid) if there are none. Bones keep their lengths.
 //!
 //! Lengths in options and reports are in metres, whatever the unit of the scene, and times in seconds.
+//!
+//! To add a step, write its file and add its type to the list in `list.rs`: names, help, text, JSON, reports and the
+//! command line follow.
 
 mod blend;
 mod body;
@@ -18,27 +22,33 @@ mod ground;
 mod in_between;
 mod inertia;
 mod layer;
+mod list;
 mod loop_clip;
 mod mirror;
 mod pose_distance;
+mod quantity;
 mod smooth;
 mod step;
+mod text;
+mod warp;
 mod warp_path;
 mod warp_time;
 
-pub use self::blend::{BlendReport, BlendWeight, blend};
-pub use self::concat::{ConcatOptions, ConcatReport, concat};
+pub use self::blend::{Blend, BlendReport, BlendWeight};
+pub use self::concat::{Concat, ConcatReport};
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
 pub(crate) use self::contacts::{Thresholds, contacts_of, level, low_and_slow};
-pub use self::despike::{DespikeOptions, DespikeReport, despike};
-pub use self::fill::{FillOptions, FillReport, fill};
+pub use self::despike::{Despike, DespikeReport};
+pub use self::fill::{Fill, FillReport};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
-pub use self::foot_lock::{FootLockOptions, FootLockReport, foot_lock};
-pub use self::in_between::{InBetweenOptions, InBetweenReport, KeyInterpolation, in_between};
-pub use self::layer::{LayerPart, LayerReport, layer};
-pub use self::loop_clip::{LoopOptions, LoopReport, loop_clip};
-pub use self::mirror::{MirrorReport, mirror};
-pub use self::smooth::{SmoothFilter, SmoothOptions, SmoothReport, smooth};
-pub use self::step::{EDIT_STEPS, EditReport, EditStep};
-pub use self::warp_path::{PathFacing, PathPoint, WarpPathOptions, WarpPathReport, warp_path};
-pub use self::warp_time::{WarpTimeReport, warp_time};
+pub use self::foot_lock::{FootLock, FootLockOptions, FootLockReport, foot_lock};
+pub use self::in_between::{InBetween, InBetweenReport, KeyInterpolation};
+pub use self::layer::{Layer, LayerPart, LayerReport};
+pub use self::list::{EditReport, EditStep, StepReport};
+pub use self::loop_clip::{Loop, LoopReport};
+pub use self::mirror::{Mirror, MirrorReport};
+pub use self::smooth::{Smooth, SmoothFilter, SmoothReport};
+pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
+pub use self::warp::{Warp, WarpReport};
+pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
+pub use self::warp_time::WarpTimeReport;

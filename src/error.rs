@@ -5,6 +5,7 @@
 //! name with its cause and its remedy in one table.
 
 mod code;
+mod nearest;
 mod visible;
 
 use std::fmt;
@@ -14,6 +15,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 pub use self::code::Code;
+pub(crate) use self::nearest::nearest;
 pub use self::visible::{visible, visible_lines};
 
 /// The result of everything in this crate that can fail.

@@ -1,16 +1,64 @@
 //! Mixes two motions.
 
-use serde::Serialize;
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
 
 use super::concat::pair;
 use super::frames::{Frames, between};
 use super::ground::Carrier;
 use super::pose_distance::Poses;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Trs;
 use crate::scene::Scene;
 
-/// What [`blend()`] did.
+step! {
+    /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
+    /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
+    /// as its fraction of both.
+    ///
+    /// ```
+    /// use mocap::edit::{Blend, BlendWeight, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let other = scene.clone();
+    /// // From the first motion to the second, from 1 s to 2 s.
+    /// let blend = Blend::new().weight(BlendWeight::Curve(vec![(1.0, 0.0), (2.0, 1.0)]));
+    /// let report = blend.apply(&mut scene, &StepInput::new().other(&other))?;
+    /// assert_eq!(report.frames, 524);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one
+    /// of the animations.
+    Blend {
+        /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
+        with: Option<usize> = None, Takes::Input;
+        /// The fraction of the second motion. Default: 0.5 all the time.
+        weight: BlendWeight = BlendWeight::Constant(0.5), Takes::Weights;
+    }
+}
+
+impl Step for Blend {
+    const NAME: &'static str = "blend";
+    const HELP: &'static str = "mix with the next IN, or another, aligned in time";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_OTHER: bool = true;
+    type Report = BlendReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<BlendReport> {
+        blend(scene, input.animation, input.second::<Self>()?, &self.weight)
+    }
+
+    fn with(&self) -> Option<usize> {
+        self.with
+    }
+}
+
+/// What [`Blend`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BlendReport {
     /// The frames now.
@@ -19,8 +67,19 @@ pub struct BlendReport {
     pub largest_time_shift: f64,
 }
 
-/// The share of the second motion in a mix: 0 gives the first motion, 1 the second.
-#[derive(Clone, Debug, PartialEq)]
+impl fmt::Display for BlendReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames; shifted in time by {:.2} s at most to align the two",
+            self.frames, self.largest_time_shift,
+        )
+    }
+}
+
+/// The fraction of the second motion in a mix: 0 gives the first motion, 1 the second.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum BlendWeight {
     /// The same all the time.
     Constant(f64),
@@ -79,34 +138,9 @@ impl BlendWeight {
 /// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
 const COMPARED: usize = 160;
 
-/// Mixes an animation of `other`, which has the same joints, into one of `scene`. At weight 0 it is the first, at 1 the
-/// second. The two are aligned in time by dynamic time warping of their poses, so that a step meets a step, and the
-/// result is as long as its share of both.
-///
-/// ```
-/// use mocap::edit::{BlendWeight, blend};
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let other = scene.clone();
-/// // From the first motion to the second, from 1 s to 2 s.
-/// let report = blend(&mut scene, 0, &other, 0, BlendWeight::Curve(vec![(1.0, 0.0), (2.0, 1.0)]))?;
-/// assert_eq!(report.frames, 524);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::InvalidValue`] where the joints differ, or a weight is not from 0 to 1; [`Code::NoMotion`] without one of
-/// the animations.
-pub fn blend(
-    scene: &mut Scene,
-    animation: usize,
-    other: &Scene,
-    other_animation: usize,
-    weight: impl Into<BlendWeight>,
-) -> Result<BlendReport> {
-    let weight = weight.into();
+fn blend(scene: &mut Scene, animation: usize, other: &Scene, weight: &BlendWeight) -> Result<BlendReport> {
     weight.check()?;
-    let (first, second) = pair(scene, animation, other, other_animation)?;
+    let (first, second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
     let path = align(&first, &second, &carrier);
     // The time of the result in seconds at each point of the path.

@@ -1,36 +1,55 @@
 //! Joins two motions.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::Serialize;
 
 use super::body::metres_per_unit;
 use super::frames::Frames;
 use super::ground::{Carrier, have_the_same_joints};
 use super::inertia::{Seam, onward};
+use super::quantity::{degrees, metres};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::not_negative;
 use crate::pose::{Binding, Trs};
 use crate::scene::{NodeId, Scene};
 
-/// Options of [`concat()`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ConcatOptions {
-    /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-    pub blend: f64,
-    /// Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`.
-    pub align: bool,
-}
-
-impl Default for ConcatOptions {
-    fn default() -> Self {
-        Self {
-            blend: 0.3,
-            align: true,
-        }
+step! {
+    /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
+    /// motion that is cut in two there comes back.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of
+    /// the animations.
+    Concat {
+        /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
+        with: Option<usize> = None, Takes::Input;
+        /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+        blend: f64 = 0.3, Takes::Seconds;
+        /// Whether the second motion begins where the first one ends, and looks where it looks. Default: `true`.
+        align: bool = true, Takes::Flag;
     }
 }
 
-/// What [`concat()`] did.
+impl Step for Concat {
+    const NAME: &'static str = "concat";
+    const HELP: &'static str = "append the next IN, or another";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_OTHER: bool = true;
+    type Report = ConcatReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<ConcatReport> {
+        concat(scene, input.animation, input.second::<Self>()?, self)
+    }
+
+    fn with(&self) -> Option<usize> {
+        self.with
+    }
+}
+
+/// What [`Concat`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct ConcatReport {
     /// The frame of the seam.
@@ -43,21 +62,22 @@ pub struct ConcatReport {
     pub moved: f32,
 }
 
-/// Appends an animation of `other`, which has the same joints, to one of `scene`. The first frame of the second is the
-/// last of the first: a motion that is cut in two there comes back.
-///
-/// # Errors
-/// [`Code::InvalidValue`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of the
-/// animations.
-pub fn concat(
-    scene: &mut Scene,
-    animation: usize,
-    other: &Scene,
-    other_animation: usize,
-    options: &ConcatOptions,
-) -> Result<ConcatReport> {
+impl fmt::Display for ConcatReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} frames, the seam at frame {}; {} faded out after it at most; the second motion was moved by {}",
+            self.frames,
+            self.seam,
+            degrees(self.largest_rotation),
+            metres(self.moved),
+        )
+    }
+}
+
+fn concat(scene: &mut Scene, animation: usize, other: &Scene, options: &Concat) -> Result<ConcatReport> {
     not_negative(Code::InvalidValue, "blend", options.blend)?;
-    let (first, second) = pair(scene, animation, other, other_animation)?;
+    let (first, second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
     let mut rows: Vec<Vec<Trs>> = (0..first.len()).map(|frame| first.row(frame).to_vec()).collect();
     // The second at the frame rate of the first.
@@ -90,8 +110,9 @@ pub fn concat(
     Ok(report)
 }
 
-/// The frames of two animations of the same joints, both with every node that either drives.
-pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene, other_animation: usize) -> Result<(Frames, Frames)> {
+/// The frames of an animation and of the first one of another scene with the same joints, both with every node that
+/// either drives.
+pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene) -> Result<(Frames, Frames)> {
     if let Err(difference) = have_the_same_joints(scene, other) {
         let message = format!("the two motions have different skeletons: {difference}");
         let diagnostic = Diagnostic::new(Code::InvalidValue, message);
@@ -104,8 +125,8 @@ pub(super) fn pair(scene: &Scene, animation: usize, other: &Scene, other_animati
         let binding = animation.map(|animation| Binding::new(scene, animation));
         binding.iter().flat_map(Binding::driven).map(|(node, _)| node).collect()
     };
-    let nodes = [driven(scene, animation), driven(other, other_animation)].concat();
+    let nodes = [driven(scene, animation), driven(other, 0)].concat();
     let first = Frames::new(scene, animation, &nodes)?;
     first.require_nodes()?;
-    Ok((first, Frames::new(other, other_animation, &nodes)?))
+    Ok((first, Frames::new(other, 0, &nodes)?))
 }

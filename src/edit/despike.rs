@@ -1,40 +1,63 @@
 //! Takes out single frames that jump out of the motion.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::Serialize;
 
 use super::frames::Frames;
+use super::quantity::degrees;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Result};
 use crate::limits::{not_negative, positive};
 use crate::math::quaternion::log;
 use crate::pose::Trs;
 use crate::scene::{NodeId, Scene};
 
-/// Options of [`despike()`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DespikeOptions {
-    /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
-    pub threshold: f64,
-    /// The smallest jump of a rotation, in degrees. Default: 3.
-    pub angle: f64,
-    /// The smallest jump of a position, as a share of the distance between the ends of the skeleton. Default: 0.02.
-    pub distance: f64,
-    /// The longest spike, in frames. Default: 3.
-    pub longest: usize,
-}
-
-impl Default for DespikeOptions {
-    fn default() -> Self {
-        Self {
-            threshold: 8.0,
-            angle: 3.0,
-            distance: 0.02,
-            longest: 3,
-        }
+step! {
+    /// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
+    /// frames before and after.
+    ///
+    /// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
+    /// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
+    ///
+    /// ```
+    /// use mocap::edit::{Despike, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Despike::new().longest(2).apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.joints, ["LeftToeBase"]); // which jumps by 7 degrees for a frame, three times
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is
+    /// negative.
+    Despike {
+        /// How many times farther off its neighbours than the frames around it a frame must be. Default: 8.
+        threshold: f64 = 8.0, Takes::Factor;
+        /// The smallest jump of a rotation, in degrees. Default: 3.
+        angle: f64 = 3.0, Takes::Degrees;
+        /// The smallest jump of a position, as a fraction of the distance between the ends of the skeleton. Default:
+        /// 0.02.
+        distance: f64 = 0.02, Takes::Fraction;
+        /// The longest spike, in frames. Default: 3.
+        longest: usize = 3, Takes::Count;
     }
 }
 
-/// What [`despike()`] changed.
+impl Step for Despike {
+    const NAME: &'static str = "despike";
+    const HELP: &'static str = "take single frames out that jump";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = DespikeReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<DespikeReport> {
+        despike(scene, input.animation, self)
+    }
+}
+
+/// What [`Despike`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DespikeReport {
     /// The number of values that were replaced: rotations and positions of joints in frames.
@@ -47,18 +70,23 @@ pub struct DespikeReport {
     pub largest_rotation: f32,
 }
 
+impl fmt::Display for DespikeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} values replaced, in {} frames of {} joints; a rotation jumped by {} at most",
+            self.replaced,
+            self.frames.len(),
+            self.joints.len(),
+            degrees(self.largest_rotation),
+        )
+    }
+}
+
 /// Frames on either side that say how much a track usually changes.
 const AROUND: usize = 15;
 
-/// Replaces rotations and positions that leave the motion for a few frames and come back, by what lies between the
-/// frames before and after. `animation` is an index into the animations of `scene`.
-///
-/// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
-/// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a number that is not finite or is negative.
-pub fn despike(scene: &mut Scene, animation: usize, options: &DespikeOptions) -> Result<DespikeReport> {
+fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<DespikeReport> {
     positive(Code::InvalidValue, "threshold", options.threshold)?;
     not_negative(Code::InvalidValue, "angle", options.angle)?;
     not_negative(Code::InvalidValue, "distance", options.distance)?;
@@ -115,7 +143,7 @@ pub fn despike(scene: &mut Scene, animation: usize, options: &DespikeOptions) ->
 /// Which frames of a track are spikes.
 fn spikes(
     track: &[Trs],
-    options: &DespikeOptions,
+    options: &Despike,
     least: f32,
     distance: impl Fn(&Trs, &Trs) -> f32,
     middle: impl Fn(&Trs, &Trs) -> Trs,

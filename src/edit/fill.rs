@@ -1,35 +1,56 @@
 //! Fills gaps in which a motion was held.
 
+use std::fmt;
+
 use glam::Vec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::frames::Frames;
+use super::quantity::degrees;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Result};
 use crate::limits::{not_negative, positive};
 use crate::math::quaternion::{exp, log};
 use crate::pose::Trs;
 use crate::scene::Scene;
 
-/// Options of [`fill()`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FillOptions {
-    /// The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
-    pub longest: f64,
-    /// The shortest, in seconds. Default: 0, two equal frames.
-    pub shortest: f64,
-}
-
-impl Default for FillOptions {
-    fn default() -> Self {
-        Self {
-            longest: 0.5,
-            shortest: 0.0,
-        }
+step! {
+    /// Fills gaps: frames in which every joint holds exactly the values of the frame before, as programs write them
+    /// when markers were not seen. The motion goes on through a gap on the cubic curve that has the speeds before and
+    /// after it.
+    ///
+    /// ```
+    /// use mocap::edit::{Fill, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Fill::new().longest(0.2).apply(&mut scene, &StepInput::new())?;
+    /// assert!(report.gaps.is_empty()); // nothing was held
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
+    Fill {
+        /// The longest gap to fill, in seconds: what is held longer may be meant. Default: 0.5.
+        longest: f64 = 0.5, Takes::Seconds;
+        /// The shortest, in seconds. Default: 0, two equal frames.
+        shortest: f64 = 0.0, Takes::Seconds;
     }
 }
 
-/// What [`fill()`] changed.
+impl Step for Fill {
+    const NAME: &'static str = "fill";
+    const HELP: &'static str = "fill gaps in which the motion was held";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FillReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FillReport> {
+        fill(scene, input.animation, self)
+    }
+}
+
+/// What [`Fill`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
@@ -40,13 +61,19 @@ pub struct FillReport {
     pub largest_rotation: f32,
 }
 
-/// Fills the gaps of `animation`, an index into the animations of `scene`: frames in which every joint holds exactly
-/// the values of the frame before, as programs write them when markers were not seen. The motion goes on through a gap
-/// on the cubic curve that has the speeds before and after it.
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a time that is not finite, or is negative.
-pub fn fill(scene: &mut Scene, animation: usize, options: &FillOptions) -> Result<FillReport> {
+impl fmt::Display for FillReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} gaps filled, {} longer ones left; rotations changed by {} at most",
+            self.gaps.len(),
+            self.longer.len(),
+            degrees(self.largest_rotation),
+        )
+    }
+}
+
+fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillReport> {
     positive(Code::InvalidValue, "longest", options.longest)?;
     not_negative(Code::InvalidValue, "shortest", options.shortest)?;
     let mut frames = Frames::new(scene, animation, &[])?;

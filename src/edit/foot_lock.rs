@@ -12,12 +12,14 @@ mod knee;
 mod leg;
 mod shift;
 mod sole;
+mod step;
 
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
 use self::leg::LegTrack;
 pub(crate) use self::sole::SolePoint;
+pub use self::step::FootLock;
 use super::body::{Body, Leg, and_below, mover};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;

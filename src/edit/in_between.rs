@@ -1,10 +1,15 @@
 //! Keyframe animation: keeps the poses of chosen frames, and computes those between them.
 
+use std::fmt;
+
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::body::metres_per_unit;
 use super::frames::{Frames, between};
+use super::quantity::{centimetres, degrees};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::math::quaternion::{exp, in_hemisphere_of, log};
 use crate::pose::Trs;
@@ -22,19 +27,42 @@ pub enum KeyInterpolation {
     Squad,
 }
 
-/// Options of [`in_between()`].
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct InBetweenOptions {
-    /// The frames whose poses stay. The first and the last frame always do.
-    pub keys: Vec<usize>,
-    /// Every so many frames stay, besides those. Default: 0, no others.
-    pub every: usize,
-    /// How the others are computed.
-    pub interpolation: KeyInterpolation,
+step! {
+    /// Keyframe animation: keeps the poses of chosen frames, and replaces the others by what lies between those.
+    ///
+    /// ```
+    /// use mocap::edit::{InBetween, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = InBetween::new().every(100).apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.keys, [0, 100, 200, 300, 400, 500, 523]);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
+    InBetween {
+        /// The frames whose poses stay. The first and the last frame always do.
+        keys: Vec<usize> = Vec::new(), Takes::Frames;
+        /// Every so many frames stay, besides those. Default: 0, no others.
+        every: usize = 0, Takes::Count;
+        /// How the others are computed. Default: squad.
+        interpolation: KeyInterpolation = KeyInterpolation::default(), Takes::OneOf(&["slerp", "squad"]);
+    }
 }
 
-/// What [`in_between()`] changed.
+impl Step for InBetween {
+    const NAME: &'static str = "in-between";
+    const HELP: &'static str = "keep key frames, compute the others";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = InBetweenReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<InBetweenReport> {
+        in_between(scene, input.animation, self)
+    }
+}
+
+/// What [`InBetween`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct InBetweenReport {
     /// The frames that stayed, in order.
@@ -45,11 +73,19 @@ pub struct InBetweenReport {
     pub largest_position: f32,
 }
 
-/// Replaces the frames of `animation`, an index into the animations of `scene`, by what lies between chosen ones.
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a key after the last frame.
-pub fn in_between(scene: &mut Scene, animation: usize, options: &InBetweenOptions) -> Result<InBetweenReport> {
+impl fmt::Display for InBetweenReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} key frames; rotations changed by {} at most, positions by {} at most",
+            self.keys.len(),
+            degrees(self.largest_rotation),
+            centimetres(self.largest_position),
+        )
+    }
+}
+
+fn in_between(scene: &mut Scene, animation: usize, options: &InBetween) -> Result<InBetweenReport> {
     let frames = Frames::new(scene, animation, &[])?;
     let last = frames.len() - 1;
     if let Some(key) = options.keys.iter().find(|key| **key > last) {

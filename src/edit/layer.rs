@@ -1,9 +1,13 @@
 //! Takes a part of the body from another motion.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::body::{Body, and_below};
 use super::concat::pair;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::Result;
 use crate::figure::HumanoidBone;
 use crate::pose::Trs;
@@ -53,7 +57,71 @@ impl LayerPart {
     }
 }
 
-/// What [`layer()`] did.
+step! {
+    /// Gives the joints of a part of the body the rotations to their parents that they have in a second motion, which
+    /// has the same joints, at the same time. Where the second motion ends, its last pose stays.
+    ///
+    /// ```
+    /// use mocap::edit::{Layer, LayerPart, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let other = scene.clone();
+    /// let report = Layer::new().part(LayerPart::Arms).apply(&mut scene, &StepInput::new().other(&other))?;
+    /// assert_eq!(report.frames, 524);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Concat`](crate::edit::Concat), and [`Code::NotHumanoid`](crate::Code::NotHumanoid).
+    Layer {
+        /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
+        with: Option<usize> = None, Takes::Input;
+        /// The part of the body. Default: the spine and all above it.
+        part: LayerPart = LayerPart::default(), Takes::OneOf(&["upper", "legs", "arms", "head"]);
+    }
+}
+
+impl Step for Layer {
+    const NAME: &'static str = "layer";
+    const HELP: &'static str = "take a part of the body from the next IN, or another";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_OTHER: bool = true;
+    const TAKES_BONES: bool = true;
+    type Report = LayerReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<LayerReport> {
+        let other = input.second::<Self>()?;
+        let (mut frames, second) = pair(scene, input.animation, other)?;
+        let body = Body::new(scene, input.humanoid)?;
+        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| body.humanoid.joint(*bone));
+        let tops = self.part.tops().iter().filter_map(top);
+        let mut nodes: Vec<NodeId> = tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect();
+        nodes.retain(|node| frames.nodes().contains(node));
+        let step = second.rate / frames.rate;
+        let last = (second.len() - 1) as f64;
+        for frame in 0..frames.len() {
+            let row = second.row_at(frame as f64 * step);
+            for node in &nodes {
+                let column = second.nodes().iter().position(|other| other == node);
+                if let (Some(own), Some(column)) = (frames.get(frame, *node), column) {
+                    let rotation = row[column].rotation;
+                    frames.set(frame, *node, Trs { rotation, ..own });
+                }
+            }
+        }
+        frames.write(scene, input.animation, &nodes, &[]);
+        Ok(LayerReport {
+            joints: nodes.len(),
+            frames: frames.len().min((last / step) as usize + 1),
+        })
+    }
+
+    fn with(&self) -> Option<usize> {
+        self.with
+    }
+}
+
+/// What [`Layer`] did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LayerReport {
     /// The joints that move as in the other motion now.
@@ -62,39 +130,8 @@ pub struct LayerReport {
     pub frames: usize,
 }
 
-/// Gives the joints of `part` the rotations to their parents that they have in an animation of `other`, which has the
-/// same joints, at the same time. Where the other motion ends, its last pose stays.
-///
-/// # Errors
-/// As [`concat()`](crate::edit::concat()), and [`Code::NotHumanoid`](crate::Code::NotHumanoid).
-pub fn layer(
-    scene: &mut Scene,
-    animation: usize,
-    other: &Scene,
-    other_animation: usize,
-    part: LayerPart,
-) -> Result<LayerReport> {
-    let (mut frames, second) = pair(scene, animation, other, other_animation)?;
-    let body = Body::new(scene, None)?;
-    let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| body.humanoid.joint(*bone));
-    let tops = part.tops().iter().filter_map(top);
-    let mut nodes: Vec<NodeId> = tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect();
-    nodes.retain(|node| frames.nodes().contains(node));
-    let step = second.rate / frames.rate;
-    let last = (second.len() - 1) as f64;
-    for frame in 0..frames.len() {
-        let row = second.row_at(frame as f64 * step);
-        for node in &nodes {
-            let column = second.nodes().iter().position(|other| other == node);
-            if let (Some(own), Some(column)) = (frames.get(frame, *node), column) {
-                let rotation = row[column].rotation;
-                frames.set(frame, *node, Trs { rotation, ..own });
-            }
-        }
+impl fmt::Display for LayerReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} joints in {} frames", self.joints, self.frames)
     }
-    frames.write(scene, animation, &nodes, &[]);
-    Ok(LayerReport {
-        joints: nodes.len(),
-        frames: frames.len().min((last / step) as usize + 1),
-    })
 }

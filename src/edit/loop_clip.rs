@@ -2,7 +2,9 @@
 
 mod level;
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::Serialize;
 
 use super::body::{Body, metres_per_unit};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
@@ -10,40 +12,58 @@ use super::frames::Frames;
 use super::ground::Carrier;
 use super::inertia::{self, Seam};
 use super::pose_distance::Poses;
+use super::quantity::{degrees, metres};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::{not_negative, positive};
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
-/// Options of [`loop_clip()`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LoopOptions {
-    /// The first and the last frame of the loop. Default: those that fit best.
-    pub frames: Option<[usize; 2]>,
-    /// The shortest loop to look for, in seconds. Default: 0.6.
-    pub shortest: f64,
-    /// The longest loop to look for, in seconds. Default: 4.
-    pub longest: f64,
-    /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
-    pub blend: f64,
-    /// Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default: `false`.
-    pub in_place: bool,
-}
-
-impl Default for LoopOptions {
-    fn default() -> Self {
-        Self {
-            frames: None,
-            shortest: 0.6,
-            longest: 4.0,
-            blend: 0.3,
-            in_place: false,
-        }
+step! {
+    /// Cuts a motion to a loop: its last frame is its first one, in pose, speed and contacts, apart from the distance
+    /// that the figure went. Joints rotate at the seam as fast before it as after it.
+    ///
+    /// ```
+    /// use mocap::edit::{Loop, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Loop::new().in_place(true).apply(&mut scene, &StepInput::new())?;
+    /// assert!(report.first < report.last && report.distance < 0.01);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where the motion is too short for a loop, or
+    /// an option is not valid.
+    Loop {
+        /// The first and the last frame of the loop. Default: those that fit best.
+        frames: Option<[usize; 2]> = None, Takes::FrameRange;
+        /// The shortest loop to look for, in seconds. Default: 0.6.
+        shortest: f64 = 0.6, Takes::Seconds;
+        /// The longest loop to look for, in seconds. Default: 4.
+        longest: f64 = 4.0, Takes::Seconds;
+        /// Seconds in which the difference of the poses fades after the seam. Default: 0.3.
+        blend: f64 = 0.3, Takes::Seconds;
+        /// Whether the figure stays where it is instead of going on over the ground from cycle to cycle. Default:
+        /// `false`.
+        in_place: bool = false, Takes::Flag;
     }
 }
 
-/// What [`loop_clip()`] did.
+impl Step for Loop {
+    const NAME: &'static str = "loop";
+    const HELP: &'static str = "cut to a loop, of two frames or of those that fit best";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = LoopReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<LoopReport> {
+        loop_clip(scene, input, self)
+    }
+}
+
+/// What [`Loop`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LoopReport {
     /// The first frame of the loop in the earlier motion.
@@ -58,6 +78,24 @@ pub struct LoopReport {
     pub contacts_agree: bool,
 }
 
+impl fmt::Display for LoopReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let feet = match self.contacts_agree {
+            true => "the same feet are",
+            false => "not the same feet are",
+        };
+        write!(
+            f,
+            "from frame {} to frame {}; {} faded out after the seam at most; {} over the ground a cycle; {feet} on the \
+             ground at both ends",
+            self.first,
+            self.last,
+            degrees(self.largest_rotation),
+            metres(self.distance),
+        )
+    }
+}
+
 /// Frames among which the best cut is looked for at most; of a longer motion only every so many are.
 const CANDIDATES: usize = 200;
 
@@ -67,21 +105,16 @@ const CALM: f32 = 3.0;
 /// How many moments of a cycle are looked at for that, about.
 const MOMENTS: usize = 60;
 
-/// Cuts `animation`, an index into the animations of `scene`, to a loop: its last frame is its first one, in pose,
-/// speed and contacts, apart from the way that the figure went. Joints turn at the seam as fast before it as after it.
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where the motion is too short for a loop, or an
-/// option is not valid.
-pub fn loop_clip(scene: &mut Scene, animation: usize, options: &LoopOptions) -> Result<LoopReport> {
+fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result<LoopReport> {
     positive(Code::InvalidValue, "shortest", options.shortest)?;
     positive(Code::InvalidValue, "longest", options.longest)?;
     not_negative(Code::InvalidValue, "blend", options.blend)?;
+    let animation = input.animation;
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
     let refused = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
     let carrier = Carrier::new(scene, &frames);
-    let contacts = Body::new(scene, None)
+    let contacts = Body::new(scene, input.humanoid)
         .ok()
         .map(|body| detect(scene, &frames, &body, &ContactOptions::default()));
     if options.frames.is_none() && options.longest < options.shortest {
@@ -170,7 +203,7 @@ fn best(
     frames: &Frames,
     carrier: &Carrier,
     contacts: Option<&DetectedContacts>,
-    options: &LoopOptions,
+    options: &Loop,
 ) -> Option<(usize, usize)> {
     let (least, most) = (
         (options.shortest * frames.rate).ceil() as usize,

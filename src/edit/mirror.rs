@@ -3,18 +3,57 @@
 mod partners;
 mod reference;
 
+use std::fmt;
+
 use glam::{DQuat, DVec3, Quat, Vec3};
 use serde::Serialize;
 
 use self::partners::partners;
 use super::body::Body;
 use super::frames::Frames;
+use super::quantity::centimetres;
+use super::step::step;
+use super::{Step, StepInput, StepKey};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Axis, Humanoid, HumanoidBone, Skeleton, TPose};
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
-/// What [`mirror()`] changed.
+step! {
+    /// Mirrors a motion across the plane of the figure, as it looks on the average: what the left side does the right
+    /// one does then. A figure that walks forward still walks forward.
+    ///
+    /// Joints are paired by the bones of the humanoid, and below these by their positions, not by their names. The
+    /// motion of each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets
+    /// and rest rotations. Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
+    ///
+    /// ```
+    /// use mocap::edit::{Mirror, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Mirror::new().apply(&mut scene, &StepInput::new())?;
+    /// assert!(report.pairs >= 10 && report.largest_asymmetry < 0.05);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`]; [`Code::NoMotion`] without this animation. `scene` is then unchanged.
+    Mirror {}
+}
+
+impl Step for Mirror {
+    const NAME: &'static str = "mirror";
+    const HELP: &'static str = "exchange left and right";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = MirrorReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<MirrorReport> {
+        mirror(scene, input.animation, input.humanoid)
+    }
+}
+
+/// What [`Mirror`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MirrorReport {
     /// Pairs of joints that exchanged their motion.
@@ -28,25 +67,26 @@ pub struct MirrorReport {
     pub asymmetric_joint: String,
 }
 
-/// Mirrors `animation`, an index into the animations of `scene`, across the plane of the figure, as it looks on the
-/// average: what the left side does the right one does then. A figure that walks forward still walks forward.
-///
-/// Joints are paired by the bones of the humanoid, and below these by their place, not by their names. The motion of
-/// each is taken from the T-pose, in which both sides are mirror images, so the two may have any offsets and rest
-/// rotations. Offsets stay, and so each side keeps its lengths. Mirrored twice, a motion is what it was.
-///
-/// ```
-/// use mocap::edit::mirror;
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let report = mirror(&mut scene, 0, None)?;
-/// assert!(report.pairs >= 10 && report.largest_asymmetry < 0.05);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NotHumanoid`]; [`Code::NoMotion`] without this animation. `scene` is then unchanged.
-pub fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
+impl fmt::Display for MirrorReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} pairs of joints exchanged", self.pairs)?;
+        if !self.without_partner.is_empty() {
+            let alone = self.without_partner.len();
+            write!(f, ", {alone} joints of one side have no partner")?;
+        }
+        if !self.asymmetric_joint.is_empty() {
+            let off = centimetres(self.largest_asymmetry);
+            write!(
+                f,
+                "; {} is farthest from the mirror image, by {off}",
+                self.asymmetric_joint
+            )?;
+        }
+        Ok(())
+    }
+}
+
+fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
     let body = Body::new(scene, humanoid)?;
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     // Of the skeleton alone: a T-pose from the motion would be another one after the motion is mirrored.

@@ -1,10 +1,15 @@
 //! Takes fast changes out of a motion.
 
+use std::fmt;
+
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::body::metres_per_unit;
 use super::frames::Frames;
+use super::quantity::{centimetres, degrees};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
 use crate::math::quaternion::{exp, log, log_without_branches};
@@ -59,26 +64,42 @@ impl SmoothFilter {
     }
 }
 
-/// Options of [`smooth()`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SmoothOptions {
-    /// The filter. Default: Butterworth.
-    pub filter: SmoothFilter,
-    /// The cut-off in Hz. Default: 6, which keeps a walk.
-    pub cut_off: f64,
-}
-
-impl Default for SmoothOptions {
-    fn default() -> Self {
-        Self {
-            filter: SmoothFilter::default(),
-            cut_off: 6.0,
-        }
+step! {
+    /// Filters all rotations and positions. Rotations are averaged in the tangent space of each, so that no axis is
+    /// preferred, and a joint may rotate as far as it likes. The first and the last frame stay.
+    ///
+    /// ```
+    /// use mocap::edit::{Smooth, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Smooth::new().apply(&mut scene, &StepInput::new())?;
+    /// assert!(report.largest_rotation > 0.1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not
+    /// below half of the frame rate, where there is nothing to take out.
+    Smooth {
+        /// The filter. Default: Butterworth.
+        filter: SmoothFilter = SmoothFilter::default(), Takes::OneOf(&["butterworth", "gaussian"]);
+        /// The cut-off in Hz. Default: 6, which keeps a walk.
+        cut_off: f64 = 6.0, Takes::Hertz;
     }
 }
 
-/// What [`smooth()`] changed.
+impl Step for Smooth {
+    const NAME: &'static str = "smooth";
+    const HELP: &'static str = "take fast changes out";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = SmoothReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<SmoothReport> {
+        smooth(scene, input.animation, self)
+    }
+}
+
+/// What [`Smooth`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SmoothReport {
     /// The largest change of a rotation to its parent, in degrees.
@@ -89,23 +110,19 @@ pub struct SmoothReport {
     pub largest_position: f32,
 }
 
-/// Filters all rotations and positions of `animation`, an index into the animations of `scene`. Rotations are averaged
-/// in the tangent space of each, so that no axis is preferred, and a joint may turn as far as it likes. The first and
-/// the last frame stay.
-///
-/// ```
-/// use mocap::edit::{SmoothOptions, smooth};
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let report = smooth(&mut scene, 0, &SmoothOptions::default())?;
-/// assert!(report.largest_rotation > 0.1);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not below
-/// half of the frame rate, where there is nothing to take out.
-pub fn smooth(scene: &mut Scene, animation: usize, options: &SmoothOptions) -> Result<SmoothReport> {
+impl fmt::Display for SmoothReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "rotations changed by {} at most ({}), positions by {} at most",
+            degrees(self.largest_rotation),
+            self.joint,
+            centimetres(self.largest_position),
+        )
+    }
+}
+
+fn smooth(scene: &mut Scene, animation: usize, options: &Smooth) -> Result<SmoothReport> {
     let cut_off = positive(Code::InvalidValue, "cut-off", options.cut_off)?;
     let mut frames = Frames::new(scene, animation, &[])?;
     if cut_off >= 0.5 * frames.rate {

@@ -11,6 +11,7 @@ use self::spline::Spline;
 use super::body::metres_per_unit;
 use super::frames::Frames;
 use super::ground::Carrier;
+use super::quantity::{degrees, metres};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
@@ -25,7 +26,7 @@ pub struct PathPoint {
     pub at: [f64; 2],
 }
 
-/// As a step has it: `SECONDS:M/M`, or `M/M`.
+/// As the text of a step has it: `SECONDS:M/M`, or `M/M`.
 impl fmt::Display for PathPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(seconds) = self.seconds {
@@ -46,16 +47,7 @@ pub enum PathFacing {
     Kept,
 }
 
-/// Options of [`warp_path()`].
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WarpPathOptions {
-    /// The points, in the order of time.
-    pub points: Vec<PathPoint>,
-    /// Where the figure looks. Default: along the path.
-    pub facing: PathFacing,
-}
-
-/// What [`warp_path()`] did.
+/// What a [`Warp`](crate::edit::Warp) to a path did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct WarpPathReport {
     /// Where the figure was at the times of the points. A warp to these undoes this one.
@@ -70,29 +62,26 @@ pub struct WarpPathReport {
     pub largest_turn: f64,
 }
 
-/// Moves the figure of `animation`, an index into the animations of `scene`, over the ground so that it is at every
-/// point at its time. What a figure does besides, such as swaying from step to step, stays: both paths are natural
-/// cubic splines, one through the places where the figure was, the other through the points, and the figure keeps its
-/// place beside the first one (motion warping: Witkin and Popovic, 1995). Beyond the first and the last point the paths
-/// go on straight. Heights and poses stay.
-///
-/// ```
-/// use mocap::edit::{PathPoint, WarpPathOptions, warp_path};
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let point = |seconds: f64, x: f64, z: f64| PathPoint { seconds: Some(seconds), at: [x, z] };
-/// let points = vec![point(0.0, 0.0, 0.0), point(2.0, 0.5, 2.0), point(4.0, 3.0, 3.0)];
-/// let report = warp_path(&mut scene, 0, &WarpPathOptions { points, ..WarpPathOptions::default() })?;
-/// assert!(report.largest_turn > 20.0);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] without points, or where a number is not finite,
-/// or the times are negative, do not increase from frame to frame, or are after the end, or some points have times and
-/// others not.
-pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions) -> Result<WarpPathReport> {
-    check(&options.points)?;
+impl fmt::Display for WarpPathReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "the path was {} long, now {}; moved by {} at most, turned by {} at most",
+            metres(self.length_before),
+            metres(self.length),
+            metres(self.largest_shift),
+            degrees(self.largest_turn),
+        )
+    }
+}
+
+pub(super) fn warp_path(
+    scene: &mut Scene,
+    animation: usize,
+    points: &[PathPoint],
+    facing: PathFacing,
+) -> Result<WarpPathReport> {
+    check(points)?;
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
     let carrier = Carrier::new(scene, &frames);
@@ -106,13 +95,13 @@ pub fn warp_path(scene: &mut Scene, animation: usize, options: &WarpPathOptions)
     let (from_world, above_turned) = (to_world.inverse(), Trs::from_matrix(to_world).rotation);
     let place = |frame: usize| to_world.transform_point3(frames.row(frame)[carrier.column].translation);
     let was_at: Vec<DVec2> = (0..frames.len()).map(|frame| over_ground(place(frame))).collect();
-    let at_frames = frames_of(&options.points, &was_at, frames.rate)?;
+    let at_frames = frames_of(points, &was_at, frames.rate)?;
     let seconds: Vec<f64> = frames.ticks.iter().map(|tick| tick / frames.rate).collect();
     let times: Vec<f64> = at_frames.iter().map(|frame| seconds[*frame]).collect();
     let before: Vec<DVec2> = at_frames.iter().map(|frame| was_at[*frame]).collect();
-    let points: Vec<DVec2> = options.points.iter().map(|point| DVec2::from(point.at)).collect();
-    let (old, new) = (Spline::new(&times, &before), Spline::new(&times, &points));
-    let turns = match options.facing {
+    let through: Vec<DVec2> = points.iter().map(|point| DVec2::from(point.at)).collect();
+    let (old, new) = (Spline::new(&times, &before), Spline::new(&times, &through));
+    let turns = match facing {
         PathFacing::Along => {
             let (old, new) = (headings(&old, &seconds), headings(&new, &seconds));
             old.zip(new)

@@ -1,5 +1,7 @@
 //! Makes parts of a motion faster or slower.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use super::frames::Frames;
@@ -7,7 +9,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::limits::Limits;
 use crate::scene::Scene;
 
-/// What [`warp_time()`] did.
+/// What a [`Warp`](crate::edit::Warp) of times did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct WarpTimeReport {
     /// Seconds before.
@@ -20,26 +22,17 @@ pub struct WarpTimeReport {
     pub fastest: f64,
 }
 
-/// Moves moments of `animation`, an index into the animations of `scene`, to other times. `moments` are pairs of a time
-/// in the motion and the time at which it is to be, in seconds, both increasing; between them time runs evenly, and
-/// before the first and after the last as it did. With the two of every pair exchanged it is the inverse.
-///
-/// Frames keep their rate; what is between two of the earlier frames is interpolated.
-///
-/// ```
-/// use mocap::edit::warp_time;
-///
-/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
-/// let report = warp_time(&mut scene, 0, &[(0.0, 0.0), (0.9, 1.8)])?;
-/// assert!((report.seconds - 1.8).abs() < 1e-9);
-/// assert_eq!(scene.animations[0].frame_count(), 19);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] where times are not finite, negative, or do not
-/// increase; [`Code::LimitExceeded`] where the result would be far longer than the motion.
-pub fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) -> Result<WarpTimeReport> {
+impl fmt::Display for WarpTimeReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{:.2} s, now {:.2} s; speeds from {:.2} to {:.2} times",
+            self.seconds_before, self.seconds, self.slowest, self.fastest,
+        )
+    }
+}
+
+pub(super) fn warp_time(scene: &mut Scene, animation: usize, moments: &[(f64, f64)]) -> Result<WarpTimeReport> {
     let is_time = |time: f64| time.is_finite() && time >= 0.0;
     let increase = moments
         .windows(2)

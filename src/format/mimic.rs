@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use super::Failure;
-use super::text::{nearest, quote};
+use super::text::quote;
 use super::xml::Element;
-use crate::error::{Code, Diagnostic};
+use crate::error::{Code, Diagnostic, nearest};
 use crate::robot::{Mimic, RobotLink};
 
 /// How far the limits of a leader and its followers may miss each other by rounding.

@@ -3,12 +3,9 @@
 //! The cursor holds a byte offset and nothing else. Lines and columns are counted only when a diagnostic is made, so
 //! that good files do not pay for them.
 
-mod nearest;
 pub(crate) mod number;
 
 use std::borrow::Cow;
-
-pub(crate) use self::nearest::nearest;
 
 use crate::error::{Code, Diagnostic, Location};
 use crate::format::Failure;

@@ -17,11 +17,11 @@ use glam::{DQuat, DVec3, EulerRot};
 
 use super::mesh_bounds::mesh_bounds;
 use super::mimic::{self, NamedMimic};
-use super::text::{LineIndex, nearest, quote};
+use super::text::{LineIndex, quote};
 use super::warnings::Warnings;
 use super::xml::{self, Element};
 use super::{Failure, FormatInfo, ReadOptions, Source};
-use crate::error::{Code, Diagnostic, Result};
+use crate::error::{Code, Diagnostic, Result, nearest};
 use crate::limits::Limits;
 use crate::robot::{Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind};
 use crate::scene::{Format, Scene};

@@ -1,10 +1,12 @@
 //! The origin of a scene, the decisions about it, and the steps that changed it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::HumanoidBone;
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -262,11 +264,16 @@ pub enum AppliedStep {
     },
     /// A step of [`edit`](crate::edit), which cannot be undone.
     Edit {
-        /// Its name and all its parameters, as [`EditStep`](crate::edit::EditStep) parses it.
-        edit: String,
+        /// Its name in `step`, and all its options beside it, as [`EditStep`](crate::edit::EditStep) reads it; in files
+        /// of earlier versions the same as text.
+        edit: serde_json::Value,
         /// The second motion, of a step that takes one.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         with: Option<SecondMotion>,
+        /// Which joint is which bone, where the caller of the step said so: the name of the joint, or none for a bone
+        /// that no joint is. Empty where the step found the bones.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        bones: BTreeMap<HumanoidBone, Option<String>>,
     },
 }
 

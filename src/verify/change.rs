@@ -5,7 +5,7 @@ use glam::{DMat4, DQuat, DVec3};
 use super::chain::Skeleton;
 use super::pairs::Pairs;
 use super::{Finding, FindingKind};
-use crate::edit::EditStep;
+use crate::edit::{EditStep, StepInput};
 use crate::error::Result;
 use crate::figure;
 use crate::limits::Limits;
@@ -51,7 +51,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             AppliedStep::InPlace => process::in_place(scene),
             AppliedStep::RootMotion => process::root_motion(scene),
             AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } | AppliedStep::Retarget { .. } => {}
-            AppliedStep::Edit { edit, with } => {
+            AppliedStep::Edit { edit, with, bones } => {
                 let other = match with {
                     Some(with) => {
                         let mut other = second(with)?;
@@ -60,7 +60,18 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                     }
                     None => None,
                 };
-                edit.parse::<EditStep>()?.apply(scene, 0, other.as_ref())?;
+                let known = match bones.is_empty() {
+                    true => None,
+                    false => Some(figure::humanoid(scene).with_map(scene, bones.clone())?),
+                };
+                let mut input = StepInput::new();
+                if let Some(other) = &other {
+                    input = input.other(other);
+                }
+                if let Some(known) = &known {
+                    input = input.humanoid(known);
+                }
+                EditStep::from_value(edit)?.apply(scene, &input)?;
             }
         }
     }

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use super::Failure;
 use super::line::Lines;
 use super::skeleton::{ChannelKind, Skeleton};
-use crate::error::{Code, Diagnostic};
+use crate::error::{Code, Diagnostic, nearest};
 use crate::format::ReadOptions;
-use crate::format::text::{Word, decode_name, nearest, number, quote};
+use crate::format::text::{Word, decode_name, number, quote};
 use crate::format::warnings::Warnings;
 use crate::limits::limit_exceeded;
 

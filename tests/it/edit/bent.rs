@@ -1,6 +1,6 @@
 //! Paths bent to points.
 
-use mocap::edit::{PathFacing, PathPoint, WarpPathOptions, warp_path};
+use mocap::edit::{PathFacing, PathPoint, Step, StepInput, Warp, WarpPathReport, WarpReport};
 use mocap::figure::{HumanoidBone, humanoid};
 use mocap::process::{convert_units, validate};
 use mocap::scene::UpAxis;
@@ -17,8 +17,11 @@ fn point(seconds: f64, x: f64, z: f64) -> PathPoint {
     }
 }
 
-fn options(points: Vec<PathPoint>, facing: PathFacing) -> WarpPathOptions {
-    WarpPathOptions { points, facing }
+fn bend(scene: &mut Scene, points: Vec<PathPoint>, facing: PathFacing) -> mocap::Result<WarpPathReport> {
+    match (Warp::Path { points, facing }).apply(scene, &StepInput::new())? {
+        WarpReport::Path(report) => Ok(report),
+        other => panic!("{other:?}"),
+    }
 }
 
 fn hips(scene: &Scene) -> usize {
@@ -38,7 +41,7 @@ proptest! {
         let count = places.len();
         let points = places.iter().enumerate().map(|(place, (x, z))| point(4.3 * place as f64 / count as f64, *x, *z));
         let facing = if along { PathFacing::Along } else { PathFacing::Kept };
-        let report = warp_path(&mut bent, 0, &options(points.collect(), facing)).unwrap();
+        let report = bend(&mut bent, points.collect(), facing).unwrap();
         prop_assert_eq!(validate(&bent), []);
         let at = exact_positions(&bent);
         for (place, (x, z)) in places.iter().enumerate() {
@@ -46,7 +49,7 @@ proptest! {
             let hips = at[frame][hips(&scene)];
             prop_assert!((hips.x - x).hypot(hips.z - z) < 1e-5, "{place}: {hips}");
         }
-        warp_path(&mut bent, 0, &options(report.points_before, facing)).unwrap();
+        bend(&mut bent, report.points_before, facing).unwrap();
         let (old, new) = (exact_positions(&scene), exact_positions(&bent));
         let off = old.iter().flatten().zip(new.iter().flatten()).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
         prop_assert!(off < 1e-5, "{off}");
@@ -77,7 +80,7 @@ fn a_figure_turns_with_its_path_or_looks_where_it_looked() {
     };
     for (facing, turned) in [(PathFacing::Along, true), (PathFacing::Kept, false)] {
         let mut bent = scene.clone();
-        let report = warp_path(&mut bent, 0, &options(points(), facing)).unwrap();
+        let report = bend(&mut bent, points(), facing).unwrap();
         assert!((report.length - report.length_before).abs() < 1e-3, "{report:?}");
         assert_bones_keep_their_lengths(&scene, &bent);
         for (old, new) in before.iter().zip(exact_positions(&bent)) {
@@ -98,7 +101,7 @@ fn points_without_times_share_the_way() {
     let mut bent = scene.clone();
     let at = [[0.0, 0.0], [2.0, 1.0], [2.0, 4.0]];
     let points = at.map(|at| PathPoint { seconds: None, at }).to_vec();
-    let report = warp_path(&mut bent, 0, &options(points, PathFacing::Along)).unwrap();
+    let report = bend(&mut bent, points, PathFacing::Along).unwrap();
     let times: Vec<f64> = report
         .points_before
         .iter()
@@ -123,7 +126,7 @@ fn the_unit_and_the_up_axis_change_nothing() {
     inches.metadata.metres_per_unit = Some(0.0254);
     let points = vec![point(0.0, 0.0, 0.0), point(2.0, 1.0, 2.0), point(4.0, 4.0, 2.0)];
     let bend = |mut scene: Scene| {
-        warp_path(&mut scene, 0, &options(points.clone(), PathFacing::Along)).unwrap();
+        bend(&mut scene, points.clone(), PathFacing::Along).unwrap();
         exact_positions(&scene)
     };
     let (a, b) = (bend(metres), bend(inches));
@@ -161,12 +164,12 @@ fn points_that_cannot_be_are_refused() {
         ),
     ] {
         let mut scene = walk.clone();
-        let error = warp_path(&mut scene, 0, &options(points, PathFacing::Along)).unwrap_err();
+        let error = bend(&mut scene, points, PathFacing::Along).unwrap_err();
         assert_eq!(error.diagnostic().message, message);
         assert!(scene == walk);
     }
     let mut scene = walk.clone();
-    let error = warp_path(&mut scene, 0, &options(vec![point(5.0, 0.0, 0.0)], PathFacing::Along)).unwrap_err();
+    let error = bend(&mut scene, vec![point(5.0, 0.0, 0.0)], PathFacing::Along).unwrap_err();
     assert_eq!(error.diagnostic().message, "point 1 of the path would be at frame 600");
     assert_eq!(
         error.diagnostic().expected.as_deref(),
@@ -176,7 +179,7 @@ fn points_that_cannot_be_are_refused() {
     let mut one = walk.clone();
     mocap::process::trim(&mut one, 0.0, 0.0);
     let points = vec![point(0.0, 0.0, 0.0), point(1.0, 0.0, 0.0)];
-    let error = warp_path(&mut one, 0, &options(points, PathFacing::Along)).unwrap_err();
+    let error = bend(&mut one, points, PathFacing::Along).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
         "a path of 2 points needs as many frames, and there are 1"
@@ -184,7 +187,7 @@ fn points_that_cannot_be_are_refused() {
     // All points at one place: the figure walks on the spot, and looks where it looked.
     let mut scene = walk.clone();
     let points = [0.0, 1.0, 2.0].map(|seconds| point(seconds, 3.0, 3.0)).to_vec();
-    let report = warp_path(&mut scene, 0, &options(points, PathFacing::Along)).unwrap();
+    let report = bend(&mut scene, points, PathFacing::Along).unwrap();
     assert_eq!(validate(&scene), []);
     assert!(report.length < 1e-9 && report.largest_turn == 0.0, "{report:?}");
 }

@@ -1,6 +1,6 @@
 //! Smoothing, spikes and gaps.
 
-use mocap::edit::{DespikeOptions, FillOptions, SmoothFilter, SmoothOptions, despike, fill, smooth};
+use mocap::edit::{Despike, Fill, Smooth, SmoothFilter, Step, StepInput};
 use mocap::glam::Quat;
 use mocap::process::validate;
 use mocap::scene::Keys;
@@ -36,7 +36,8 @@ fn an_oscillation_keeps_the_share_that_the_filter_states() {
         let angle = |frame: usize| 0.2 * (std::f32::consts::TAU * frame as f32 / 10.0).sin();
         let wave = (0..523).map(|frame| base * Quat::from_axis_angle(axis, angle(frame)));
         channel.rotation_keys = Keys::every_tick(wave.collect());
-        smooth(&mut scene, 0, &SmoothOptions { filter, cut_off: 6.0 }).unwrap();
+        let smooth = Smooth::new().filter(filter).cut_off(6.0);
+        smooth.apply(&mut scene, &StepInput::new()).unwrap();
         for frame in 60..460 {
             let change = base.inverse() * scene.animations[0].channels[3].rotation_keys.values[frame];
             let found = 2.0 * change.xyz().dot(axis).asin();
@@ -53,7 +54,8 @@ fn smoothing_keeps_bones_ends_and_what_is_slow() {
     let before = import(WALK);
     for filter in [SmoothFilter::Butterworth, SmoothFilter::Gaussian] {
         let mut scene = before.clone();
-        smooth(&mut scene, 0, &SmoothOptions { filter, cut_off: 15.0 }).unwrap();
+        let smooth = Smooth::new().filter(filter).cut_off(15.0);
+        smooth.apply(&mut scene, &StepInput::new()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
         assert_eq!(validate(&scene), []);
         let (old, new) = (positions(&before), positions(&scene));
@@ -68,15 +70,10 @@ fn smoothing_keeps_bones_ends_and_what_is_slow() {
             .fold(0.0, f32::max);
         assert!(0.0 < moved && moved < 0.02, "{moved}");
     }
-    let error = smooth(
-        &mut before.clone(),
-        0,
-        &SmoothOptions {
-            cut_off: 61.0,
-            ..SmoothOptions::default()
-        },
-    )
-    .unwrap_err();
+    let error = Smooth::new()
+        .cut_off(61.0)
+        .apply(&mut before.clone(), &StepInput::new())
+        .unwrap_err();
     assert!(
         error
             .diagnostic()
@@ -90,10 +87,10 @@ fn smoothing_keeps_bones_ends_and_what_is_slow() {
 fn spikes_go_and_the_motion_stays() {
     let mut clean = import(WALK);
     // The toes of this file jump by 7 degrees for one frame, three times.
-    let report = despike(&mut clean, 0, &DespikeOptions::default()).unwrap();
+    let report = Despike::new().apply(&mut clean, &StepInput::new()).unwrap();
     assert_eq!((report.replaced, report.joints), (3, vec!["LeftToeBase".to_owned()]));
     let mut untouched = clean.clone();
-    let report = despike(&mut untouched, 0, &DespikeOptions::default()).unwrap();
+    let report = Despike::new().change(&mut untouched, &StepInput::new()).unwrap();
     assert_eq!((report.replaced, untouched == clean), (0, true), "{report:?}");
 
     let mut scene = clean.clone();
@@ -103,7 +100,7 @@ fn spikes_go_and_the_motion_stays() {
             *keys *= Quat::from_rotation_y(0.5);
         }
     }
-    let report = despike(&mut scene, 0, &DespikeOptions::default()).unwrap();
+    let report = Despike::new().apply(&mut scene, &StepInput::new()).unwrap();
     assert_eq!((report.replaced, report.joints.len()), (7, 4), "{report:?}");
     let (off, frame) = largest_turn(&clean, &scene);
     assert!(off < 1.0, "{off} degrees in frame {frame}");
@@ -114,7 +111,7 @@ fn spikes_go_and_the_motion_stays() {
 fn gaps_are_filled_as_the_motion_went() {
     let mut clean = import(WALK);
     // Without the noise, which nobody can know in a gap.
-    smooth(&mut clean, 0, &SmoothOptions::default()).unwrap();
+    Smooth::new().apply(&mut clean, &StepInput::new()).unwrap();
     let mut scene = clean.clone();
     for channel in &mut scene.animations[0].channels {
         for (first, last) in [(100, 112), (250, 255), (300, 399)] {
@@ -131,7 +128,7 @@ fn gaps_are_filled_as_the_motion_went() {
         }
     }
     let held = scene.clone();
-    let report = fill(&mut scene, 0, &FillOptions::default()).unwrap();
+    let report = Fill::new().apply(&mut scene, &StepInput::new()).unwrap();
     assert_eq!(report.gaps, [[100, 112], [250, 255]]);
     assert_eq!(report.longer, [[300, 399]]);
     let part = |scene: &Scene| {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use mocap::edit::EditStep;
+
 use crate::program::{run, words};
 
 fn real(file: &str) -> String {
@@ -48,10 +50,11 @@ fn steps_are_recorded_and_verified() {
     assert_eq!(steps[1..], ["smooth:cut-off=20.0,filter=butterworth", "mirror"]);
     assert!(reports[0]["changed"]["slide_after"].as_f64() < reports[0]["changed"]["slide_before"].as_f64());
 
-    // The file tells how it was made.
+    // The file tells how it was made, in values.
     let bytes = std::fs::read(&output).unwrap();
     for step in &steps {
-        let recorded = format!("\"{step}\"");
+        let step: EditStep = step.parse().unwrap();
+        let recorded = serde_json::to_value(&step).unwrap().to_string();
         assert!(
             bytes.windows(recorded.len()).any(|part| part == recorded.as_bytes()),
             "{recorded}"
@@ -110,7 +113,12 @@ fn motions_are_joined_in_the_order_of_the_inputs() {
     for (step, message) in [
         ("concat:with=3", "the step concat takes motion 3, and there are 1"),
         ("shake", "there is no step \"shake\"; the steps are foot-lock, mirror,"),
-        ("smooth:cutoff=8", "unknown field `cutoff`"),
+        ("smoth", "there is no step \"smoth\"; did you mean smooth?"),
+        ("smooth:cutoff=8", "has no key \"cutoff\"; did you mean cut-off?"),
+        (
+            "fill:longest=soon",
+            "longest takes a time in seconds such as 0.5, got \"soon\"",
+        ),
     ] {
         let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--step", step]);
         assert_eq!(refused.status.code(), Some(2), "{step}");
@@ -243,4 +251,54 @@ fn the_first_of_several_clips_is_changed() {
     assert_eq!(mocap::import(&output).unwrap().animations.len(), 1);
     let verified = run(&["verify", &two, &output, "--max-error", "0.01mm"]);
     assert!(verified.status.success(), "{}", words(&verified));
+}
+
+/// Files of earlier versions have steps as text.
+#[test]
+fn steps_that_were_recorded_as_text_are_verified() {
+    let (_folder, path) = folder();
+    let (walk, output) = (real("cmu_short.bvh"), path("walk.gltf"));
+    let found = run(&["edit", &walk, "-o", &output, "--step", "smooth:cut-off=20"]);
+    assert!(found.status.success(), "{}", words(&found));
+    let text = std::fs::read_to_string(&output).unwrap();
+    let step: EditStep = "smooth:cut-off=20".parse().unwrap();
+    let (value, old) = (serde_json::to_value(&step).unwrap().to_string(), format!("\"{step}\""));
+    assert_eq!(text.matches(&value).count(), 1, "{value}");
+    std::fs::write(&output, text.replace(&value, &old)).unwrap();
+    let verified = run(&["verify", &walk, &output, "--max-error", "0.01mm"]);
+    assert!(verified.status.success(), "{}", words(&verified));
+    // The step counts: another is another motion.
+    std::fs::write(&output, text.replace(&value, "\"smooth:cut-off=2\"")).unwrap();
+    assert_eq!(
+        run(&["verify", &walk, &output, "--max-error", "0.01mm"]).status.code(),
+        Some(1)
+    );
+}
+
+/// A map says which joint is which bone; the file keeps it, so that `verify` needs none.
+#[test]
+fn bones_of_a_map_are_used_and_recorded() {
+    let (_folder, path) = folder();
+    let (walk, output, map) = (real("cmu_12_01_walk.bvh"), path("walk.glb"), path("map.json"));
+    // The toes touch the ground with their tips, not with their joint.
+    let tips = r#"{"bones": {"leftToes": "EndSite_LeftToeBase", "rightToes": "EndSite_RightToeBase"}}"#;
+    std::fs::write(&map, tips).unwrap();
+    let plain = path("plain.glb");
+    for (output, more) in [(&plain, &[][..]), (&output, &["--map", &map])] {
+        let arguments = ["edit", &walk, "-o", output, "--step", "foot-lock", "--step", "smooth"];
+        let found = run(&[&arguments[..], more].concat());
+        assert!(found.status.success(), "{}", words(&found));
+    }
+    let keys = |file: &str| mocap::import(file).unwrap().animations[0].channels.clone();
+    assert!(keys(&plain) != keys(&output));
+    let verified = run(&["verify", &walk, &output, "--max-error", "0.01mm"]);
+    assert!(verified.status.success(), "{}", words(&verified));
+    std::fs::write(&map, r#"{"bones": {"hips": "Tail"}}"#).unwrap();
+    let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--step", "mirror", "--map", &map]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        words(&refused).contains("no joint is called \"Tail\""),
+        "{}",
+        words(&refused)
+    );
 }

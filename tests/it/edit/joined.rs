@@ -1,8 +1,8 @@
 //! Loops, and motions made of two.
 
 use mocap::edit::{
-    BlendWeight, ConcatOptions, InBetweenOptions, KeyInterpolation, LayerPart, LoopOptions, SmoothOptions, blend,
-    concat, in_between, layer, loop_clip, mirror, smooth, warp_time,
+    Blend, BlendReport, BlendWeight, Concat, ConcatReport, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror,
+    Smooth, Step, StepInput, Warp, WarpReport, WarpTimeReport,
 };
 use mocap::figure::{HumanoidBone, humanoid};
 use mocap::process::{trim, validate};
@@ -11,6 +11,23 @@ use proptest::prelude::*;
 use super::*;
 
 const WALK: &str = "cmu_12_01_walk.bvh";
+
+fn concat(scene: &mut Scene, other: &Scene) -> mocap::Result<ConcatReport> {
+    Concat::new().apply(scene, &StepInput::new().other(other))
+}
+
+fn blend(scene: &mut Scene, other: &Scene, weight: impl Into<BlendWeight>) -> mocap::Result<BlendReport> {
+    Blend::new()
+        .weight(weight.into())
+        .apply(scene, &StepInput::new().other(other))
+}
+
+fn warp_time(scene: &mut Scene, moments: &[(f64, f64)]) -> mocap::Result<WarpTimeReport> {
+    match Warp::Moments(moments.to_vec()).apply(scene, &StepInput::new())? {
+        WarpReport::Time(report) => Ok(report),
+        other => panic!("{other:?}"),
+    }
+}
 
 fn part(scene: &Scene, first: usize, last: usize) -> Scene {
     let mut scene = scene.clone();
@@ -36,7 +53,7 @@ proptest! {
     fn a_clip_that_is_cut_in_two_comes_back(cut in 2usize..520) {
         let whole = import(WALK);
         let (mut first, second) = (part(&whole, 0, cut), part(&whole, cut, 522));
-        let report = concat(&mut first, 0, &second, 0, &ConcatOptions::default()).unwrap();
+        let report = concat(&mut first, &second).unwrap();
         prop_assert_eq!((report.seam, report.frames), (cut, 523));
         assert_same_motion(&whole, &first, 1e-5);
         prop_assert_eq!(validate(&first), []);
@@ -51,11 +68,11 @@ proptest! {
         let moment = |frame: u32, to: u32| (f64::from(frame) / rate, f64::from(to) / rate);
         let middle = 100 * middle;
         let moments = [moment(0, 0), moment(middle, middle), moment(522, middle + factor * (522 - middle))];
-        let report = warp_time(&mut warped, 0, &moments).unwrap();
+        let report = warp_time(&mut warped, &moments).unwrap();
         prop_assert!((report.slowest - 1.0 / f64::from(factor)).abs() < 1e-9);
         assert_bones_keep_their_lengths(&part(&scene, 0, 0), &part(&warped, 0, 0));
         let inverse = moments.map(|(from, to)| (to, from));
-        warp_time(&mut warped, 0, &inverse).unwrap();
+        warp_time(&mut warped, &inverse).unwrap();
         assert_same_motion(&scene, &warped, 1e-5);
     }
 }
@@ -65,7 +82,7 @@ fn another_motion_begins_where_the_first_ends() {
     let walk = import(WALK);
     let mut scene = part(&walk, 0, 200);
     let other = part(&walk, 37, 237);
-    let report = concat(&mut scene, 0, &other, 0, &ConcatOptions::default()).unwrap();
+    let report = concat(&mut scene, &other).unwrap();
     assert!(report.largest_rotation > 1.0 && report.frames == 401, "{report:?}");
     let at = positions(&scene);
     // No node jumps farther at the seam than it goes from frame to frame elsewhere.
@@ -79,7 +96,7 @@ fn another_motion_begins_where_the_first_ends() {
         );
     }
     assert_bones_keep_their_lengths(&part(&walk, 0, 0), &part(&scene, 0, 0));
-    let error = concat(&mut scene, 0, &import("z_up_dab.bvh"), 0, &ConcatOptions::default()).unwrap_err();
+    let error = concat(&mut scene, &import("z_up_dab.bvh")).unwrap_err();
     assert!(
         error
             .diagnostic()
@@ -99,11 +116,8 @@ fn a_loop_goes_on_as_fast_as_it_ends() {
         "makehuman_zombie_walk.bvh",
     ] {
         let mut scene = import(file);
-        let options = LoopOptions {
-            in_place: true,
-            ..LoopOptions::default()
-        };
-        loop_clip(&mut scene, 0, &options).unwrap();
+        let options = Loop::new().in_place(true);
+        options.apply(&mut scene, &StepInput::new()).unwrap();
         let rate = scene.animations[0].ticks_per_second as f32;
         let at = positions(&scene);
         let last = at.len() - 1;
@@ -127,16 +141,11 @@ fn a_loop_ends_as_it_begins() {
     ] {
         let mut scene = import(file);
         // Without its noise, in which no single frame shows a speed.
-        smooth(&mut scene, 0, &SmoothOptions::default()).unwrap();
-        let report = loop_clip(
-            &mut scene,
-            0,
-            &LoopOptions {
-                in_place,
-                ..LoopOptions::default()
-            },
-        )
-        .unwrap();
+        Smooth::new().apply(&mut scene, &StepInput::new()).unwrap();
+        let report = Loop::new()
+            .in_place(in_place)
+            .apply(&mut scene, &StepInput::new())
+            .unwrap();
         assert_eq!(validate(&scene), []);
         let at = positions(&scene);
         let last = at.len() - 1;
@@ -184,16 +193,13 @@ fn a_loop_ends_as_it_begins() {
         }
     }
     let mut short = part(&import(WALK), 0, 30);
-    let error = loop_clip(&mut short, 0, &LoopOptions::default()).unwrap_err();
+    let error = Loop::new().apply(&mut short, &StepInput::new()).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
         "the motion of 0.250 s is too short for a loop of 0.6 s"
     );
-    let by_hand = LoopOptions {
-        frames: Some([10, 40]),
-        ..LoopOptions::default()
-    };
-    let error = loop_clip(&mut short, 0, &by_hand).unwrap_err();
+    let by_hand = Loop::new().frames(Some([10, 40]));
+    let error = by_hand.apply(&mut short, &StepInput::new()).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
         "a loop from frame 10 to frame 40 is not possible: the motion has frames 0 to 30"
@@ -205,22 +211,22 @@ fn a_blend_without_weight_is_the_first_and_with_all_weight_the_second() {
     let walk = import(WALK);
     let first = part(&walk, 0, 300);
     let mut second = part(&walk, 120, 380);
-    mirror(&mut second, 0, None).unwrap();
+    Mirror::new().apply(&mut second, &StepInput::new()).unwrap();
     for (weight, expected) in [(0.0, &first), (1.0, &second)] {
         let mut scene = first.clone();
-        blend(&mut scene, 0, &second, 0, weight).unwrap();
+        blend(&mut scene, &second, weight).unwrap();
         assert_same_motion(expected, &scene, 1e-5);
     }
     let mut scene = first.clone();
-    let report = blend(&mut scene, 0, &second, 0, 0.5).unwrap();
+    let report = blend(&mut scene, &second, 0.5).unwrap();
     assert_eq!(report.frames, 281);
     assert_bones_keep_their_lengths(&part(&first, 0, 0), &part(&scene, 0, 0));
     assert_eq!(validate(&scene), []);
     // A motion that is blended with itself, slower, is itself at a speed between.
     let mut slow = first.clone();
-    warp_time(&mut slow, 0, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
+    warp_time(&mut slow, &[(0.0, 0.0), (300.0 / 120.0, 600.0 / 120.0)]).unwrap();
     let mut scene = first.clone();
-    blend(&mut scene, 0, &slow, 0, 0.5).unwrap();
+    blend(&mut scene, &slow, 0.5).unwrap();
     let (at, was_at) = (positions(&scene), positions(&first));
     for (frame, at) in at.iter().enumerate() {
         let was = &was_at[((frame as f32 / 1.5).round() as usize).min(300)];
@@ -234,11 +240,11 @@ fn a_weight_may_change_over_time() {
     let walk = import(WALK);
     let first = part(&walk, 0, 300);
     let mut second = part(&walk, 0, 300);
-    mirror(&mut second, 0, None).unwrap();
+    Mirror::new().apply(&mut second, &StepInput::new()).unwrap();
     // Up to 0.5 s the first alone. The two are equally long and look alike, but a step is one of the other foot.
     let curve = |points: &[(f64, f64)]| BlendWeight::Curve(points.to_vec());
     let mut scene = first.clone();
-    blend(&mut scene, 0, &second, 0, curve(&[(0.5, 0.0), (1.5, 1.0)])).unwrap();
+    blend(&mut scene, &second, curve(&[(0.5, 0.0), (1.5, 1.0)])).unwrap();
     assert_eq!(validate(&scene), []);
     assert_bones_keep_their_lengths(&first, &scene);
     let (old, new) = (positions(&first), positions(&scene));
@@ -261,8 +267,8 @@ fn a_weight_may_change_over_time() {
     assert!(off < 0.02, "{off}");
     // A curve that does not change is a constant weight.
     let (mut flat, mut constant) = (first.clone(), first.clone());
-    blend(&mut flat, 0, &second, 0, curve(&[(0.0, 0.25), (9.0, 0.25)])).unwrap();
-    blend(&mut constant, 0, &second, 0, 0.25).unwrap();
+    blend(&mut flat, &second, curve(&[(0.0, 0.25), (9.0, 0.25)])).unwrap();
+    blend(&mut constant, &second, 0.25).unwrap();
     assert_same_motion(&flat, &constant, 1e-5);
     for (weight, message) in [
         (curve(&[]), "a curve of weights must have at least one point, got 0"),
@@ -277,7 +283,7 @@ fn a_weight_may_change_over_time() {
         ),
     ] {
         let mut scene = first.clone();
-        let error = blend(&mut scene, 0, &second, 0, weight).unwrap_err();
+        let error = blend(&mut scene, &second, weight).unwrap_err();
         assert_eq!(error.diagnostic().message, message);
         assert!(scene == first);
     }
@@ -287,7 +293,8 @@ fn a_weight_may_change_over_time() {
 fn a_layer_changes_its_part_alone() {
     let walk = import(WALK);
     let (mut scene, other) = (part(&walk, 0, 200), part(&walk, 150, 300));
-    layer(&mut scene, 0, &other, 0, LayerPart::Arms).unwrap();
+    let layer = Layer::new().part(LayerPart::Arms);
+    layer.apply(&mut scene, &StepInput::new().other(&other)).unwrap();
     let found = humanoid(&walk);
     let joint = |bone: HumanoidBone| found.joint(bone).unwrap().index();
     let (old, new, donor) = (positions(&walk), positions(&scene), positions(&other));
@@ -305,24 +312,15 @@ fn keys_stay_and_what_lies_between_is_smooth() {
     let walk = import(WALK);
     for interpolation in [KeyInterpolation::Slerp, KeyInterpolation::Squad] {
         let mut all = walk.clone();
-        in_between(
-            &mut all,
-            0,
-            &InBetweenOptions {
-                every: 1,
-                interpolation,
-                ..InBetweenOptions::default()
-            },
-        )
-        .unwrap();
+        InBetween::new()
+            .every(1)
+            .interpolation(interpolation)
+            .apply(&mut all, &StepInput::new())
+            .unwrap();
         assert_same_motion(&walk, &all, 1e-6);
         let mut scene = walk.clone();
-        let options = InBetweenOptions {
-            keys: vec![7],
-            every: 20,
-            interpolation,
-        };
-        assert_eq!(in_between(&mut scene, 0, &options).unwrap().keys.len(), 29);
+        let options = InBetween::new().keys(vec![7]).every(20).interpolation(interpolation);
+        assert_eq!(options.apply(&mut scene, &StepInput::new()).unwrap().keys.len(), 29);
         assert_bones_keep_their_lengths(&walk, &scene);
         let (old, new) = (positions(&walk), positions(&scene));
         for frame in [0, 7, 20, 200, 520, 522] {
@@ -335,16 +333,11 @@ fn keys_stay_and_what_lies_between_is_smooth() {
     // At a key the speed jumps with slerp, and hardly with squad.
     let jump = |interpolation| {
         let mut scene = walk.clone();
-        in_between(
-            &mut scene,
-            0,
-            &InBetweenOptions {
-                every: 20,
-                interpolation,
-                ..InBetweenOptions::default()
-            },
-        )
-        .unwrap();
+        InBetween::new()
+            .every(20)
+            .interpolation(interpolation)
+            .apply(&mut scene, &StepInput::new())
+            .unwrap();
         let at = positions(&scene);
         let bend =
             |frame: usize, node: usize| (at[frame + 1][node] - 2.0 * at[frame][node] + at[frame - 1][node]).length();

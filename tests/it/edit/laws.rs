@@ -1,6 +1,6 @@
 //! What every step keeps, and what each refuses.
 
-use mocap::edit::{EditStep, mirror};
+use mocap::edit::{EditStep, Mirror, Step, StepInput};
 use mocap::process::{trim, validate};
 
 use super::*;
@@ -29,7 +29,7 @@ const STEPS: [&str; 18] = [
 
 fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::EditReport> {
     let step: EditStep = step.parse().unwrap();
-    step.apply(scene, 0, step.needs_other().then_some(other))
+    step.apply(scene, &StepInput::new().other(other))
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn no_step_changes_the_length_of_a_bone() {
         let rate = before.animations[0].ticks_per_second;
         trim(&mut before, 0.0, 2.5 * rate);
         let mut other = before.clone();
-        mirror(&mut other, 0, None).unwrap();
+        Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
         for step in STEPS {
             let mut scene = before.clone();
             apply(step, &mut scene, &other).unwrap_or_else(|error| panic!("{file}: {step}: {error}"));

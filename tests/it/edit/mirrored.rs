@@ -1,6 +1,6 @@
 //! Left and right exchanged.
 
-use mocap::edit::mirror;
+use mocap::edit::{Mirror, Step, StepInput};
 use mocap::figure::{HumanoidBone, humanoid};
 use mocap::process::validate;
 
@@ -31,14 +31,14 @@ fn twice_is_the_identity_and_once_keeps_the_bones() {
         }
         let before = import(file);
         let mut scene = before.clone();
-        let report = mirror(&mut scene, 0, None).unwrap();
+        let report = Mirror::new().apply(&mut scene, &StepInput::new()).unwrap();
         assert_bones_keep_their_lengths(&before, &scene);
         assert_eq!(validate(&scene), [], "{file}");
         assert!(
             report.pairs >= 8 && report.without_partner.is_empty(),
             "{file}: {report:?}"
         );
-        mirror(&mut scene, 0, None).unwrap();
+        Mirror::new().apply(&mut scene, &StepInput::new()).unwrap();
         let off = largest_distance(&exact_positions(&before), &exact_positions(&scene));
         assert!(off < 1e-6, "{file}: {off}");
     }
@@ -51,7 +51,7 @@ fn each_side_does_what_the_other_did() {
     // Its left and right side are equal to a micrometre, which those of CMU's skeletons are not.
     let scene = import("motionbuilder_vicon_walk.bvh");
     let mut other = scene.clone();
-    mirror(&mut other, 0, None).unwrap();
+    Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
     let found = humanoid(&scene);
     let node = |bone: HumanoidBone| found.joint(bone).unwrap().index();
     let (before, after) = (positions(&scene), positions(&other));
@@ -80,7 +80,7 @@ fn each_side_does_what_the_other_did() {
 fn a_walk_goes_on_the_same_way() {
     let scene = import("cmu_12_01_walk.bvh");
     let mut other = scene.clone();
-    mirror(&mut other, 0, None).unwrap();
+    Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
     let hips = humanoid(&scene).joint(HumanoidBone::Hips).unwrap().index();
     let (before, after) = (positions(&scene), positions(&other));
     assert!(before[0][hips].distance(after[0][hips]) < 1e-6);
@@ -103,7 +103,7 @@ fn sides_may_be_turned_and_bent_differently_at_rest() {
         }
         let scene = import(file);
         let mut other = scene.clone();
-        let report = mirror(&mut other, 0, None).unwrap();
+        let report = Mirror::new().apply(&mut other, &StepInput::new()).unwrap();
         assert!(report.largest_asymmetry < 0.5 * most, "{file}: {report:?}");
         let bones = humanoid(&scene).bones;
         let (before, after) = (exact_positions(&scene), exact_positions(&other));

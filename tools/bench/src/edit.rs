@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use mocap::edit::{ContactOptions, EditStep, contacts, mirror};
+use mocap::edit::{ContactOptions, EditStep, Mirror, Step, StepInput, contacts};
 
 use crate::Result;
 use crate::feet::import;
@@ -44,7 +44,7 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
     for scene in scenes {
         let scene = scene?;
         let mut other = scene.clone();
-        mirror(&mut other, 0, None)?;
+        Mirror::new().apply(&mut other, &StepInput::new())?;
         let seconds = scene.animations[0].duration / scene.animations[0].ticks_per_second;
         lengths.push(seconds);
         let mut least = vec![f64::INFINITY; rows.len()];
@@ -60,7 +60,7 @@ pub(crate) fn measure(rounds: usize) -> Result<()> {
                     step => {
                         let step: EditStep = step.parse()?;
                         let start = Clock::start();
-                        step.apply(&mut copy, 0, step.needs_other().then_some(&other))?;
+                        step.apply(&mut copy, &StepInput::new().other(&other))?;
                         start.elapsed()
                     }
                 };

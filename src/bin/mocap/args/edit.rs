@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
-use mocap::edit::{EDIT_STEPS, EditStep};
-use mocap::job::SourceSpace;
+use mocap::edit::{EditStep, Loop};
+use mocap::job::{SourceMap, SourceSpace};
 
 use super::{FbxOutArgs, FrameRateArgs};
 
@@ -41,6 +41,8 @@ pub(crate) struct EditArgs {
     pub(crate) fbx: FbxOutArgs,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
+    #[command(flatten)]
+    pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
 }
@@ -88,18 +90,21 @@ impl FromArgMatches for Steps {
 }
 
 fn parse_loop(text: &str) -> Result<EditStep, String> {
-    let is_frame = |frame: &str| frame.parse::<usize>().is_ok();
-    match text.split_once("..") {
-        Some((first, last)) if is_frame(first) && is_frame(last) => parse_step(&format!("loop:frames={text}")),
-        _ => Err("it must be two frames, such as 10..140".to_owned()),
+    let frame = |frame: &str| frame.parse::<usize>().ok();
+    let frames = text
+        .split_once("..")
+        .and_then(|(first, last)| Some([frame(first)?, frame(last)?]));
+    match frames {
+        Some(frames) => Ok(Loop::new().frames(Some(frames)).into()),
+        None => Err("it must be two frames, such as 10..140".to_owned()),
     }
 }
 
 fn parse_step(text: &str) -> Result<EditStep, String> {
     text.parse().map_err(|error: mocap::Error| {
         let diagnostic = error.diagnostic();
-        match &diagnostic.expected {
-            Some(expected) => format!("{}; the steps are {expected}", diagnostic.message),
+        match &diagnostic.help {
+            Some(help) => format!("{}; {help}", diagnostic.message),
             None => diagnostic.message.clone(),
         }
     })
@@ -109,10 +114,10 @@ fn parse_step(text: &str) -> Result<EditStep, String> {
 fn steps() -> String {
     const INDENT: usize = 14;
     const WIDTH: usize = 100;
-    let mut text = "Steps (S: seconds, M: metres):\n".to_owned();
-    for (name, help) in EDIT_STEPS {
-        let mut line = format!("  {name:<10}  ");
-        for word in help.split(' ') {
+    let mut text = "Steps (S: seconds, M: metres, N: a number):\n".to_owned();
+    for step in EditStep::ALL {
+        let mut line = format!("  {:<10}  ", step.name);
+        for word in step.to_string().split(' ') {
             if line.len() + word.len() > WIDTH {
                 text += &format!("{}\n", line.trim_end());
                 line = " ".repeat(INDENT);

@@ -1,20 +1,18 @@
 //! `mocap edit`: changes a motion.
 
-mod sentence;
-
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditReport, contacts};
+use mocap::edit::{ContactOptions, EditReport, StepInput, StepReport, contacts};
+use mocap::figure::{Humanoid, humanoid};
 use mocap::files::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::{AppliedStep, Scene};
 use mocap::{Conversion, SkeletonMesh, arrays};
 
-use self::sentence::sentence;
 use super::plot::joints_named;
 use super::{
-    check_json, convert_aloud, extension, import_moving, output_format, print_json, scene_bytes, short_name,
+    check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes, short_name,
     unknown_extension, write_drawing, write_output, write_whole_output,
 };
 use crate::args::{EditArgs, Given};
@@ -51,13 +49,21 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         .map(|file| import(args, file, &format))
         .collect::<Result<Vec<Scene>, _>>()?;
     let mut scene = scenes.remove(0);
+    let bones = bones(args, &scene)?;
     let mut reports: Vec<EditReport> = Vec::new();
     for (step, other) in args.steps.0.iter().zip(others) {
+        let mut input = StepInput::new();
+        if let Some(other) = other {
+            input = input.other(&scenes[other]);
+        }
+        if let Some(bones) = &bones {
+            input = input.humanoid(bones);
+        }
         let found = step
-            .apply(&mut scene, 0, other.map(|other| &scenes[other]))
+            .apply(&mut scene, &input)
             .map_err(|error| error.with_path(&args.inputs[0]))?;
         if !args.json {
-            report::say(&sentence(&found));
+            report::say(&found.to_string());
         }
         reports.push(found);
     }
@@ -68,7 +74,8 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
                 hands: true,
                 ..ContactOptions::default()
             };
-            let found = contacts(&scene, 0, None, &options).map_err(|error| error.with_path(&args.inputs[0]))?;
+            let found = contacts(&scene, 0, bones.as_ref(), &options);
+            let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
             let bytes = match extension(file).as_str() {
                 "npz" => arrays::npz::write_contacts(&found),
                 _ => serde_json::to_vec(&found).unwrap_or_default(),
@@ -97,20 +104,26 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
 
 /// Draws curves of the changed motion, with the keys of the last step.
 fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) -> Result<(), Failure> {
-    let keys = last
-        .filter(|last| last.step.starts_with("in-between"))
-        .and_then(|last| last.changed["keys"].as_array());
+    let marked_frames = match last.map(|last| &last.changed) {
+        Some(StepReport::InBetween(report)) => report.keys.clone(),
+        _ => Vec::new(),
+    };
     let options = PlotOptions {
-        marked_frames: keys
-            .into_iter()
-            .flatten()
-            .filter_map(|key| Some(key.as_u64()? as usize))
-            .collect(),
+        marked_frames,
         ..PlotOptions::default()
     };
     let name = short_name(&args.output);
     let clip = Clip { name: &name, scene };
     write_drawing(&plot(&clip, &joints_named(scene, &args.joint)?, &options), file)
+}
+
+/// The bones where `--map` names some; else each step finds them.
+fn bones(args: &EditArgs, scene: &Scene) -> Result<Option<Humanoid>, Failure> {
+    let map = args.map.bones_here();
+    match map.is_empty() {
+        true => Ok(None),
+        false => mapped(humanoid(scene), scene, map, "--map").map(Some),
+    }
 }
 
 /// The motion that each step takes beside the first, counted from 0 after it.
@@ -160,6 +173,7 @@ fn import(args: &EditArgs, file: &Path, format: &str) -> Result<Scene, Failure> 
     // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
     let conversion = Conversion::new()
         .first_frame(FirstFrame::DropRestPose)
+        .bones(args.map.bones_here())
         .keep_units(format == "bvh");
     convert_aloud(&conversion, &mut scene, file)?;
     Ok(scene)

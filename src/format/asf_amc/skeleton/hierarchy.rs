@@ -1,9 +1,9 @@
 //! Reads the section with the parent of each bone, and sorts the bones depth-first.
 
 use super::{Bone, Reader};
-use crate::error::{Code, Diagnostic};
+use crate::error::{Code, Diagnostic, nearest};
 use crate::format::asf_amc::Failure;
-use crate::format::text::{Word, decode_name, nearest, quote};
+use crate::format::text::{Word, decode_name, quote};
 use crate::limits::{Limits, limit_exceeded};
 
 impl Reader<'_, '_> {

@@ -5,8 +5,8 @@ use glam::Vec3;
 use super::super::Failure;
 use super::super::channel::ChannelKind;
 use super::{Reader, is_structure};
-use crate::error::{Code, Diagnostic};
-use crate::format::text::{Word, decode_name, nearest, number, quote};
+use crate::error::{Code, Diagnostic, nearest};
+use crate::format::text::{Word, decode_name, number, quote};
 use crate::limits::FARTHEST;
 use crate::math::rotation::Axis;
 

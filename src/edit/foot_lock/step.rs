@@ -1,0 +1,86 @@
+//! The step of [`foot_lock`](super::foot_lock()), whose options are all that text and JSON can hold.
+
+use std::fmt;
+
+use super::{FootLockOptions, FootLockReport, foot_lock};
+use crate::edit::quantity::centimetres;
+use crate::edit::step::step;
+use crate::edit::{ContactOptions, Step, StepInput, StepKey, Takes};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Holds feet still in contact and above the floor: [`foot_lock`](super::foot_lock()), whose options know more.
+    ///
+    /// # Errors
+    /// As [`foot_lock`](super::foot_lock()).
+    FootLock {
+        /// Seconds in which a shift eases out after a contact, and in before one. Default: 0.2.
+        blend: f64 = FootLockOptions::default().blend, Takes::Seconds;
+        /// The largest height of a foot in contact above the level of rest, in metres. Default: 0.05.
+        height: f64 = ContactOptions::default().height, Takes::Metres;
+        /// The largest speed of a foot in contact, in metres per second. Default: 0.25.
+        speed: f64 = ContactOptions::default().speed, Takes::MetresPerSecond;
+        /// How many times as high or as fast a foot in contact must be to leave. Default: 1.6.
+        release: f64 = ContactOptions::default().release, Takes::Factor;
+        /// The shortest contact, in seconds; shorter ones are dropped. Default: 0.08.
+        shortest: f64 = ContactOptions::default().shortest, Takes::Seconds;
+        /// The shortest gap between two contacts, in seconds; shorter ones are closed. Default: 0.05.
+        gap: f64 = ContactOptions::default().gap, Takes::Seconds;
+        /// The height of the floor along the up axis, in metres. Default: where the feet rest.
+        floor: Option<f32> = None, Takes::Metres;
+        /// The largest change of any other joint, in metres: a foot that would take a knee or the hips farther gives
+        /// way, and keeps a part of its slide. Default: `None`, no foot slides.
+        largest_change: Option<f64> = None, Takes::Metres;
+    }
+}
+
+impl Step for FootLock {
+    const NAME: &'static str = "foot-lock";
+    const HELP: &'static str = "hold feet still in contact and above the floor";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = FootLockReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FootLockReport> {
+        let options = FootLockOptions {
+            contacts: ContactOptions {
+                height: self.height,
+                speed: self.speed,
+                release: self.release,
+                shortest: self.shortest,
+                gap: self.gap,
+                hands: false,
+            },
+            blend: self.blend,
+            floor: self.floor,
+            largest_change: self.largest_change,
+            humanoid: input.humanoid.cloned(),
+            ..FootLockOptions::default()
+        };
+        foot_lock(scene, input.animation, &options)
+    }
+}
+
+impl fmt::Display for FootLockReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} contacts; the feet slid {} in them, now {}; feet shifted by {} at most, hips lowered by {} at most",
+            self.contacts,
+            centimetres(self.slide_before),
+            centimetres(self.slide_after),
+            centimetres(self.largest_shift),
+            centimetres(self.hips_lowered),
+        )?;
+        if !self.largest_other_joint.is_empty() {
+            let by = centimetres(self.largest_other_change);
+            write!(
+                f,
+                "; of the other joints {} moved most, by {by}",
+                self.largest_other_joint
+            )?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,232 @@
+//! The list of steps.
+
+use std::fmt;
+
+use serde::de::Error as _;
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value};
+
+use super::step::{keys_of, recorded};
+use super::{
+    Blend, Concat, Despike, Fill, FootLock, InBetween, Layer, Loop, Mirror, Smooth, Step, StepInfo, StepInput, Warp,
+    text,
+};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// Declares [`EditStep`] and [`StepReport`] from one list of the types that are steps.
+macro_rules! steps {
+    ($($step:ident)*) => {
+        /// Any of the steps, with its options.
+        ///
+        /// As text it is `NAME:key=value,...`, as the command line takes it; as JSON an object with the name in `step`
+        /// and the options beside it, or that text.
+        ///
+        /// ```
+        /// use mocap::edit::{EditStep, StepInput, StepReport};
+        ///
+        /// let step: EditStep = "smooth:cut-off=8".parse()?;
+        /// assert_eq!(step.to_string(), "smooth:cut-off=8.0,filter=butterworth");
+        /// let same = serde_json::json!({"step": "smooth", "cut-off": 8});
+        /// assert_eq!(serde_json::from_value::<EditStep>(same).unwrap(), step);
+        ///
+        /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+        /// let report = step.apply(&mut scene, &StepInput::new())?;
+        /// let StepReport::Smooth(changed) = report.changed else { unreachable!() };
+        /// assert!(changed.largest_rotation > 0.0);
+        /// # Ok::<(), mocap::Error>(())
+        /// ```
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum EditStep {
+            $(#[doc = concat!("[`", stringify!($step), "`].")] $step($step),)*
+        }
+
+        /// What a step changed, as the step itself reports it.
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[serde(untagged)]
+        #[non_exhaustive]
+        pub enum StepReport {
+            $(#[doc = concat!("Of [`", stringify!($step), "`].")] $step(<$step as Step>::Report),)*
+        }
+
+        impl EditStep {
+            /// Every step.
+            pub const ALL: &[StepInfo] = &[$(StepInfo::of::<$step>()),*];
+
+            fn info(&self) -> StepInfo {
+                match self { $(Self::$step(_) => StepInfo::of::<$step>(),)* }
+            }
+
+            /// The number of the second motion among the inputs of a command, counted from 1, where the options state
+            /// it.
+            pub fn with(&self) -> Option<usize> {
+                match self { $(Self::$step(step) => step.with(),)* }
+            }
+
+            fn keys(&self) -> Map<String, Value> {
+                match self { $(Self::$step(step) => keys_of(step),)* }
+            }
+
+            /// As files record it.
+            fn recorded(&self) -> Value {
+                match self { $(Self::$step(step) => recorded($step::NAME, step),)* }
+            }
+
+            /// The step of a name with these options; `None` if there is no step of this name.
+            pub(super) fn with_keys(name: &str, keys: Map<String, Value>, stated: &str) -> Option<Result<Self>> {
+                $(if name == $step::NAME {
+                    return Some(text::read(keys, stated).map(Self::$step));
+                })*
+                None
+            }
+
+            fn report(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<StepReport> {
+                match self { $(Self::$step(step) => step.apply(scene, input).map(StepReport::$step),)* }
+            }
+        }
+
+        impl fmt::Display for StepReport {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                match self { $(Self::$step(report) => report.fmt(f),)* }
+            }
+        }
+
+        $(impl From<$step> for EditStep {
+            fn from(step: $step) -> Self {
+                Self::$step(step)
+            }
+        })*
+    };
+}
+
+// In the order of the help.
+steps! { FootLock Mirror Smooth Despike Fill Loop Concat Blend Layer Warp InBetween }
+
+impl EditStep {
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        self.info().name
+    }
+
+    /// Whether it takes a second motion.
+    pub fn needs_other(&self) -> bool {
+        self.info().takes_other
+    }
+
+    /// Applies the step to a scene, and records it in [`Metadata::steps`](crate::scene::Metadata::steps).
+    ///
+    /// # Errors
+    /// Those of the step; [`Code::InvalidValue`](crate::Code::InvalidValue) without a second motion that it needs.
+    /// `scene` is then unchanged.
+    pub fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<EditReport> {
+        let changed = self.report(scene, input)?;
+        let other = input.other.filter(|_| self.needs_other());
+        let origin = other.and_then(|other| other.metadata.origin.as_ref());
+        Ok(EditReport {
+            step: self.clone(),
+            with: origin.map(|origin| origin.name.clone()),
+            changed,
+        })
+    }
+
+    /// The step of a JSON value, as files record it: an object with the name in `step` and the options beside it, or the
+    /// step as text.
+    ///
+    /// ```
+    /// use mocap::edit::EditStep;
+    ///
+    /// let error = EditStep::from_value(&serde_json::json!({"step": "smooth", "cutoff": 8})).unwrap_err();
+    /// assert_eq!(error.code().as_str(), "unknown-option");
+    /// assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean cut-off?"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::UnknownOption`](crate::Code::UnknownOption) for a step or an option that does not exist,
+    /// [`Code::InvalidValue`](crate::Code::InvalidValue) for a value that an option does not take.
+    pub fn from_value(value: &Value) -> Result<Self> {
+        match value {
+            Value::String(text) => text.parse(),
+            value => text::from_object(value),
+        }
+    }
+}
+
+/// An object with the name in `step`, and the options beside it.
+impl Serialize for EditStep {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let keys = self.keys();
+        let mut map = serializer.serialize_map(Some(keys.len() + 1))?;
+        map.serialize_entry("step", self.name())?;
+        for (key, value) in &keys {
+            map.serialize_entry(key, value)?;
+        }
+        map.end()
+    }
+}
+
+/// That object, or the step as text.
+impl<'de> Deserialize<'de> for EditStep {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = Value::deserialize(deserializer)?;
+        Self::from_value(&value).map_err(|error| D::Error::custom(error.diagnostic()))
+    }
+}
+
+/// The name and every option, also those that were not given, in the order of their names.
+impl fmt::Display for EditStep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&text::of(self.info(), &self.keys()))
+    }
+}
+
+/// Parses `NAME` or `NAME:key=value,...`.
+impl std::str::FromStr for EditStep {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        text::parse(text)
+    }
+}
+
+/// What a step changed.
+///
+/// It prints as the line of `mocap edit`, for example `fill: 2 gaps filled, 0 longer ones left; ...`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct EditReport {
+    /// The step with all its options. In JSON it is text.
+    #[serde(serialize_with = "step_as_text")]
+    pub step: EditStep,
+    /// The file of the second motion, of a step that takes one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub with: Option<String>,
+    /// What it changed. In JSON its numbers have the digits of 64 bits.
+    #[serde(serialize_with = "as_value")]
+    pub changed: StepReport,
+}
+
+fn step_as_text<S: Serializer>(step: &EditStep, serializer: S) -> Result<S::Ok, S::Error> {
+    let keys = match step.recorded() {
+        Value::Object(keys) => keys,
+        _ => Map::new(),
+    };
+    serializer.serialize_str(&text::of(step.info(), &keys))
+}
+
+fn as_value<S: Serializer>(report: &StepReport, serializer: S) -> Result<S::Ok, S::Error> {
+    let value = serde_json::to_value(report).map_err(serde::ser::Error::custom)?;
+    value.serialize(serializer)
+}
+
+impl fmt::Display for EditReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.step.name())?;
+        if let Some(file) = &self.with {
+            write!(f, " with {file}")?;
+        }
+        write!(f, ": {}", self.changed)
+    }
+}

@@ -1,0 +1,14 @@
+//! Numbers with their units, as reports print them.
+
+/// A length in metres, in centimetres.
+pub(super) fn centimetres(metres: impl Into<f64>) -> String {
+    format!("{:.1} cm", 100.0 * metres.into())
+}
+
+pub(super) fn metres(metres: impl Into<f64>) -> String {
+    format!("{:.2} m", metres.into())
+}
+
+pub(super) fn degrees(degrees: impl Into<f64>) -> String {
+    format!("{:.1} degrees", degrees.into())
+}

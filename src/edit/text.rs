@@ -1,0 +1,415 @@
+//! Steps as text, `NAME:key=value,...`, and as JSON: from and to the values of serde, for all steps alike.
+
+use serde_json::{Map, Number, Value};
+
+use super::step::WITH;
+use super::{EditStep, StepInfo, StepKey, Takes};
+use crate::error::{Code, Diagnostic, Result, nearest};
+
+/// The text of a step with these options.
+pub(super) fn of(step: StepInfo, keys: &Map<String, Value>) -> String {
+    let mut names: Vec<&String> = keys.keys().collect();
+    names.sort();
+    let parts: Vec<String> = names
+        .into_iter()
+        .filter_map(|name| {
+            let key = step.keys.iter().find(|key| key.name() == *name)?;
+            let text = print(key.takes, &keys[name])?;
+            Some(match key.takes {
+                Takes::Moments => text,
+                _ => format!("{name}={text}"),
+            })
+        })
+        .collect();
+    match parts.is_empty() {
+        true => step.name.to_owned(),
+        false => format!("{}:{}", step.name, parts.join(",")),
+    }
+}
+
+/// The step of a text.
+pub(super) fn parse(text: &str) -> Result<EditStep> {
+    let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+    let step = named(name)?;
+    let moments = step.keys.iter().find(|key| key.takes == Takes::Moments);
+    let mut keys = Map::new();
+    for part in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+        let Some((key, value)) = part.split_once('=') else {
+            return refuse(format!("{part:?} in the step {text:?} is not key=value"));
+        };
+        if let (Some(moments), Value::Number(from)) = (moments, scalar(key)) {
+            let pair = Value::Array(vec![Value::Number(from), scalar(value)]);
+            let pairs = keys.entry(moments.name()).or_insert(Value::Array(Vec::new()));
+            pairs
+                .as_array_mut()
+                .into_iter()
+                .for_each(|pairs| pairs.push(pair.clone()));
+            continue;
+        }
+        let key = known(step, key)?;
+        keys.insert(key.name(), parsed(key.takes, value));
+    }
+    with_keys(step, keys, text)
+}
+
+/// The step of a JSON object.
+pub(super) fn from_object(value: &Value) -> Result<EditStep> {
+    let Some((object, name)) = value
+        .as_object()
+        .and_then(|map| Some((map, map.get("step")?.as_str()?)))
+    else {
+        return refuse(format!(
+            "a step is an object with its name in \"step\", or a text such as \"smooth:cut-off=8\", got {value}"
+        ));
+    };
+    let step = named(name)?;
+    let mut keys = Map::new();
+    for (key, value) in object.iter().filter(|(key, _)| *key != "step") {
+        keys.insert(known(step, key)?.name(), value.clone());
+    }
+    with_keys(step, keys, &value.to_string())
+}
+
+fn with_keys(step: StepInfo, keys: Map<String, Value>, stated: &str) -> Result<EditStep> {
+    if let Some(place) = keys.get(WITH).filter(|place| !place.is_null())
+        && place.as_u64().is_none_or(|place| place < 2)
+    {
+        return refuse(not_taken(WITH, Takes::Input, stated, place));
+    }
+    let step_of = EditStep::with_keys(step.name, keys, stated);
+    step_of.unwrap_or_else(|| refuse(format!("there is no step {:?}", step.name)))
+}
+
+fn named(name: &str) -> Result<StepInfo> {
+    if let Some(step) = EditStep::ALL.iter().find(|step| step.name == name) {
+        return Ok(*step);
+    }
+    let names: Vec<&str> = EditStep::ALL.iter().map(|step| step.name).collect();
+    let unknown = Diagnostic::new(Code::UnknownOption, format!("there is no step {name:?}"));
+    let unknown = match nearest(name, names.iter().copied()) {
+        Some(near) => unknown.help(format!("did you mean {near}?")),
+        None => unknown.help(format!("the steps are {}", names.join(", "))),
+    };
+    Err(unknown.into())
+}
+
+/// The key of a name, in which `_` may stand for `-`.
+fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
+    let field = name.replace('-', "_");
+    if let Some(key) = step.keys.iter().find(|key| key.field == field) {
+        return Ok(key);
+    }
+    let names: Vec<String> = step.keys.iter().map(StepKey::name).collect();
+    let message = format!("the step {} has no key {name:?}", step.name);
+    let unknown = Diagnostic::new(Code::UnknownOption, message);
+    let unknown = match nearest(name, names.iter().map(String::as_str)) {
+        Some(near) => unknown.help(format!("did you mean {near}?")),
+        None if names.is_empty() => unknown.help("it has none"),
+        None => unknown.help(format!("it has {}", names.join(", "))),
+    };
+    Err(unknown.into())
+}
+
+/// The step with these options, which are those of its table. `stated` is the step as it was given, for a message.
+pub(super) fn read<S: super::Step>(keys: Map<String, Value>, stated: &str) -> Result<S> {
+    let value = Value::Object(keys);
+    serde_path_to_error::deserialize(&value).or_else(|error| {
+        let field = match error.path().iter().next() {
+            Some(serde_path_to_error::Segment::Map { key }) => key.clone(),
+            _ => String::new(),
+        };
+        match S::KEYS.iter().find(|key| key.name() == field) {
+            Some(key) => refuse(not_taken(&field, key.takes, stated, &value[&field])),
+            // What is wrong is not one value, but how they go together.
+            None => refuse(format!("the step {stated:?}: {}", error.inner())),
+        }
+    })
+}
+
+fn not_taken(key: &str, takes: Takes, stated: &str, value: &Value) -> String {
+    let found = print(takes, value).unwrap_or_else(|| value.to_string());
+    format!("{key} takes {takes}, got {found:?} in the step {stated:?}")
+}
+
+fn refuse<T>(message: String) -> Result<T> {
+    Err(Diagnostic::new(Code::InvalidValue, message).into())
+}
+
+/// The value of a text; what it cannot be read as stays text, which the step refuses.
+fn parsed(takes: Takes, text: &str) -> Value {
+    let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
+    match takes {
+        Takes::FrameRange => list("..", scalar),
+        Takes::Frames => list("+", scalar),
+        Takes::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
+        Takes::Weights => list("+", |part| match part.split_once(':') {
+            Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
+            None => Value::from(part),
+        }),
+        Takes::Path => list("+", point),
+        _ => scalar(text),
+    }
+}
+
+/// `M/M` or `SECONDS:M/M`.
+fn point(text: &str) -> Value {
+    let (seconds, at) = match text.split_once(':') {
+        Some((seconds, at)) => (scalar(seconds), at),
+        None => (Value::Null, text),
+    };
+    let at: Vec<Value> = at.split('/').map(scalar).collect();
+    Value::Object(Map::from_iter([
+        ("seconds".to_owned(), seconds),
+        ("at".to_owned(), Value::from(at)),
+    ]))
+}
+
+/// A number, true, false, or a word.
+fn scalar(text: &str) -> Value {
+    let text = text.trim();
+    let number = || {
+        let whole = text.parse::<u64>().ok().map(Number::from);
+        whole.or_else(|| Number::from_f64(text.parse().ok()?))
+    };
+    match text {
+        "true" => Value::Bool(true),
+        "false" => Value::Bool(false),
+        _ => number().map_or_else(|| Value::from(text), Value::Number),
+    }
+}
+
+/// The text of a value; `None` for an empty list. What does not have the form of `takes` is printed as it is.
+fn print(takes: Takes, value: &Value) -> Option<String> {
+    let joined = |separator: &str, item: fn(&Value) -> String| match value {
+        Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),
+        other => Some(word(other)),
+    };
+    match takes {
+        Takes::FrameRange => joined("..", word),
+        Takes::Frames => joined("+", word),
+        Takes::Weights => joined("+", |pair| joined_pair(pair, ":")),
+        Takes::Moments => joined(",", |pair| joined_pair(pair, "=")),
+        Takes::Path => joined("+", |point| {
+            let at = joined_pair(&point["at"], "/");
+            match &point["seconds"] {
+                Value::Null => at,
+                seconds => format!("{}:{at}", short(seconds)),
+            }
+        }),
+        _ => Some(word(value)),
+    }
+}
+
+fn joined_pair(pair: &Value, separator: &str) -> String {
+    match pair {
+        Value::Array(items) => items.iter().map(short).collect::<Vec<_>>().join(separator),
+        other => word(other),
+    }
+}
+
+/// A number of a point without the `.0` of a whole one.
+fn short(value: &Value) -> String {
+    value.as_f64().map_or_else(|| word(value), |number| number.to_string())
+}
+
+fn word(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::error::Error;
+
+    /// Texts, and what they print as: every option, in the order of the names.
+    const TEXTS: [(&str, &str); 20] = [
+        (
+            "foot-lock",
+            "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
+        ),
+        (
+            "foot-lock:speed=0.3,largest-change=0.02",
+            "foot-lock:blend=0.2,gap=0.05,height=0.05,largest-change=0.02,release=1.6,shortest=0.08,speed=0.3",
+        ),
+        ("mirror", "mirror"),
+        ("smooth:filter=gaussian", "smooth:cut-off=6.0,filter=gaussian"),
+        ("smooth:cut_off=8", "smooth:cut-off=8.0,filter=butterworth"),
+        (
+            "despike:longest=2",
+            "despike:angle=3.0,distance=0.02,longest=2,threshold=8.0",
+        ),
+        ("fill", "fill:longest=0.5,shortest=0.0"),
+        (
+            "loop:frames=10..140,in-place=true",
+            "loop:blend=0.3,frames=10..140,in-place=true,longest=4.0,shortest=0.6",
+        ),
+        ("loop", "loop:blend=0.3,in-place=false,longest=4.0,shortest=0.6"),
+        ("concat:align=false", "concat:align=false,blend=0.3"),
+        ("concat:with=3", "concat:align=true,blend=0.3,with=3"),
+        ("blend:weight=0.25", "blend:weight=0.25"),
+        ("blend", "blend:weight=0.5"),
+        ("blend:weight=0:0+1.5:1", "blend:weight=0:0+1.5:1"),
+        (
+            "warp:path=0:0/0+2.5:-1/2.25",
+            "warp:facing=along,path=0:0/0+2.5:-1/2.25",
+        ),
+        (
+            "warp:path=0/0+1/2+3/-1,facing=kept",
+            "warp:facing=kept,path=0/0+1/2+3/-1",
+        ),
+        ("layer:part=legs", "layer:part=legs"),
+        ("warp:0=0,1.5=3", "warp:0=0,1.5=3"),
+        ("warp:speed=2", "warp:speed=2.0"),
+        (
+            "in-between:keys=3+9,every=20,interpolation=slerp",
+            "in-between:every=20,interpolation=slerp,keys=3+9",
+        ),
+    ];
+
+    #[test]
+    fn a_step_is_the_same_as_text_and_as_a_value() {
+        for (text, printed) in TEXTS {
+            let step: EditStep = text.parse().unwrap();
+            assert_eq!(step.to_string(), printed);
+            assert_eq!(printed.parse::<EditStep>().unwrap(), step, "{text}");
+            let value = serde_json::to_value(&step).unwrap();
+            assert_eq!(value["step"], step.name());
+            assert_eq!(serde_json::from_value::<EditStep>(value).unwrap(), step, "{text}");
+            assert_eq!(serde_json::from_value::<EditStep>(json!(text)).unwrap(), step, "{text}");
+        }
+        // Every step is among them.
+        for step in EditStep::ALL {
+            assert!(
+                TEXTS.iter().any(|(text, _)| text.starts_with(step.name)),
+                "{}",
+                step.name
+            );
+        }
+        assert_eq!("blend:with=3".parse::<EditStep>().unwrap().with(), Some(3));
+    }
+
+    #[test]
+    fn values_have_the_types_of_their_options() {
+        for (text, value) in [
+            ("smooth:cut-off=8", json!({"step": "smooth", "cut-off": 8})),
+            (
+                "loop:frames=10..140",
+                json!({"step": "loop", "frames": [10, 140], "in_place": false}),
+            ),
+            (
+                "blend:weight=0:0+1.5:1",
+                json!({"step": "blend", "weight": [[0, 0], [1.5, 1]]}),
+            ),
+            ("warp:0=0,1.5=3", json!({"step": "warp", "moments": [[0, 0], [1.5, 3]]})),
+            (
+                "warp:path=0/0+1/2",
+                json!({"step": "warp", "path": [{"at": [0, 0]}, {"at": [1, 2]}]}),
+            ),
+            ("in-between:keys=3", json!({"step": "in-between", "keys": [3]})),
+        ] {
+            assert_eq!(EditStep::from_value(&value).unwrap(), text.parse().unwrap(), "{text}");
+        }
+    }
+
+    fn refused(result: Result<EditStep>) -> (Code, String, Option<String>) {
+        let error: Error = result.unwrap_err();
+        let diagnostic = error.diagnostic();
+        (diagnostic.code, diagnostic.message.clone(), diagnostic.help.clone())
+    }
+
+    #[test]
+    fn names_that_do_not_exist_find_their_neighbour() {
+        for (text, message, help) in [
+            ("smoth", "there is no step \"smoth\"", "did you mean smooth?"),
+            (
+                "smooth:cutoff=8",
+                "the step smooth has no key \"cutoff\"",
+                "did you mean cut-off?",
+            ),
+            (
+                "smooth:with=2",
+                "the step smooth has no key \"with\"",
+                "it has filter, cut-off",
+            ),
+            ("mirror:axis=x", "the step mirror has no key \"axis\"", "it has none"),
+        ] {
+            let (code, found, hint) = refused(text.parse());
+            assert_eq!(
+                (code, found.as_str(), hint.as_deref()),
+                (Code::UnknownOption, message, Some(help))
+            );
+        }
+        let (_, _, help) = refused("shake".parse());
+        assert!(help.unwrap().starts_with("the steps are foot-lock, mirror, smooth"));
+        let value = json!({"step": "smooth", "cutoff": 8});
+        assert_eq!(
+            refused(EditStep::from_value(&value)).2.as_deref(),
+            Some("did you mean cut-off?")
+        );
+    }
+
+    #[test]
+    fn a_bad_value_says_what_its_option_takes() {
+        for (text, message) in [
+            ("smooth:8", "\"8\" in the step \"smooth:8\" is not key=value"),
+            (
+                "fill:longest=soon",
+                "longest takes a time in seconds such as 0.5, got \"soon\"",
+            ),
+            (
+                "foot-lock:floor=nan",
+                "floor takes a length in metres such as 0.05, got \"nan\"",
+            ),
+            (
+                "smooth:filter=mean",
+                "filter takes butterworth or gaussian, got \"mean\"",
+            ),
+            ("loop:frames=3", "frames takes two frames such as 20..140, got \"3\""),
+            (
+                "in-between:every=2.5",
+                "every takes a whole number of frames such as 20, got \"2.5\"",
+            ),
+            (
+                "blend:weight=0:0+1",
+                "weight takes a weight from 0 to 1 such as 0.5, or a curve",
+            ),
+            ("warp:path=1/2+3", "path takes points M/M+... such as 0/0+1/2"),
+            (
+                "warp:0=soon",
+                "moments takes pairs of times in seconds such as 0=0,1.5=3, got \"0=soon\"",
+            ),
+            (
+                "blend:with=b.bvh",
+                "with takes the number of a motion among the inputs, 2 or more, got \"b.bvh\"",
+            ),
+            (
+                "blend:with=1",
+                "with takes the number of a motion among the inputs, 2 or more, got \"1\"",
+            ),
+            ("warp:speed=0", "the step \"warp:speed=0\": speed must be above 0"),
+            ("warp", "the step \"warp\": a warp has either"),
+            ("warp:path=1/1,0=0", "the step \"warp:path=1/1,0=0\": a warp has either"),
+            ("warp:0=0,speed=2", "the step \"warp:0=0,speed=2\": a warp has either"),
+            ("warp:facing=kept", "the step \"warp:facing=kept\": a warp has either"),
+        ] {
+            let (code, found, _) = refused(text.parse());
+            assert_eq!(code, Code::InvalidValue, "{text}");
+            assert!(found.starts_with(message), "{text}: {found}");
+        }
+        for value in [json!({"cut-off": 8}), json!(8), json!(null), json!({"step": 3})] {
+            let (code, found, _) = refused(EditStep::from_value(&value));
+            assert_eq!(code, Code::InvalidValue);
+            assert!(
+                found.starts_with("a step is an object with its name in \"step\""),
+                "{found}"
+            );
+        }
+        let (_, found, _) = refused(EditStep::from_value(&json!({"step": "loop", "frames": [20]})));
+        assert!(
+            found.starts_with("frames takes two frames such as 20..140, got \"20\""),
+            "{found}"
+        );
+    }
+}

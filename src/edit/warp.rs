@@ -1,0 +1,156 @@
+//! Moves moments, or bends the path over the ground.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::warp_path::{PathFacing, PathPoint, WarpPathReport, warp_path};
+use super::warp_time::{WarpTimeReport, warp_time};
+use super::{Step, StepInput, StepKey, Takes};
+use crate::error::Result;
+use crate::scene::Scene;
+
+/// Makes parts of a motion faster or slower, or bends its path over the ground.
+///
+/// Frames keep their rate; what is between two of the earlier frames is interpolated.
+///
+/// ```
+/// use mocap::edit::{Step, StepInput, Warp, WarpReport};
+///
+/// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?; // 0.9 s
+/// let WarpReport::Time(report) = Warp::Moments(vec![(0.0, 0.0), (0.9, 1.8)]).apply(&mut scene, &StepInput::new())?
+/// else {
+///     unreachable!()
+/// };
+/// assert!((report.seconds - 1.8).abs() < 1e-9);
+/// assert_eq!(scene.animations[0].frame_count(), 19);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+///
+/// Of times: [`Code::InvalidValue`](crate::Code::InvalidValue) where they are not finite, negative, or do not increase;
+/// [`Code::LimitExceeded`](crate::Code::LimitExceeded) where the result would be far longer than the motion.
+///
+/// Of a path: [`Code::InvalidValue`](crate::Code::InvalidValue) without points, or where a number is not finite, or the
+/// times are negative, do not increase from frame to frame, or are after the end, or some points have times and others
+/// not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WarpKeys", into = "WarpKeys")]
+#[non_exhaustive]
+pub enum Warp {
+    /// Pairs of a time in the motion and the time at which it is to be, in seconds, both increasing. Between them time
+    /// runs evenly, and before the first and after the last as it did. With the two of every pair exchanged it is the
+    /// inverse.
+    Moments(Vec<(f64, f64)>),
+    /// How many times as fast all of the motion is to be, above 0.
+    Speed(f64),
+    /// The figure is at every point at its time. What it does besides, such as swaying from step to step, stays: both
+    /// paths are natural cubic splines, one through the positions where the figure was, the other through the points,
+    /// and the figure keeps its offset from the first one (motion warping: Witkin and Popovic, 1995). Beyond the first
+    /// and the last point the paths go on straight. Heights and poses stay.
+    Path {
+        /// The points, in the order of time.
+        points: Vec<PathPoint>,
+        /// Where the figure looks.
+        facing: PathFacing,
+    },
+}
+
+/// The options by their names, of which a warp has those that go together.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct WarpKeys {
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    moments: Vec<(f64, f64)>,
+    speed: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    path: Vec<PathPoint>,
+    facing: Option<PathFacing>,
+}
+
+impl From<Warp> for WarpKeys {
+    fn from(warp: Warp) -> Self {
+        let none = Self::default();
+        match warp {
+            Warp::Moments(moments) => Self { moments, ..none },
+            Warp::Speed(speed) => Self {
+                speed: Some(speed),
+                ..none
+            },
+            Warp::Path { points, facing } => Self {
+                path: points,
+                facing: Some(facing),
+                ..none
+            },
+        }
+    }
+}
+
+impl TryFrom<WarpKeys> for Warp {
+    type Error = &'static str;
+
+    fn try_from(keys: WarpKeys) -> Result<Self, Self::Error> {
+        let WarpKeys {
+            moments,
+            speed,
+            path,
+            facing,
+        } = keys;
+        match (moments.is_empty(), speed, path.is_empty(), facing) {
+            (false, None, true, None) => Ok(Self::Moments(moments)),
+            (true, Some(speed), true, None) if speed > 0.0 => Ok(Self::Speed(speed)),
+            (true, Some(_), true, None) => Err("speed must be above 0"),
+            (true, None, false, facing) => Ok(Self::Path {
+                points: path,
+                facing: facing.unwrap_or_default(),
+            }),
+            _ => Err("a warp has either SECONDS=SECONDS,..., or speed=FACTOR, or path=... with or without facing"),
+        }
+    }
+}
+
+/// Seconds of a motion that change their speed: all of any motion.
+const LONGEST: f64 = 1e9;
+
+impl Step for Warp {
+    const NAME: &'static str = "warp";
+    const HELP: &'static str = "move moments, or change the speed, or bend the path over the ground to points";
+    const KEYS: &'static [StepKey] = &[
+        StepKey::new("moments", Takes::Moments),
+        StepKey::new("speed", Takes::Factor),
+        StepKey::new("path", Takes::Path),
+        StepKey::new("facing", Takes::OneOf(&["along", "kept"])),
+    ];
+    type Report = WarpReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<WarpReport> {
+        let at_speed = |speed: f64| [(0.0, 0.0), (LONGEST * speed, LONGEST)];
+        match self {
+            Self::Moments(moments) => warp_time(scene, input.animation, moments).map(WarpReport::Time),
+            Self::Speed(speed) => warp_time(scene, input.animation, &at_speed(*speed)).map(WarpReport::Time),
+            Self::Path { points, facing } => warp_path(scene, input.animation, points, *facing).map(WarpReport::Path),
+        }
+    }
+}
+
+/// What [`Warp`] did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum WarpReport {
+    /// To moments, or to the speed.
+    Time(WarpTimeReport),
+    /// To the path.
+    Path(WarpPathReport),
+}
+
+impl fmt::Display for WarpReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time(report) => report.fmt(f),
+            Self::Path(report) => report.fmt(f),
+        }
+    }
+}
