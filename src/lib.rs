@@ -1,16 +1,44 @@
-//! Reads motion capture files into an Assimp-style scene, samples it at a tick, and writes animated glTF.
-//!
-//! [`import()`] reads a file into a [`Scene`], plain data in Assimp's terms. [`Conversion`] brings it to metres with +Y
-//! up. [`Pose`] and [`Updater`] compute its node matrices at a tick, [`Player`] the tick at a time. [`gltf`] writes it,
-//! [`verify`] compares the written file with its source, [`dump`] prints it, and [`process`] has the steps that change
-//! it. [`ik`] turns limbs to a goal, [`edit`] changes motions. [`Code`] lists every diagnostic.
+//! Motion capture: reads BVH, FBX, glTF, VRM, ASF/AMC, C3D and robots' files into one kind of scene, plays and changes
+//! the motion, puts it on other characters and robots, writes it for other programs, and proves that it survived.
 //!
 //! ```
-//! let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-//! scene.update_node_matrices(0, 9.0);
-//! assert_eq!(scene.nodes[0].transform.w_axis.x, 1.0);
+//! use mocap::{Conversion, Pose};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! // To metres with +Y up. The file does not state its unit: it is guessed, with a reason.
+//! let guesses = Conversion::new().apply(&mut scene)?;
+//! assert!(guesses.iter().any(|guess| guess.to_string().starts_with("unit: cmu")));
+//! let pose = Pose::at_tick(&scene, 0, 30.5).expect("the file has an animation");
+//! let height = scene.end_effectors().map(|tip| pose.position(tip).y).fold(0.0, f32::max);
+//! assert!((1.3..1.6).contains(&height));
 //! # Ok::<(), mocap::Error>(())
 //! ```
+//!
+//! | to | use |
+//! |---|---|
+//! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FORMATS`] lists what is read |
+//! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] |
+//! | write glTF, BVH, FBX or a VRM animation | [`gltf`], [`bvh`], [`fbx`], [`vrma`] |
+//! | write small files within an error bound | [`compress`], and the options of each format |
+//! | see a motion: a page with a player, pictures, curves | [`render`], with the feature of that name |
+//! | play it in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time |
+//! | put it on a character | [`retarget`] |
+//! | put it on a robot of URDF or MJCF | [`robot`] |
+//! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] turns limbs to a goal |
+//! | have positions and rotations as arrays or tables | [`arrays`] |
+//! | prove that a written file has the motion of its source | [`verify`] |
+//! | know unit, up axis, and which joint is which bone | [`figure`] |
+//! | have the scene and the print-outs of Assimp | [`process`], [`dump`] |
+//!
+//! A [`Scene`] is plain data in the words of Assimp: nodes, meshes, channels of keys. What is wrong with a file is a
+//! [`Diagnostic`] with its location: the [`Error`] that ended the import, or one of the warnings in the scene. [`Code`]
+//! lists all of them, [`Limits`] what a file may claim.
+//!
+//! # Features
+//!
+//! `cli` (default): the program `mocap`. `fbx` (default): FBX files; needs a C compiler. `npz` (default): NumPy's
+//! archives. `render` (with `cli`): pictures and pages. `meshopt`: glTF that meshopt compresses; needs a C++ compiler.
+//! `arrow`, `parquet`: tables. A library user begins with `default-features = false, features = ["fbx"]`.
 //!
 //! # Vectors and matrices
 //!

@@ -8,6 +8,7 @@ mod compress;
 mod edit;
 mod fbx;
 mod given;
+mod help;
 mod pictures;
 mod read;
 mod retarget;
@@ -35,7 +36,7 @@ pub(crate) use self::retarget::{FeetArg, RetargetArgs};
 pub(crate) use self::robot::{RobotArgs, RobotFormatArg, VerdictArg};
 pub(crate) use self::source::OutArgs;
 
-/// Read motion capture files: convert them to animated glTF or BVH, inspect them, compute poses.
+/// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true)]
 pub(crate) struct Args {
@@ -45,7 +46,7 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write motion files as animated glTF or as BVH
+    /// Convert motion files: to glTF, VRM animation, FBX, BVH or packed clips
     Convert(ConvertArgs),
     /// Put motions on a character: onto the skeleton of a glTF, VRM, FBX or BVH file
     Retarget(RetargetArgs),

@@ -3,7 +3,7 @@
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
-use super::{Args, BatchArgs};
+use super::{Args, BatchArgs, help};
 use crate::Failure;
 
 /// What the parsed arguments do not tell.
@@ -32,7 +32,7 @@ impl Given {
 impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
-        let command = Self::command();
+        let command = help::grouped(Self::command());
         let matches = command.clone().get_matches();
         let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
         let mut given = Given::default();
