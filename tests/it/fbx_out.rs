@@ -28,23 +28,25 @@ fn import(path: impl AsRef<Path>) -> mocap::Result<Scene> {
     Ok(scene)
 }
 
-/// The motions of the fixtures that can be read.
-fn fixtures() -> Vec<PathBuf> {
+/// Every third of the motions of the fixtures, where it can be read.
+fn fixtures() -> Vec<(PathBuf, Scene)> {
     let mut found = Vec::new();
     for folder in ["real", "dialects", "skeletons", "characters", "made"] {
         for entry in fs::read_dir(format!("fixtures/{folder}")).unwrap() {
             let path = entry.unwrap().path();
             let extension = path.extension().unwrap_or_default().to_str().unwrap();
-            if ["bvh", "amc", "c3d", "fbx", "gltf", "glb", "vrm"].contains(&extension)
-                && Importer::new().import(&path).is_ok()
-            {
+            if ["bvh", "amc", "c3d", "fbx", "gltf", "glb", "vrm"].contains(&extension) {
                 found.push(path);
             }
         }
     }
     found.sort();
-    assert!(found.len() > 120, "{}", found.len());
-    found
+    let chosen = Sample::new().some(found, 3).into_iter();
+    let read: Vec<_> = chosen
+        .filter_map(|path| import(&path).ok().map(|scene| (path, scene)))
+        .collect();
+    assert!(read.len() > 40, "{}", read.len());
+    read
 }
 
 /// The largest distance of a node that both have from its place, at every frame, in metres.
@@ -84,8 +86,7 @@ fn distance(scene: &Scene, again: &Scene, name: &str) -> f32 {
 
 #[test]
 fn every_fixture_comes_back() {
-    for path in fixtures() {
-        let scene = import(&path).unwrap();
+    for (path, scene) in fixtures() {
         let (bytes, report) = write(&scene, &FbxOptions::default()).unwrap();
         assert_eq!(report.bytes, bytes.len());
         let again = read(&bytes);

@@ -68,13 +68,13 @@ fn every_prefix_is_an_error_or_a_valid_scene() {
     }
 }
 
-/// At every place bytes that mean something and some at random; `tools/fuzz` tries all 256.
+/// At every fourth position bytes that mean something and some at random; `tools/fuzz` tries all 256.
 #[test]
 fn every_changed_byte_is_an_error_or_a_valid_scene() {
     let mut random = Sample::new();
     for name in CHANGED {
         let original = fs::read(format!("fixtures/{name}.bvh")).unwrap();
-        for position in 0..original.len() {
+        for position in random.some(0..original.len(), 4) {
             let mut bytes = original.clone();
             let meaningful = *b"\0\n\r .,-+0e{}#\xff";
             for byte in meaningful.into_iter().chain((0..8).map(|_| random.below(256) as u8)) {

@@ -1,9 +1,15 @@
 //! Random choices for tests that try a part of what there is: another part in each run.
 //!
-//! The seed is printed where a test fails; `MOCAP_SEED=7 cargo test` makes the same choices again.
+//! The seed is printed where a test fails; `MOCAP_SEED=7 cargo test` makes the same choices again. `MOCAP_ALL=1 cargo test`
+//! tries everything.
 
 use std::env;
 use std::hash::{BuildHasher, RandomState};
+
+/// Whether everything is tried, and not a sample.
+pub(crate) fn is_all() -> bool {
+    env::var_os("MOCAP_ALL").is_some_and(|value| value != "0")
+}
 
 /// A generator of random numbers: SplitMix64 (Steele, Lea and Flood, 2014).
 pub(crate) struct Sample(u64);
@@ -16,6 +22,16 @@ impl Sample {
         );
         println!("MOCAP_SEED={seed}");
         Self(seed)
+    }
+
+    /// Every `parts`th of the items, from one on that the seed chooses; all of them with `MOCAP_ALL`. There must be
+    /// `parts` items at least, in an order that does not depend on the file system.
+    pub(crate) fn some<T>(&mut self, items: impl IntoIterator<Item = T>, parts: usize) -> Vec<T> {
+        let parts = if is_all() { 1 } else { parts };
+        let first = self.below(parts);
+        let chosen: Vec<T> = items.into_iter().skip(first).step_by(parts).collect();
+        assert!(!chosen.is_empty(), "fewer items than parts");
+        chosen
     }
 
     /// A number from 0 to `end`, without `end`.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
+use crate::sample::Sample;
 use mocap::figure::HumanoidBone as Bone;
 use mocap::glam::{Quat, Vec3};
 use mocap::gltf::Character;
@@ -297,14 +298,15 @@ fn no_byte_that_is_wrong_or_missing_brings_it_down() {
     for end in (0..file.len()).step_by(7) {
         examine(&file[..end]);
     }
-    for place in 0..file.len() {
+    let positions = Sample::new().some(0..file.len(), 4);
+    for &position in &positions {
         for flip in [1, 0x20] {
             let mut bytes = file.clone();
-            bytes[place] ^= flip;
+            bytes[position] ^= flip;
             examine(&bytes);
         }
     }
-    assert!(read > 500, "{read}");
+    assert!(read * file.len() / positions.len() > 500, "{read}");
 }
 
 #[test]
