@@ -44,7 +44,7 @@ fn main() -> ExitCode {
     let usage = || {
         let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
         eprintln!(
-            "usage: fuzz SECONDS|inputs=NUMBER [all|{}] [SEED], for each format, or fuzz every-byte [all]",
+            "usage: fuzz SECONDS|inputs=NUMBER [all|{}] [SEED], for each format, or fuzz every-byte [all|SEED]",
             names.join("|")
         );
         ExitCode::from(2)
@@ -55,12 +55,15 @@ fn main() -> ExitCode {
     }
     if arguments.first().is_some_and(|first| first == "every-byte") {
         thread::spawn(watch);
-        let share = if arguments.get(1).is_some_and(|second| second == "all") {
-            1
-        } else {
-            SHARE
+        let files = match arguments.get(1).map(String::as_str) {
+            Some("all") => Files::All,
+            Some(seed) => match seed.parse() {
+                Ok(seed) => Files::Some { seed },
+                Err(_) => return usage(),
+            },
+            None => Files::Some { seed: 0 },
         };
-        return match every_byte(share) {
+        return match every_byte(files) {
             Ok(()) => ExitCode::SUCCESS,
             Err(finding) => {
                 eprintln!("{finding}");
@@ -98,7 +101,7 @@ fn main() -> ExitCode {
 fn side_by_side(effort: &str, seed: u64) -> ExitCode {
     let seed = seed.to_string();
     let formats = FORMATS.iter().map(|input| vec![effort, input.name, &seed]);
-    let jobs: Vec<_> = std::iter::once(vec!["every-byte"]).chain(formats).collect();
+    let jobs: Vec<_> = std::iter::once(vec!["every-byte", &seed]).chain(formats).collect();
     let next = AtomicUsize::new(0);
     let has_finding = AtomicBool::new(false);
     let work = || {
@@ -141,14 +144,29 @@ fn limit_memory() -> std::io::Result<()> {
     Ok(())
 }
 
-/// Tries one of `share` of the small BVH files with each of their bytes replaced by each of the 256 in turn.
-fn every_byte(share: usize) -> Result<(), String> {
+/// Which of the small files have each of their bytes tried.
+#[derive(Clone, Copy)]
+enum Files {
+    All,
+    /// Every [`SHARE`]th, from one on that the seed chooses.
+    Some {
+        seed: u64,
+    },
+}
+
+/// Tries small BVH files with each of their bytes replaced by each of the 256 in turn.
+fn every_byte(which: Files) -> Result<(), String> {
+    let (first, step) = match which {
+        Files::All => (0, 1),
+        Files::Some { seed } => ((seed % SHARE as u64) as usize, SHARE),
+    };
     let mut files = 0;
     let mut tried = 0_u64;
     for original in seeds(&BVH)
         .into_iter()
         .filter(|bytes| bytes.len() <= SHORT)
-        .step_by(share)
+        .skip(first)
+        .step_by(step)
     {
         for place in 0..original.len() {
             let mut bytes = original.clone();
