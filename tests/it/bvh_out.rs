@@ -30,8 +30,8 @@ fn written(scene: &Scene, options: &BvhOptions) -> String {
 /// The longest motion that goes from file to file in whole.
 const WHOLE: usize = 400;
 
-/// Every third BVH of the fixtures, if it is not refused: motions of at most [`WHOLE`] frames in whole, of longer ones as
-/// many frames from anywhere.
+/// Every third BVH of the fixtures, if it is not refused: motions of at most [`WHOLE`] frames in whole, of longer ones
+/// as many frames from anywhere.
 fn real_files() -> Vec<(String, Scene)> {
     let mut random = Sample::new();
     let mut files = Vec::new();

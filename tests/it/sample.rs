@@ -1,7 +1,7 @@
 //! Random choices for tests that try a part of what there is: another part in each run.
 //!
-//! The seed is printed where a test fails; `MOCAP_SEED=7 cargo test` makes the same choices again. `MOCAP_ALL=1 cargo test`
-//! tries everything.
+//! The seed is printed where a test fails; `MOCAP_SEED=7 cargo test` makes the same choices again.
+//! `MOCAP_ALL=1 cargo test` tries everything.
 
 use std::env;
 use std::hash::{BuildHasher, RandomState};
