@@ -26,6 +26,7 @@ mod constant_tracks;
 mod curves;
 mod decode;
 mod encode;
+mod error_bound;
 mod error_metric;
 mod fitted_keys;
 mod key_frames;
@@ -45,6 +46,8 @@ use std::sync::Arc;
 pub(crate) use self::clip::{CompressedClip, Storage, Track};
 pub(crate) use self::curves::{Curve, EulerAngles};
 use self::encode::Encoder;
+use self::error_bound::Bounds;
+pub use self::error_bound::ErrorBound;
 use self::error_metric::LeverArms;
 pub(crate) use self::key_frames::KeyFrames;
 use self::object_space::ObjectSpaceTrack;
@@ -73,45 +76,13 @@ const SURELY_SMALLER: f32 = 0.85;
 /// Shared key frames are tried where this share of the size of all tracks is smaller than key frames of their own.
 const MAYBE_CONSTANT: f32 = 0.85;
 
-/// What may be how far from its place in a compressed clip. From a number it is the largest error of joints alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorBound {
-    /// The largest distance of any joint or end site from its place, in metres.
-    pub max_error: f64,
-    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the
-    /// joint, stand for the skin, and keep the largest error too. 0 for none; 0.03 is the default of ACL.
-    pub shell_distance: f64,
-}
-
-impl From<f64> for ErrorBound {
-    fn from(max_error: f64) -> Self {
-        Self {
-            max_error,
-            shell_distance: 0.0,
-        }
-    }
-}
-
-impl ErrorBound {
-    /// The shell distance as a number that is finite and at least 0.
-    fn checked_shell_distance(&self) -> Result<f32> {
-        let distance = self.shell_distance as f32;
-        if distance.is_finite() && distance >= 0.0 {
-            return Ok(distance);
-        }
-        let message = "a shell distance must be finite and at least 0";
-        Err(Diagnostic::new(Code::InvalidValue, message)
-            .expected_found("a length in metres, such as 0.03", self.shell_distance.to_string())
-            .into())
-    }
-}
-
-/// Compresses `animation` so that no joint is farther from its place than `bound` allows.
+/// Compresses `animation` so that no joint is farther from its position than `bound` allows.
 ///
 /// # Errors
 /// [`Code::ErrorBound`] where the storage is too coarse for the bound; [`Code::Unrepresentable`] where the scale is not
 /// uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
-/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0.
+/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, or the bound of a joint is not finite
+/// and above 0 or its name is unknown.
 pub(crate) fn compress(
     scene: &Scene,
     animation: &Animation,
@@ -143,9 +114,9 @@ fn compress_as(
     euler: Option<&[EulerAngles]>,
 ) -> Result<CompressedClip> {
     let mut clip = RawClip::new(scene, animation, bound.checked_shell_distance()?)?;
-    let bound = bound.max_error;
+    let bounds = Bounds::new(&bound, scene, &clip)?;
     let raw = clip.object_space();
-    constant_tracks::compact(&mut clip, bound as f32 * CONSTANT_SHARE);
+    constant_tracks::compact(&mut clip, &bounds, CONSTANT_SHARE);
     let time_of = |tick: &f64| match storage {
         // FBX has times as integers, and so exact that ticks stand for them.
         Storage::Curves => *tick as f32,
@@ -167,7 +138,7 @@ fn compress_as(
             arms: LeverArms::of_clip(&clip),
             clip,
             raw,
-            bound,
+            bounds,
             storage,
             euler,
         },
@@ -189,8 +160,8 @@ fn compress_as(
 /// With key frames of each track's own or with shared ones, whichever is smaller as plain numbers.
 fn smallest_numbers(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
     let own = refinement.within_bound(scene, None)?;
-    let Encoder { clip, raw, bound, .. } = &refinement.encoder;
-    let shared = shared_key_frames::reduce(clip, raw, *bound as f32 * KEY_SHARE_OF_NUMBERS);
+    let Encoder { clip, raw, bounds, .. } = &refinement.encoder;
+    let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_SHARE_OF_NUMBERS);
     // Refinement adds to this size, but some tracks may be constant that are not with key frames of their own.
     let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
     if size as f32 * MAYBE_CONSTANT >= own.size() as f32 {
@@ -211,13 +182,9 @@ fn smallest(
     with_required: impl Fn(KeyFrames) -> KeyFrames,
     size: impl Fn(&CompressedClip) -> usize,
 ) -> Result<CompressedClip> {
-    let Encoder { clip, raw, bound, .. } = &refinement.encoder;
+    let Encoder { clip, raw, bounds, .. } = &refinement.encoder;
     let all: Arc<KeyFrames> = Arc::new(key_frames::every_frame(clip.frames()));
-    let reduced = with_required(shared_key_frames::reduce(
-        clip,
-        raw,
-        *bound as f32 * KEY_SHARE_OF_STREAMS,
-    ));
+    let reduced = with_required(shared_key_frames::reduce(clip, raw, bounds, KEY_SHARE_OF_STREAMS));
     if reduced.len() as f32 > MAYBE_SMALLER * all.len() as f32 {
         return refinement.within_bound(scene, Some(all));
     }

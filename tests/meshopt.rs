@@ -3,5 +3,7 @@
 
 #[path = "it/compression.rs"]
 mod compression;
+#[path = "it/error_bounds.rs"]
+mod error_bounds;
 #[path = "it/sample.rs"]
 mod sample;

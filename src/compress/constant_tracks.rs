@@ -2,13 +2,14 @@
 
 use glam::{Quat, Vec3};
 
+use super::error_bound::Bounds;
 use super::error_metric::SHELL_DISTANCE;
 use super::raw_clip::RawClip;
 use crate::math::quaternion;
 
 /// Makes tracks constant whose values all differ from their mean by so little that no joint and no point of a shell
-/// moves by more than `tolerance` metres.
-pub(super) fn compact(clip: &mut RawClip, tolerance: f32) {
+/// moves by more than this `fraction` of its bound.
+pub(super) fn compact(clip: &mut RawClip, bounds: &Bounds, fraction: f32) {
     // How far from a joint its rotation moves something: the next joints that rotate compensate for it.
     let mut lever_arms = vec![SHELL_DISTANCE; clip.joints.len()];
     for index in (0..clip.joints.len()).rev() {
@@ -21,6 +22,7 @@ pub(super) fn compact(clip: &mut RawClip, tolerance: f32) {
                 lever_arms[index] = lever_arms[index].max(arm);
             }
         }
+        let tolerance = bounds.of_subtree(index) as f32 * fraction;
         let translations = joint.translation.animated_values();
         let mean = (!translations.is_empty())
             .then(|| translations.iter().sum::<Vec3>() / translations.len() as f32)
@@ -28,6 +30,7 @@ pub(super) fn compact(clip: &mut RawClip, tolerance: f32) {
                 let is_near = |value: &Vec3| value.distance(*mean) * joint.parent_scale <= tolerance;
                 translations.iter().all(is_near)
             });
+        let tolerance = bounds.below(index) as f32 * fraction;
         let rotations = joint.rotation.animated_values();
         let mean_rotation = quaternion::mean(rotations).filter(|mean| {
             let angle = |value: &Quat| 2.0 * (mean.conjugate() * *value).xyz().length();

@@ -9,6 +9,7 @@ use super::bit_rate;
 use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, TranslationTrack};
 use super::compensation::{Compensation, target_translation};
 use super::curves::{EulerAngles, JointCurves};
+use super::error_bound::Bounds;
 use super::error_metric::LeverArms;
 use super::fitted_keys::{self, RotationFit, TranslationFit};
 use super::key_frames::{self, Insertion, KeyFrames};
@@ -39,8 +40,7 @@ pub(super) struct Encoder<'a> {
     /// The joints of the raw clip in object space.
     pub(super) raw: Vec<ObjectSpaceTrack>,
     pub(super) arms: Vec<LeverArms>,
-    /// The largest error, in metres.
-    pub(super) bound: f64,
+    pub(super) bounds: Bounds,
     pub(super) storage: Storage,
     /// For [`Storage::Curves`], how the file states the rotations of each node.
     pub(super) euler: Option<&'a [EulerAngles]>,
@@ -50,6 +50,8 @@ pub(super) struct Encoder<'a> {
 pub(super) struct Budget {
     /// The largest error of the joint's children, in metres.
     pub(super) tolerance: f32,
+    /// The largest error of the joint itself, in metres.
+    pub(super) own_tolerance: f32,
     /// The coarsest lattice to try for its rotation: coarser ones were not enough for a larger tolerance.
     pub(super) coarsest: Option<Lattice>,
 }
@@ -83,7 +85,7 @@ impl Encoder<'_> {
                 *lossy = ObjectSpaceTrack::at_origin(self.clip.frames());
                 let budget = &mut budgets[index];
                 let mut curves = self.euler.map(|euler| JointCurves::new(euler[index]));
-                let translation = joint.encode_translation(budget.tolerance, shared, curves.as_mut());
+                let translation = joint.encode_translation(budget.own_tolerance, shared, curves.as_mut());
                 joint.decode_translations(&translation, &all_frames, &mut lossy.positions);
                 let rotation = joint.encode_rotation(&lossy.positions, budget, shared, curves.as_mut());
                 joint.decode_rotations(&rotation, &all_frames, &mut lossy.rotations);
@@ -116,11 +118,11 @@ impl Encoder<'_> {
                 if joint.raw_joint.is_static_leaf() {
                     return;
                 }
-                let (track, tolerance) = (&mut tracks[index], budgets[index].tolerance);
-                joint.insert_translations(&mut track.translation, tolerance, key_frames, insertions);
+                let (track, budget) = (&mut tracks[index], &budgets[index]);
+                joint.insert_translations(&mut track.translation, budget.own_tolerance, key_frames, insertions);
                 joint.decode_translations(&track.translation, changed, &mut lossy.positions);
                 let positions = &lossy.positions;
-                joint.insert_rotations(&mut track.rotation, positions, tolerance, key_frames, insertions);
+                joint.insert_rotations(&mut track.rotation, positions, budget.tolerance, key_frames, insertions);
                 joint.decode_rotations(&track.rotation, changed, &mut lossy.rotations);
             },
         );
@@ -130,6 +132,7 @@ impl Encoder<'_> {
         JointEncoder {
             encoder: self,
             raw_joint: &self.clip.joints[index],
+            bound: self.bounds.of_subtree(index),
             arms: &self.arms[index],
             raw: &self.raw[index],
             ticks: &self.clip.ticks,
@@ -143,8 +146,8 @@ impl Encoder<'_> {
         keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }
 
-    /// Rounds a constant to no more decimals than it needs, unless 32-bit floats are asked for.
-    fn round(&self, value: f32) -> f32 {
+    /// Rounds a constant to no more decimals than it needs for `bound`, unless 32-bit floats are asked for.
+    fn round(&self, value: f32, bound: f64) -> f32 {
         if matches!(self.storage, Storage::Float32 | Storage::Packed | Storage::Curves) {
             return value;
         }
@@ -152,7 +155,7 @@ impl Encoder<'_> {
             Storage::Int16 => CONSTANT_STEP_OF_INT16,
             _ => CONSTANT_STEP,
         };
-        let per_unit = 10f64.powi((self.bound * step).log10().floor().clamp(-9.0, -1.0).abs() as i32);
+        let per_unit = 10f64.powi((bound * step).log10().floor().clamp(-9.0, -1.0).abs() as i32);
         ((f64::from(value) * per_unit).round() / per_unit) as f32
     }
 }
@@ -161,6 +164,8 @@ impl Encoder<'_> {
 struct JointEncoder<'a> {
     encoder: &'a Encoder<'a>,
     raw_joint: &'a RawJoint<'a>,
+    /// The smallest bound of the joint and all below it, in metres.
+    bound: f64,
     arms: &'a LeverArms,
     raw: &'a ObjectSpaceTrack,
     ticks: &'a [f64],
@@ -375,10 +380,14 @@ impl<'a> JointEncoder<'a> {
     }
 
     fn constant_translation(&self, value: Vec3) -> TranslationTrack {
-        Track::Constant(Vec3::from_array(value.to_array().map(|c| self.encoder.round(c))))
+        Track::Constant(Vec3::from_array(
+            value.to_array().map(|c| self.encoder.round(c, self.bound)),
+        ))
     }
 
     fn constant_rotation(&self, value: Quat) -> RotationTrack {
-        Track::Constant(Quat::from_array(value.to_array().map(|c| self.encoder.round(c))))
+        Track::Constant(Quat::from_array(
+            value.to_array().map(|c| self.encoder.round(c, self.bound)),
+        ))
     }
 }

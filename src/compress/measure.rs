@@ -1,4 +1,5 @@
-//! Error measurement: the distance between each joint and its place in the raw clip, at every frame, for every decoder.
+//! Error measurement: the distance between each joint and its position in the raw clip, at every frame, for every
+//! decoder.
 //!
 //! Encoding runs in single precision. Whether its result is within the bound is decided here, in double precision, on
 //! what readers decode from the file.
@@ -13,7 +14,7 @@ use crate::math::soa::double::{LANES, Lanes};
 use crate::math::wide;
 use crate::pose::forward_kinematics;
 
-/// The errors at every frame.
+/// The errors at every frame, each times the weight of its joint.
 pub(super) struct FrameErrors {
     /// The largest error of a joint, in metres.
     pub(super) largest: Vec<f64>,
@@ -68,6 +69,8 @@ pub(super) struct Measurement<'a> {
     pub(super) times: &'a [f32],
     /// The rounding error of the raw clip itself, in metres. It is added to every error.
     pub(super) raw_rounding: f64,
+    /// By how much the error of each joint counts; empty where all count once.
+    pub(super) weights: &'a [f64],
 }
 
 wide::dispatch! {
@@ -118,7 +121,10 @@ fn measure_lanes(measurement: &Measurement<'_>, ranges: &[Range<usize>], errors:
             let mut nodes = Lanes::ZERO;
             let mut squares = Lanes::ZERO;
             for (index, joint) in joints.iter().enumerate() {
-                let error = joint.error + raw_rounding + ambiguity(clip, &joints, index);
+                let mut error = joint.error + raw_rounding + ambiguity(clip, &joints, index);
+                if let Some(weight) = measurement.weights.get(index) {
+                    error = error * Lanes::all(*weight);
+                }
                 squares = squares + error * error;
                 nodes = Lanes::of(|lane| {
                     let is_larger = error.0[lane] > largest.0[lane] || error.0[lane].is_nan();
@@ -244,6 +250,7 @@ mod tests {
             tracks,
             times: &times,
             raw_rounding: 0.0,
+            weights: &[],
         };
         let mut errors = FrameErrors::new(FRAMES);
         measure(&measurement, slice::from_ref(&(0..FRAMES)), &mut errors);

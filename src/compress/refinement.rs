@@ -45,7 +45,8 @@ impl Refinement<'_> {
     /// # Errors
     /// [`Code::ErrorBound`] where the storage is too coarse. It names the node of `scene` with the largest error.
     pub(super) fn within_bound(&self, scene: &Scene, mut shared: Option<Arc<KeyFrames>>) -> Result<CompressedClip> {
-        let Encoder { clip, bound, .. } = &self.encoder;
+        let Encoder { clip, bounds, .. } = &self.encoder;
+        let bound = bounds.max_error;
         let mut budgets = self.budgets();
         let mut best = MeasuredError {
             max: f64::INFINITY,
@@ -60,8 +61,8 @@ impl Refinement<'_> {
             let mut error = self.measure(&lossy, &clip.all_frames(), &mut errors);
             for step in 0.. {
                 let changed = match &mut shared {
-                    Some(key_frames) if error.max > *bound => {
-                        self.add_keys(&mut lossy, &budgets, key_frames, (&errors.largest, *bound), step)
+                    Some(key_frames) if error.max > bound => {
+                        self.add_keys(&mut lossy, &budgets, key_frames, (&errors.largest, bound), step)
                     }
                     _ => Vec::new(),
                 };
@@ -70,7 +71,10 @@ impl Refinement<'_> {
                 }
                 error = self.measure(&lossy, &changed, &mut errors);
             }
-            if error.max <= *bound {
+            if error.max <= bound {
+                if !bounds.weights().is_empty() {
+                    error = self.measure_weighted(&lossy, &clip.all_frames(), &mut errors, &[]);
+                }
                 lossy.tracks.truncate(clip.nodes());
                 return Ok(CompressedClip {
                     tracks: lossy.tracks,
@@ -89,7 +93,10 @@ impl Refinement<'_> {
             "the numbers of this kind of compression are too coarse for the largest error that is allowed",
         )
         .in_joint(&scene.nodes[best.node].name)
-        .expected_found(millimetres(*bound), millimetres(best.max))
+        .expected_found(
+            millimetres(bounds.of(best.node)),
+            millimetres(best.max / bound * bounds.of(best.node)),
+        )
         .help(match self.encoder.storage {
             Storage::Curves => "allow a larger error, or keep every key",
             _ => "allow a larger error, or store 32-bit floats",
@@ -98,11 +105,23 @@ impl Refinement<'_> {
     }
 
     fn measure(&self, lossy: &LossyClip, ranges: &[Range<usize>], errors: &mut FrameErrors) -> MeasuredError {
+        self.measure_weighted(lossy, ranges, errors, self.encoder.bounds.weights())
+    }
+
+    /// As [`Self::measure`], with these weights of the joints; with none, errors are distances.
+    fn measure_weighted(
+        &self,
+        lossy: &LossyClip,
+        ranges: &[Range<usize>],
+        errors: &mut FrameErrors,
+        weights: &[f64],
+    ) -> MeasuredError {
         let measurement = Measurement {
             clip: &self.encoder.clip,
             tracks: &lossy.tracks,
             times: &self.times,
             raw_rounding: self.raw_rounding,
+            weights,
         };
         measure(&measurement, ranges, errors);
         errors.summary(&self.encoder.clip)
@@ -123,27 +142,30 @@ impl Refinement<'_> {
                 deepest[parent] = deepest[parent].max(deepest[index]);
             }
         }
-        let budget = |(depth, deepest): (usize, usize)| {
+        let budget = |(index, (depth, deepest)): (usize, (usize, usize))| {
             let along_chain = depth as f32 / deepest.max(1) as f32;
-            let share = FIRST_TOLERANCE + (LAST_TOLERANCE - FIRST_TOLERANCE) * along_chain;
+            let fraction = FIRST_TOLERANCE + (LAST_TOLERANCE - FIRST_TOLERANCE) * along_chain;
+            let bounds = &self.encoder.bounds;
             Budget {
-                tolerance: self.encoder.bound as f32 * share,
+                tolerance: bounds.below(index) as f32 * fraction,
+                own_tolerance: bounds.of_subtree(index) as f32 * fraction,
                 coarsest: None,
             }
         };
-        zip(depth, deepest).map(budget).collect()
+        zip(depth, deepest).enumerate().map(budget).collect()
     }
 
     /// Shrinks the tolerance of every joint whose error, given by node, is too large, and of all joints above it.
     fn shrink_tolerances(&self, budgets: &mut [Budget], errors: &[f64]) {
         let joints = &self.encoder.clip.joints;
-        let bound = self.encoder.bound;
+        let bound = self.encoder.bounds.max_error;
         let mut shares = vec![1f32; joints.len()];
         for (index, error) in errors.iter().enumerate().rev() {
             if *error > bound {
                 shares[index] = shares[index].min((bound / error) as f32 * SAFETY).max(MIN_SHRINK);
             }
             budgets[index].tolerance *= shares[index];
+            budgets[index].own_tolerance *= shares[index];
             if let Some(parent) = joints[index].parent {
                 shares[parent] = shares[parent].min(shares[index]);
             }
@@ -156,7 +178,7 @@ impl Refinement<'_> {
         let mut changed = self.encoder.clip.all_frames();
         for step in 0.. {
             self.estimate_errors(&lossy.object_space, &changed, &mut errors);
-            let bound = self.encoder.bound as f32;
+            let bound = self.encoder.bounds.max_error as f32;
             changed = self.add_keys(lossy, budgets, key_frames, (&errors, bound), step);
             if changed.is_empty() {
                 break;
@@ -164,14 +186,16 @@ impl Refinement<'_> {
         }
     }
 
-    /// The largest error of a joint at every frame of some ranges, in single precision and for a reader that uses
-    /// nlerp.
+    /// The largest weighted error of a joint at every frame of some ranges, in single precision and for a reader that
+    /// uses nlerp.
     fn estimate_errors(&self, lossy: &[ObjectSpaceTrack], ranges: &[Range<usize>], errors: &mut [f32]) {
         for frames in ranges {
             errors[frames.clone()].fill(0.0);
         }
         for (index, joint) in self.encoder.clip.joints.iter().enumerate() {
             let of = |joint: usize| (&self.encoder.raw[joint], &lossy[joint]);
+            let weight = self.encoder.bounds.weights().get(index).unwrap_or(&1.0);
+            let squared_weight = weight.powi(2) as f32;
             for frames in ranges {
                 let errors = &mut errors[frames.clone()];
                 match (joint.is_static_leaf(), joint.parent) {
@@ -179,7 +203,7 @@ impl Refinement<'_> {
                         let (raw, lossy) = of(index);
                         let positions = zip(&raw.positions[frames.clone()], &lossy.positions[frames.clone()]);
                         for (error, (raw, lossy)) in zip(errors, positions) {
-                            *error = error.max(raw.distance_squared(*lossy));
+                            *error = error.max(raw.distance_squared(*lossy) * squared_weight);
                         }
                     }
                     (true, Some(parent)) => {
@@ -190,7 +214,7 @@ impl Refinement<'_> {
                             lossy.attached(offset, frames.clone()),
                         );
                         for (error, (raw, lossy)) in zip(errors, positions) {
-                            *error = error.max(raw.distance_squared(lossy));
+                            *error = error.max(raw.distance_squared(lossy) * squared_weight);
                         }
                     }
                     // A root that is a static leaf has no error.

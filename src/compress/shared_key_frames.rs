@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use super::error_bound::Bounds;
 use super::key_frames::{self, KeyFrames};
 use super::object_space::ObjectSpaceTrack;
 use super::raw_clip::{RawClip, RawTrack};
@@ -9,9 +10,11 @@ use super::read_ahead::{self, ReadAhead};
 use crate::math::quaternion::nlerp;
 use crate::pose::forward_kinematics;
 
-/// The key frames that are left if no joint may be off by more than `tolerance` metres where the pose between two keys
-/// is interpolated. `raw` are the joints of the clip in object space.
-pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], tolerance: f32) -> KeyFrames {
+/// The key frames that are left if no joint may be off by more than this `fraction` of its bound where the pose between
+/// two keys is interpolated. `raw` are the joints of the clip in object space.
+pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], bounds: &Bounds, fraction: f32) -> KeyFrames {
+    let square = |joint| (bounds.of(joint) as f32 * fraction).powi(2);
+    let squared_tolerances: Vec<f32> = (0..clip.joints.len()).map(square).collect();
     let mut pose = vec![(Vec3::ZERO, Quat::IDENTITY); clip.joints.len()];
     let all: Vec<usize> = (0..clip.joints.len()).collect();
     // The joint that was off the last time is most likely to be off again: it is looked at first, with those above it.
@@ -29,17 +32,18 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], tolerance: f32) -
             let interpolated = Interpolated {
                 clip,
                 raw,
+                squared_tolerances: &squared_tolerances,
                 from,
                 to,
                 frame,
                 alpha,
             };
-            let above = |place: usize| place.checked_sub(1);
-            if interpolated.first_off(&suspects, above, tolerance, &mut pose).is_some() {
+            let above = |index: usize| index.checked_sub(1);
+            if interpolated.first_off(&suspects, above, &mut pose).is_some() {
                 return false;
             }
             let parent_of = |index| clip.parent_of(index);
-            let Some(off) = interpolated.first_off(&all, parent_of, tolerance, &mut pose) else {
+            let Some(off) = interpolated.first_off(&all, parent_of, &mut pose) else {
                 return true;
             };
             suspects = std::iter::successors(Some(off), |joint| clip.parent_of(*joint)).collect();
@@ -53,6 +57,8 @@ pub(super) fn reduce(clip: &RawClip, raw: &[ObjectSpaceTrack], tolerance: f32) -
 struct Interpolated<'a> {
     clip: &'a RawClip<'a>,
     raw: &'a [ObjectSpaceTrack],
+    /// Of every joint, in square metres.
+    squared_tolerances: &'a [f32],
     from: usize,
     to: usize,
     frame: usize,
@@ -60,18 +66,18 @@ struct Interpolated<'a> {
 }
 
 impl Interpolated<'_> {
-    /// The first of some joints that is not within `tolerance` of where it is in the raw clip. `parent_of` says at
-    /// which place among them a parent is, given the place of its child.
+    /// The first of some joints that is not within its tolerance of where it is in the raw clip. `parent_of` gives the
+    /// index of a parent among them, from the index of its child.
     fn first_off(
         &self,
         joints: &[usize],
         parent_of: impl Fn(usize) -> Option<usize>,
-        tolerance: f32,
         pose: &mut [(Vec3, Quat)],
     ) -> Option<usize> {
         let Self {
             clip,
             raw,
+            squared_tolerances,
             from,
             to,
             frame,
@@ -81,11 +87,11 @@ impl Interpolated<'_> {
         forward_kinematics(
             &mut pose[..joints.len()],
             parent_of,
-            |place, parent, (position, rotation)| {
+            |index, parent, (position, rotation)| {
                 if off.is_some() {
                     return;
                 }
-                let index = joints[place];
+                let index = joints[index];
                 let joint = &clip.joints[index];
                 let translation = match &joint.translation {
                     RawTrack::Constant(value) => *value,
@@ -106,7 +112,7 @@ impl Interpolated<'_> {
                     (None, Some(parent)) => ObjectSpaceTrack::position(Some(&raw[parent]), frame, offset),
                     (None, None) => return,
                 };
-                let is_within = position.distance_squared(expected) <= tolerance * tolerance;
+                let is_within = position.distance_squared(expected) <= squared_tolerances[index];
                 off = (!is_within).then_some(index);
             },
         );

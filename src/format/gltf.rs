@@ -23,7 +23,7 @@ use crate::format::FormatInfo;
 use crate::scene::Format;
 
 pub use self::character::Character;
-pub use self::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
+pub use self::compression::{Achieved, Compression};
 pub(crate) use self::file::File;
 pub(crate) use self::tracks::{Bend, Values};
 pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, Renamed, export, write_glb};

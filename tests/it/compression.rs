@@ -6,6 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::sample::Sample;
+use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
 use mocap::process::{reduce_keys, trim};
@@ -37,7 +38,7 @@ fn in_metres(source: &Scene) -> Scene {
 fn options(compression: Compression, max_error: f64) -> GltfOptions {
     GltfOptions {
         compression,
-        max_error: Some(max_error),
+        error_bound: Some(max_error.into()),
         ..GltfOptions::default()
     }
 }
@@ -132,10 +133,8 @@ fn the_bound_holds_for_a_shell_where_one_is_asked_for() {
         let scene = in_metres(&import(file));
         for compression in compressions() {
             let of_shell = |shell_distance| {
-                let options = GltfOptions {
-                    shell_distance,
-                    ..options(compression, bound)
-                };
+                let mut options = options(compression, bound);
+                options.error_bound = Some(ErrorBound::new(bound).shell_distance(shell_distance));
                 let document = Document::new(&scene, &options).unwrap();
                 let glb = document.to_glb().unwrap();
                 let achieved = document.report().achieved.clone().unwrap();
@@ -160,17 +159,13 @@ fn the_bound_holds_for_a_shell_where_one_is_asked_for() {
 fn a_shell_distance_is_a_length() {
     let scene = in_metres(&import("cmu_short.bvh"));
     for shell_distance in [-0.01, f64::NAN, f64::INFINITY, 1e300] {
-        let options = GltfOptions {
-            shell_distance,
-            ..options(Compression::Int16, 0.001)
-        };
+        let mut options = options(Compression::Int16, 0.001);
+        options.error_bound = Some(ErrorBound::new(0.001).shell_distance(shell_distance));
         assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::InvalidValue);
     }
     // A length at which no rotation keeps the bound.
-    let options = GltfOptions {
-        shell_distance: 1e30,
-        ..options(Compression::Int16, 0.001)
-    };
+    let mut options = options(Compression::Int16, 0.001);
+    options.error_bound = Some(ErrorBound::new(0.001).shell_distance(1e30));
     assert_eq!(write_glb(&scene, &options).unwrap_err().code(), Code::ErrorBound);
 }
 

@@ -253,7 +253,7 @@ fn keys_are_left_out_within_the_largest_error() {
         (FbxOptions::of_target(FbxTarget::Maya), 1e-3),
     ] {
         let options = FbxOptions {
-            max_error: Some(bound),
+            error_bound: Some(bound.into()),
             whole_rate: false,
             ..options
         };
@@ -356,7 +356,7 @@ fn a_joint_that_spins_keeps_within_the_largest_error() {
     for bound in [1e-2, 1e-4] {
         let scene = spinning();
         let options = FbxOptions {
-            max_error: Some(bound),
+            error_bound: Some(bound.into()),
             ..FbxOptions::default()
         };
         let (bytes, report) = write(&scene, &options).unwrap();
@@ -368,8 +368,8 @@ fn a_joint_that_spins_keeps_within_the_largest_error() {
 #[test]
 fn a_largest_error_that_cannot_be_kept_is_refused() {
     let mut scene = spinning();
-    let of = |max_error| FbxOptions {
-        max_error: Some(max_error),
+    let of = |bound: f64| FbxOptions {
+        error_bound: Some(bound.into()),
         ..FbxOptions::default()
     };
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -16,6 +16,7 @@ mod conversion;
 mod convert_and_verify;
 mod dialects;
 mod edit;
+mod error_bounds;
 mod examples;
 #[cfg(feature = "fbx")]
 mod fbx;

@@ -97,10 +97,7 @@ fn no_joint_is_farther_from_its_place_than_the_bound() {
 fn a_shell_keeps_the_bound_too() {
     let scene = import("z_up_dab.bvh");
     let error = |shell_distance: f64| {
-        let bound = ErrorBound {
-            max_error: 0.001,
-            shell_distance,
-        };
+        let bound = ErrorBound::new(0.001).shell_distance(shell_distance);
         let clip = PackedClip::encode(&scene, 0, bound).unwrap();
         let points = |pose: Vec<Trs>| -> Vec<DVec3> {
             let of_node = |(place, turn): (DVec3, DQuat)| DVec3::AXES.map(|axis| place + turn * axis * 0.03);

@@ -240,7 +240,7 @@ fn compression_keeps_its_bound_and_the_t_pose() {
     let scene = motion("real/cmu_12_01_walk.bvh");
     let options = VrmaOptions {
         gltf: GltfOptions {
-            max_error: Some(0.001),
+            error_bound: Some(0.001.into()),
             compression: mocap::gltf::Compression::Int16,
             ..GltfOptions::default()
         },

@@ -10,7 +10,7 @@
 //! | [`rotation_order`](crate::scene::Node::rotation_order) | `RotationOrder`; without one, FBX's XYZ |
 //! | the rest pose, or the bind pose of bones | a `BindPose` |
 //! | an animation | an `AnimationStack` with one `AnimationLayer` |
-//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys; [`FbxOptions::max_error`] leaves keys out |
+//! | a track | an `AnimationCurve` for each axis that leaves the rest pose, with lines between its keys; [`FbxOptions::error_bound`] leaves keys out |
 //! | rotations | angles in degrees that continue past 180, so that no curve jumps |
 //! | ticks per second | `TimeMode`, or `CustomFrameRate` |
 //! | metres and the up axis | [`FbxOptions::metres_per_unit`] and [`FbxOptions::up`], stated in `GlobalSettings` |
@@ -44,6 +44,7 @@ pub(super) use self::encode::FOOTER_END;
 use self::names::Names;
 use self::space::Space;
 use self::time::Rate;
+use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::{ReplacePolicy, write_file, write_files};
 use crate::format::provenance::Provenance;
@@ -125,12 +126,12 @@ pub struct FbxOptions {
     /// Whether a frame rate that is a whole number but for rounding, as that of BVH often is, becomes that number.
     /// Default: `false`.
     pub whole_rate: bool,
-    /// The largest distance of a joint, and of points 3 cm from it that stand for its skin, from its place in any
-    /// frame, in metres, within which keys are left out of the curves. Default: none, every key is written.
+    /// The largest distance of a joint, and of a shell that stands for its skin, from its position in any frame, in
+    /// metres, within which keys are left out of the curves. Default: none, every key is written.
     ///
     /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
-    /// keys.
-    pub max_error: Option<f64>,
+    /// keys. The distance of the shell is that of the bound, and at least 3 cm.
+    pub error_bound: Option<ErrorBound>,
     /// Where the images of textures are.
     pub textures: FbxTextures,
 }
@@ -193,7 +194,7 @@ impl Default for FbxOptions {
             metres_per_unit: 0.01,
             up: UpAxis::Y,
             whole_rate: false,
-            max_error: None,
+            error_bound: None,
             textures: FbxTextures::default(),
         }
     }
@@ -254,8 +255,8 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let own_unit = scene.metadata.metres_per_unit.unwrap_or(1.0);
     let own_unit = limits::positive(Code::InvalidValue, "metres per unit of the scene", own_unit)?;
     let space = Space::new(own_unit / unit, scene.metadata.up.unwrap_or_default(), options.up);
-    if let Some(bound) = options.max_error {
-        limits::positive(Code::InvalidValue, "the largest error", bound)?;
+    if let Some(bound) = &options.error_bound {
+        limits::positive(Code::InvalidValue, "the largest error", bound.max_error)?;
     }
     let mut document = Document::new();
     let mut report = FbxReport::default();

@@ -15,9 +15,6 @@ use serde::Serialize;
 
 use crate::compress::Storage;
 
-/// The largest error where a [`Compression`] is chosen without one: 1 mm, in metres.
-pub const DEFAULT_MAX_ERROR: f64 = 0.001;
-
 /// How the keys of animations are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

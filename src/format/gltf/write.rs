@@ -41,6 +41,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Achieved, Compression};
+use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Result};
 use crate::files::{write_file, write_files};
 use crate::scene::Scene;
@@ -72,12 +73,18 @@ pub struct GltfOptions {
     /// The largest distance of any joint or end site from its position in the scene, in metres, at any whole tick and
     /// at any key of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
     /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
-    /// [`Compression::None`], which then keeps every key unchanged, otherwise
-    /// [`DEFAULT_MAX_ERROR`](super::DEFAULT_MAX_ERROR).
-    pub max_error: Option<f64>,
-    /// The distance of a shell from each joint and end site, in metres, whose points keep the largest error too, as the
-    /// skin does: see [`ErrorBound`](crate::compress::ErrorBound). Default: 0, none.
-    pub shell_distance: f64,
+    /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
+    pub error_bound: Option<ErrorBound>,
+}
+
+impl GltfOptions {
+    /// The bound that compression keeps; `None` where every key stays as it is.
+    fn bound(&self) -> Option<ErrorBound> {
+        let is_compressed = self.compression != Compression::None;
+        self.error_bound
+            .clone()
+            .or_else(|| is_compressed.then(ErrorBound::default))
+    }
 }
 
 /// A node whose name had to change.
@@ -124,8 +131,8 @@ pub struct GltfReport {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// The share of the largest error that the places of bones may have: no joint shows how the bone at the end of a chain
-/// is turned, and the skin around it is to keep the largest error too.
+/// The fraction of the largest error that the positions of bones may have: no joint shows how the bone at the end of a
+/// chain is turned, and the skin around it is to keep the largest error too.
 const BOUND_OF_BONES: f64 = 0.45;
 
 /// What a document holds.
@@ -163,13 +170,9 @@ impl Document {
 
     /// Makes the document of a VRM animation: `scene` as [`vrm_humanoid`](crate::retarget::vrm_humanoid()) makes it.
     pub(super) fn of_vrm_animation(scene: &Scene, options: &GltfOptions) -> Result<Self> {
-        let bound = match options.compression {
-            Compression::None => options.max_error,
-            _ => Some(options.max_error.unwrap_or(super::DEFAULT_MAX_ERROR)),
-        };
         let options = GltfOptions {
             keep_constant: false,
-            max_error: bound.map(|bound| BOUND_OF_BONES * bound),
+            error_bound: options.bound().map(|bound| bound.tighter(BOUND_OF_BONES)),
             ..options.clone()
         };
         build::document(scene, &options, Content::VrmAnimation)

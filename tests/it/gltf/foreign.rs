@@ -263,7 +263,7 @@ fn each_clip_keeps_its_own_pose_when_it_is_written() {
             ..Default::default()
         },
         mocap::gltf::GltfOptions {
-            max_error: Some(0.001),
+            error_bound: Some(0.001.into()),
             ..Default::default()
         },
     ] {

@@ -77,7 +77,7 @@ fn encoding(files: &[&str]) -> Result<()> {
                     Some(compression) => {
                         let options = GltfOptions {
                             compression: *compression,
-                            max_error: Some(bound),
+                            error_bound: Some(bound.into()),
                             ..GltfOptions::default()
                         };
                         gltf::Document::new(scene, &options).and_then(|document| document.to_glb().map(drop))

@@ -1,9 +1,10 @@
 //! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's
 //! default.
 
+use mocap::compress::ErrorBound;
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
-use mocap::gltf::{Compression, DEFAULT_MAX_ERROR, GltfOptions};
+use mocap::gltf::{Compression, GltfOptions};
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
@@ -247,15 +248,16 @@ impl WriteOptions {
                 Compress::None => Compression::None,
                 Compress::Int16 => Compression::Int16,
             },
-            max_error: self.max_error,
-            shell_distance: self.shell_distance,
+            error_bound: self
+                .max_error
+                .map(|bound| ErrorBound::new(bound).shell_distance(self.shell_distance)),
             ..GltfOptions::default()
         }
     }
 
     /// Of a packed clip, in metres.
     pub(crate) fn largest_error(&self) -> f64 {
-        self.max_error.unwrap_or(DEFAULT_MAX_ERROR)
+        self.max_error.unwrap_or(ErrorBound::default().max_error)
     }
 
     pub(crate) fn bvh(&self) -> bvh::BvhOptions {

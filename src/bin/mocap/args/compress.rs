@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use mocap::compress::ErrorBound;
-use mocap::gltf::{Compression, DEFAULT_MAX_ERROR};
+use mocap::gltf::Compression;
 use mocap::job::Length;
 
 #[derive(Debug, clap::Args)]
@@ -55,14 +55,17 @@ impl CompressArgs {
 
     /// The largest error in metres, including the default.
     pub(crate) fn tolerance(&self) -> f64 {
-        self.max_error().unwrap_or(DEFAULT_MAX_ERROR)
+        self.max_error().unwrap_or(ErrorBound::default().max_error)
+    }
+
+    /// The bound that glTF keeps; `None` where every key stays.
+    pub(crate) fn bound_of_keys(&self) -> Option<ErrorBound> {
+        let is_asked_for = self.max_error.is_some() || self.compression() != Compression::None;
+        is_asked_for.then(|| self.error_bound())
     }
 
     /// The same with its shell.
     pub(crate) fn error_bound(&self) -> ErrorBound {
-        ErrorBound {
-            max_error: self.tolerance(),
-            shell_distance: self.shell_distance(),
-        }
+        ErrorBound::new(self.tolerance()).shell_distance(self.shell_distance())
     }
 }

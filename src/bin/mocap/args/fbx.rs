@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::ValueEnum;
+use mocap::compress::ErrorBound;
 use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
 
 use mocap::job::Length;
@@ -86,7 +87,7 @@ impl FbxArgs {
         FbxOptions {
             version: self.fbx_version.into(),
             rest: self.fbx_rest.map_or(options.rest, FbxRest::from),
-            max_error,
+            error_bound: max_error.map(ErrorBound::new),
             textures: self.textures.into(),
             ..options
         }

@@ -128,8 +128,7 @@ fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
             BufferPlace::Beside
         },
         compression: args.compress.compression(),
-        max_error: args.compress.max_error(),
-        shell_distance: args.compress.shell_distance(),
+        error_bound: args.compress.bound_of_keys(),
     }
 }
 

@@ -55,7 +55,8 @@ pub(super) fn write(
         let name = name.into_iter().find(|name| !name.trim().is_empty());
         let name = names.unique(name.unwrap_or_default(), "Motion");
         let reduced = options
-            .max_error
+            .error_bound
+            .as_ref()
             .map(|bound| Reduced::new(scene, animation, space, placed, bound))
             .transpose()?;
         if let Some(reduced) = &reduced {

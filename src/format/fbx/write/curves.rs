@@ -79,13 +79,11 @@ impl<'a> Reduced<'a> {
         animation: &Animation,
         space: &'a Space,
         placed: &[Placed],
-        bound: f64,
+        bound: &ErrorBound,
     ) -> Result<Self> {
         let metres = scene.metadata.metres_per_unit.unwrap_or(1.0);
-        let bound = ErrorBound {
-            max_error: bound / metres,
-            shell_distance: SKIN / metres,
-        };
+        let shell_distance = bound.shell_distance.max(SKIN);
+        let bound = bound.clone().shell_distance(shell_distance).in_units_of(metres);
         let euler = placed.iter().map(|place| EulerAngles {
             order: space.order_in_scene(place.order),
             pre_rotation: space.rotation_in_scene(place.pre_rotation),

@@ -7,14 +7,14 @@ use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::Property;
 
-use super::super::compression::{Achieved, Compression, DEFAULT_MAX_ERROR};
+use super::super::compression::{Achieved, Compression};
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
 use super::rest::Rest;
 use super::text::{Animation, Channel, Sampler, Target};
 use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, without_noise};
 use super::{GltfOptions, GltfReport};
-use crate::compress::{CompressedClip, ErrorBound, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
+use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::positive;
 use crate::pose::Binding;
@@ -140,15 +140,10 @@ fn compressed(scene: &Scene, animation: &scene::Animation, options: &GltfOptions
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
-    let max_error = match (options.max_error, options.compression) {
-        (None, Compression::None) => return Ok(None),
-        (max_error, _) => max_error.unwrap_or(DEFAULT_MAX_ERROR),
-    };
-    let bound = ErrorBound {
-        max_error,
-        shell_distance: options.shell_distance,
-    };
-    compress(scene, animation, bound, options.compression.storage()).map(Some)
+    let bound = options.bound();
+    bound
+        .map(|bound| compress(scene, animation, bound, options.compression.storage()))
+        .transpose()
 }
 
 impl GltfReport {

@@ -1,0 +1,224 @@
+//! The error bound: how far a joint may be from its position in the source.
+//!
+//! A joint with a bound of its own has a *weight*: by so much its error is larger or smaller than it is to
+//! [`measure`](super::measure) and [`refinement`](super::refinement), which compare weighted errors with one bound.
+//! What is decided before there is an error to measure (constant tracks, tolerances of the first pass, decimals of
+//! constants) takes the smallest bound of all that a track moves: a joint is hardly nearer to its position than its
+//! parent is, because no rotation makes good an error along the bone.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::raw_clip::RawClip;
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::Scene;
+
+/// How far joints may be from their positions in the source, at any frame, for any reader of the file.
+///
+/// Distances are in metres. From a number it is the largest error of all joints and end sites. Joints that matter more
+/// or less than others have bounds of their own:
+///
+/// ```
+/// use mocap::compress::{ErrorBound, PackedClip};
+/// use mocap::Conversion;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// Conversion::new().apply(&mut scene)?;
+/// let bound = ErrorBound::new(0.002).joint("LeftHand", 0.0005).joint("RightHand", 0.0005);
+/// let clip = PackedClip::encode(&scene, 0, bound)?;
+/// assert!(clip.max_error() <= 0.002);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct ErrorBound {
+    /// The largest distance of any joint or end site from its position in the source, in metres. 0 keeps every position
+    /// exactly, which only 32-bit floats can.
+    pub max_error: f64,
+    /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the
+    /// joint, stand for the skin, and keep the bound of the joint too. 0 for none; 0.03 is the default of ACL.
+    pub shell_distance: f64,
+    /// The bounds of single joints and end sites, in metres, by their names in the scene; each in place of
+    /// [`max_error`](Self::max_error), and above 0. Where several nodes have the name, it holds for all of them.
+    pub per_joint: BTreeMap<String, f64>,
+}
+
+impl Default for ErrorBound {
+    /// 1 mm for joints and end sites alone.
+    fn default() -> Self {
+        Self::new(0.001)
+    }
+}
+
+impl From<f64> for ErrorBound {
+    fn from(max_error: f64) -> Self {
+        Self::new(max_error)
+    }
+}
+
+impl ErrorBound {
+    /// The largest error of all joints and end sites, in metres.
+    pub fn new(max_error: f64) -> Self {
+        Self {
+            max_error,
+            shell_distance: 0.0,
+            per_joint: BTreeMap::new(),
+        }
+    }
+
+    /// With a shell at this distance from each joint and end site, in metres: see [`Self::shell_distance`].
+    #[must_use]
+    pub fn shell_distance(mut self, metres: f64) -> Self {
+        self.shell_distance = metres;
+        self
+    }
+
+    /// With a bound of its own for the joint or end site `name`, in metres: see [`Self::per_joint`].
+    #[must_use]
+    pub fn joint(mut self, name: impl Into<String>, max_error: f64) -> Self {
+        self.per_joint.insert(name.into(), max_error);
+        self
+    }
+
+    /// The bound of the joint or end site `name`, in metres.
+    pub fn of_joint(&self, name: &str) -> f64 {
+        self.per_joint.get(name).copied().unwrap_or(self.max_error)
+    }
+
+    /// The largest bound of all joints of `scene`, in metres: no joint is farther from its position than that.
+    pub fn largest(&self, scene: &Scene) -> f64 {
+        let bounds = scene.nodes.iter().map(|node| self.of_joint(&node.name));
+        bounds.reduce(f64::max).unwrap_or(self.max_error)
+    }
+
+    /// The same bound in a unit of `metres`.
+    pub(crate) fn in_units_of(mut self, metres: f64) -> Self {
+        self.max_error /= metres;
+        self.shell_distance /= metres;
+        self.per_joint.values_mut().for_each(|bound| *bound /= metres);
+        self
+    }
+
+    /// The same bound with this fraction of the largest errors; the shell stays where it is.
+    pub(crate) fn tighter(mut self, fraction: f64) -> Self {
+        self.max_error *= fraction;
+        self.per_joint.values_mut().for_each(|bound| *bound *= fraction);
+        self
+    }
+
+    /// The shell distance as a number that is finite and at least 0.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where it is another.
+    pub(super) fn checked_shell_distance(&self) -> Result<f32> {
+        let distance = self.shell_distance as f32;
+        if distance.is_finite() && distance >= 0.0 {
+            return Ok(distance);
+        }
+        let message = "a shell distance must be finite and at least 0";
+        Err(Diagnostic::new(Code::InvalidValue, message)
+            .expected_found("a length in metres, such as 0.03", self.shell_distance.to_string())
+            .into())
+    }
+
+    /// The bound of every node of `scene`; empty where all have the same.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where a bound of a joint is not finite and above 0, stands beside a
+    /// [`max_error`](Self::max_error) that is not, or names a joint that the scene does not have.
+    pub(super) fn of_nodes(&self, scene: &Scene) -> Result<Vec<f64>> {
+        for (name, bound) in &self.per_joint {
+            if !scene.nodes.iter().any(|node| node.name == *name) {
+                let message = format!("there is no joint \"{name}\", which has an error bound of its own");
+                return Err(Diagnostic::new(Code::InvalidValue, message)
+                    .expected_found("the name of a joint or end site", format!("\"{name}\""))
+                    .help("`mocap info` lists the joints; a VRM animation has only those that are bones of a humanoid")
+                    .into());
+            }
+            if !(bound.is_finite() && *bound > 0.0) {
+                let message = "the error bound of a joint must be finite and above 0";
+                return Err(Diagnostic::new(Code::InvalidValue, message)
+                    .in_joint(name)
+                    .expected_found("a length in metres, such as 0.0005", bound.to_string())
+                    .into());
+            }
+        }
+        if self.per_joint.is_empty() {
+            return Ok(Vec::new());
+        }
+        if !(self.max_error.is_finite() && self.max_error > 0.0) {
+            let message = "beside error bounds of single joints the largest error of the others must be above 0";
+            return Err(Diagnostic::new(Code::InvalidValue, message)
+                .expected_found("a length in metres, such as 0.001", self.max_error.to_string())
+                .into());
+        }
+        Ok(scene.nodes.iter().map(|node| self.of_joint(&node.name)).collect())
+    }
+}
+
+/// The bounds of all joints of a clip, and of the points of its shell.
+pub(super) struct Bounds {
+    /// The largest error of joints without a bound of their own, in metres.
+    pub(super) max_error: f64,
+    /// Those with which an error is multiplied before it is compared with `max_error`; empty where all are 1.
+    weights: Vec<f64>,
+    /// The smallest bounds of each joint and all below it; empty where all are `max_error`.
+    subtrees: Vec<f64>,
+    /// The smallest bounds of all below each joint, or its own where there is nothing.
+    below: Vec<f64>,
+}
+
+impl Bounds {
+    /// # Errors
+    /// [`Code::InvalidValue`] where a bound of a joint is not valid or its name is unknown.
+    pub(super) fn new(bound: &ErrorBound, scene: &Scene, clip: &RawClip<'_>) -> Result<Self> {
+        let of_nodes = bound.of_nodes(scene)?;
+        let mut bounds = Self {
+            max_error: bound.max_error,
+            weights: Vec::new(),
+            subtrees: Vec::new(),
+            below: Vec::new(),
+        };
+        if of_nodes.is_empty() {
+            return Ok(bounds);
+        }
+        let of_joints = (0..clip.joints.len()).map(|joint| of_nodes[clip.node_of(joint)]);
+        bounds.subtrees = of_joints.collect();
+        bounds.weights = bounds.subtrees.iter().map(|own| bound.max_error / own).collect();
+        bounds.below = vec![f64::INFINITY; clip.joints.len()];
+        // The points of the shell stand after all joints, and so each child after its parent.
+        for (index, joint) in clip.joints.iter().enumerate().rev() {
+            if bounds.below[index].is_infinite() {
+                bounds.below[index] = bounds.subtrees[index];
+            }
+            bounds.subtrees[index] = bounds.subtrees[index].min(bounds.below[index]);
+            if let Some(parent) = joint.parent {
+                bounds.below[parent] = bounds.below[parent].min(bounds.subtrees[index]);
+            }
+        }
+        Ok(bounds)
+    }
+
+    /// The weights of all joints; empty where all are 1.
+    pub(super) fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The bound of a joint, in metres.
+    pub(super) fn of(&self, joint: usize) -> f64 {
+        self.max_error / self.weights.get(joint).unwrap_or(&1.0)
+    }
+
+    /// The smallest bound of a joint and all below it, which is what its translation moves, in metres.
+    pub(super) fn of_subtree(&self, joint: usize) -> f64 {
+        self.subtrees.get(joint).copied().unwrap_or(self.max_error)
+    }
+
+    /// The smallest bound of all below a joint, which is what its rotation moves, in metres. Its own where there is
+    /// nothing below it.
+    pub(super) fn below(&self, joint: usize) -> f64 {
+        self.below.get(joint).copied().unwrap_or(self.max_error)
+    }
+}
