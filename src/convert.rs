@@ -28,7 +28,7 @@ use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
 
 pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
-pub(crate) use self::space::{Needs, Space, skeleton_of};
+pub(crate) use self::space::{Needs, Space, figure_of};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.
@@ -431,8 +431,8 @@ impl Conversion {
     /// allow; `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
-        let skeleton = skeleton_of(scene, &self.bones)?;
-        let survey = &skeleton.survey;
+        let figure = figure_of(scene, &self.bones)?;
+        let survey = &figure.survey;
         let drops = match self.first_frame {
             FirstFrame::Keep => false,
             FirstFrame::Drop => true,
@@ -454,14 +454,14 @@ impl Conversion {
         let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
         let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
         guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
-        let figure = skeleton.assumptions_of_figure();
-        if skeleton.humanoid.sides == figure::Sides::Opposite {
-            guesses.extend(figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
+        let of_figure = figure.assumptions_of_figure();
+        if figure.humanoid.sides == figure::Sides::Opposite {
+            guesses.extend(of_figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
         }
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
         scene.metadata.assumptions.extend(recorded.cloned());
         if !self.keep_units {
-            let rest = figure.into_iter().filter(|guess| !guesses.contains(guess));
+            let rest = of_figure.into_iter().filter(|guess| !guesses.contains(guess));
             scene.metadata.assumptions.extend(rest);
         }
 

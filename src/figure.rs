@@ -1,17 +1,20 @@
-//! Guesses what a motion file does not state: its unit, its up axis, its exact frame rate, and whether its first frame
-//! is part of the motion.
+//! What a motion file does not state: its unit, its up axis, its exact frame rate, whether its first frame is part of
+//! the motion, and the body in it: which joint is which bone, where it looks, and its T-pose.
 //!
-//! Every answer is a guess with a reason. [`survey`] changes nothing; the caller decides what to do.
+//! Every answer is a guess with a reason. [`Figure`] and [`survey`] change nothing; the caller decides what to do.
 
 mod axis;
 mod cuts;
 mod extent;
+pub(crate) mod hierarchy;
 mod humanoid;
 mod measure;
 mod poses;
-mod t_pose;
+pub(crate) mod t_pose;
 mod unit;
 mod up;
+
+use std::sync::OnceLock;
 
 use glam::{Mat3, Vec3};
 use serde::Serialize;
@@ -24,7 +27,7 @@ pub use self::axis::{Axis, RestPose};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};
-pub use self::t_pose::{TPose, TPoseSource};
+pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
 
 /// A guess and its reason.
@@ -76,21 +79,21 @@ pub struct Survey {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub fn survey(scene: &Scene) -> Survey {
-    Skeleton::new(scene).survey
+    Figure::new(scene).survey
 }
 
-/// The axis of [`Skeleton::up`] alone.
+/// The axis of [`Figure::up`] alone.
 pub(crate) fn up(scene: &Scene) -> Axis {
     if let Some(up) = scene.metadata.up {
         return Axis::from(up);
     }
     let humanoid = humanoid(scene);
-    let of_body = measure::Figure::new(scene, &humanoid).up().map(|up| up.value);
-    of_body.unwrap_or_else(|| Axis::from(extent::Figure::new(scene).up().value))
+    let of_body = measure::Measures::new(scene, &humanoid).up().map(|up| up.value);
+    of_body.unwrap_or_else(|| Axis::from(extent::Extent::new(scene).up().value))
 }
 
 /// Everything about `scene` that its file does not state: the assumptions of the reader, how the root's OFFSET was
-/// used, and the guesses of [`Skeleton::assumptions`].
+/// used, and the guesses of [`Figure::assumptions`].
 pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
     let mut assumptions = scene.metadata.assumptions.clone();
     if let Some(used) = &scene.metadata.root_offset {
@@ -105,14 +108,27 @@ pub fn assumptions(scene: &Scene) -> Vec<Assumption> {
             confidence: Some(used.confidence),
         });
     }
-    assumptions.extend(Skeleton::new(scene).assumptions());
+    assumptions.extend(Figure::new(scene).assumptions());
     assumptions
 }
 
-/// A skeleton with everything that is known and guessed about it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// The body in a scene: everything that is known and guessed about it. It is found once for a scene, and then read by
+/// whatever needs it.
+///
+/// ```
+/// use mocap::figure::{Axis, Figure, HumanoidBone, RestPose};
+///
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let figure = Figure::new(&scene);
+/// assert_eq!((figure.up.value, figure.facing.value), (Axis::Y, Axis::Z));
+/// assert_eq!(figure.rest_pose.value, RestPose::TPose);
+/// assert!(figure.humanoid.joint(HumanoidBone::LeftHand).is_some());
+/// assert!(figure.t_pose(&scene).unwrap().largest_rotation() < 40.0);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
-pub struct Skeleton {
+pub struct Figure {
     /// What the file does not state.
     pub survey: Survey,
     /// The axis that points up in the world of the motion, with its sign.
@@ -128,12 +144,33 @@ pub struct Skeleton {
     pub asymmetry: Option<Guess<f64>>,
     /// Which joint is which bone.
     pub humanoid: Humanoid,
+    /// Made where it is first asked for, since it looks at some hundred frames.
+    #[serde(skip)]
+    t_pose: OnceLock<Option<TPose>>,
 }
 
-impl Skeleton {
-    /// Examines the skeleton of `scene`.
+impl PartialEq for Figure {
+    /// Whether all is equal but the T-pose, which follows from it and from the scene.
+    fn eq(&self, other: &Self) -> bool {
+        self.survey == other.survey
+            && self.up == other.up
+            && self.facing == other.facing
+            && self.rest_pose == other.rest_pose
+            && self.floor == other.floor
+            && self.asymmetry == other.asymmetry
+            && self.humanoid == other.humanoid
+    }
+}
+
+impl Figure {
+    /// Finds the figure of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        Self::of(scene, humanoid(scene))
+        Self::with_bones(scene, humanoid(scene))
+    }
+
+    /// Its T-pose; `None` if it is not a humanoid. `scene` is the one in which the figure was found.
+    pub fn t_pose(&self, scene: &Scene) -> Option<&TPose> {
+        self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
     }
 
     /// From left (+X), up (+Y) and forward (+Z) of a figure that stands to the world of the motion.
@@ -148,11 +185,11 @@ impl Skeleton {
         Mat3::from_cols(up.cross(forward), up, forward)
     }
 
-    /// Examines the skeleton of `scene` with bones that are known already.
-    pub fn of(scene: &Scene, humanoid: Humanoid) -> Self {
-        let body = measure::Figure::new(scene, &humanoid);
+    /// Finds the figure of `scene` where its bones are known already.
+    pub fn with_bones(scene: &Scene, humanoid: Humanoid) -> Self {
+        let body = measure::Measures::new(scene, &humanoid);
         let extents = std::cell::OnceCell::new();
-        let figure = || extents.get_or_init(|| extent::Figure::new(scene));
+        let figure = || extents.get_or_init(|| extent::Extent::new(scene));
         let stated_axis = scene.metadata.up.map(|up| Guess {
             value: Axis::from(up),
             ..stated(up).map(Axis::Y)
@@ -188,11 +225,12 @@ impl Skeleton {
             floor,
             asymmetry,
             humanoid,
+            t_pose: OnceLock::new(),
         }
     }
 }
 
-impl Skeleton {
+impl Figure {
     /// The guesses of the survey and those about the figure, in the words of
     /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions).
     pub fn assumptions(&self) -> Vec<Assumption> {

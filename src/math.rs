@@ -1,5 +1,6 @@
 //! The arithmetic that several modules share.
 
+pub(crate) mod directions;
 pub(crate) mod quaternion;
 pub(crate) mod rotation;
 pub(crate) mod soa;

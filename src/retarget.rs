@@ -20,7 +20,6 @@ mod body;
 mod clip;
 mod feet;
 mod ground;
-mod level;
 mod limb_angles;
 mod measure;
 mod plan;

@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 
 use crate::arrays::ArrayOptions;
-use crate::convert::{Needs, Space, skeleton_of};
+use crate::convert::{Needs, Space, figure_of};
 use crate::error::Result;
 use crate::format::gltf::Provenance;
 use crate::math::up_axis;
@@ -41,7 +41,7 @@ impl Frame {
             up: file.up.is_none() && (output.up.is_some() || needs_ground),
         };
         if needs.unit || needs.up || !options.bones.is_empty() {
-            let survey = skeleton_of(scene, &options.bones)?.survey;
+            let survey = figure_of(scene, &options.bones)?.survey;
             let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
             let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
             provenance

@@ -1,7 +1,7 @@
 //! The unit and the up axis of a scene.
 
 use crate::error::{Code, Result};
-use crate::figure::{self, HumanoidMap, Skeleton, Survey};
+use crate::figure::{self, Figure, HumanoidMap, Survey};
 use crate::limits::positive;
 use crate::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
 
@@ -21,16 +21,16 @@ pub(crate) struct Needs {
     pub(crate) up: bool,
 }
 
-/// The skeleton of a scene, some of whose bones are known.
+/// The figure of a scene, some of whose bones are known.
 ///
 /// # Errors
 /// [`Code::InvalidValue`] where a name of the map is not that of a joint.
-pub(crate) fn skeleton_of(scene: &Scene, bones: &HumanoidMap) -> Result<Skeleton> {
+pub(crate) fn figure_of(scene: &Scene, bones: &HumanoidMap) -> Result<Figure> {
     if bones.is_empty() {
-        return Ok(Skeleton::new(scene));
+        return Ok(Figure::new(scene));
     }
     let found = figure::humanoid(scene).with_map(scene, bones.clone())?;
-    Ok(Skeleton::of(scene, found))
+    Ok(Figure::with_bones(scene, found))
 }
 
 impl Space {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidBone, Side, Skeleton, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// The figure of a scene.
@@ -30,7 +30,7 @@ impl Body {
             let message = format!("the skeleton is not a humanoid: {}", humanoid.reason);
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         }
-        let skeleton = Skeleton::of(scene, humanoid);
+        let skeleton = Figure::with_bones(scene, humanoid);
         Ok(Self {
             up: skeleton.up.value.direction().unwrap_or(Vec3::Y),
             metres: skeleton.survey.metres_per_unit as f32,
@@ -62,7 +62,7 @@ impl Body {
 /// Metres in one unit of the scene.
 pub(super) fn metres_per_unit(scene: &Scene) -> f32 {
     let stated = scene.metadata.metres_per_unit;
-    stated.unwrap_or_else(|| Skeleton::new(scene).survey.metres_per_unit) as f32
+    stated.unwrap_or_else(|| Figure::new(scene).survey.metres_per_unit) as f32
 }
 
 /// `node` and all nodes below it.

@@ -15,7 +15,7 @@ use super::quantity::centimetres;
 use super::step::step;
 use super::{Step, StepInput, StepKey};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Axis, Humanoid, HumanoidBone, Skeleton, TPose};
+use crate::figure::{Axis, Figure, Humanoid, HumanoidBone};
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
@@ -95,11 +95,11 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         metadata: scene.metadata.clone(),
         ..Scene::default()
     };
-    let skeleton = Skeleton::of(&still, body.humanoid.clone());
-    let reference = TPose::new(&still, &skeleton).ok_or_else(not_humanoid)?.pose;
+    let figure = Figure::with_bones(&still, body.humanoid.clone());
+    let reference = &figure.t_pose(&still).ok_or_else(not_humanoid)?.pose;
     let hips = body.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
-    let normal = normal(&skeleton, &reference).ok_or_else(not_humanoid)?;
-    let partners = partners(scene, &body.humanoid, &reference, hips, normal);
+    let normal = normal(&figure, reference).ok_or_else(not_humanoid)?;
+    let partners = partners(scene, &body.humanoid, reference, hips, normal);
 
     // What moves a joint moves its partner, even one that has no channel yet.
     let binding = scene
@@ -111,7 +111,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     let mut frames = Frames::new(scene, animation, &held)?;
     let before = Pose::at_tick(scene, animation, 0.0);
 
-    let symmetric = reference::symmetric(&still, &body.humanoid, &reference, &partners, normal);
+    let symmetric = reference::symmetric(&still, &body.humanoid, reference, &partners, normal);
     let mirrored = Mirrored::new(scene, &frames, symmetric, &partners, hips, normal, body.up.as_dvec3());
     let old: Vec<Vec<Trs>> = (0..frames.nodes().len()).map(|column| frames.track(column)).collect();
     let mut column_of = vec![None; scene.nodes.len()];
@@ -165,8 +165,8 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
 }
 
 /// The direction to the left in the T-pose: along an axis where it is near one, since that T-pose was made along axes.
-fn normal(skeleton: &Skeleton, reference: &Pose) -> Option<DVec3> {
-    let at = |bone: HumanoidBone| Some(reference.position(skeleton.humanoid.joint(bone)?).as_dvec3());
+fn normal(figure: &Figure, reference: &Pose) -> Option<DVec3> {
+    let at = |bone: HumanoidBone| Some(reference.position(figure.humanoid.joint(bone)?).as_dvec3());
     let legs = at(HumanoidBone::LeftUpperLeg)? - at(HumanoidBone::RightUpperLeg)?;
     let left = legs.try_normalize()?;
     let axes = [Axis::X, Axis::Y, Axis::Z, Axis::NegX, Axis::NegY, Axis::NegZ];

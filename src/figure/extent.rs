@@ -23,7 +23,7 @@ const LOWER: [&str; 5] = ["foot", "toe", "ankle", "shin", "heel"];
 const UPPER: [&str; 3] = ["head", "neck", "skull"];
 
 /// Measurements of a few poses of a scene.
-pub(super) struct Figure {
+pub(super) struct Extent {
     /// The median over all poses of the largest extent along an axis; 0 without poses.
     size: f64,
     /// The same of the rest pose.
@@ -36,7 +36,7 @@ pub(super) struct Figure {
     floor_spread: Vec3,
 }
 
-impl Figure {
+impl Extent {
     pub(super) fn new(scene: &Scene) -> Self {
         let poses = poses(scene);
         let mut sizes: Vec<_> = poses.iter().map(|pose| extent(scene, pose)).collect();

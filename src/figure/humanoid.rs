@@ -156,6 +156,19 @@ impl Humanoid {
         }
     }
 
+    /// With the sides that the body has, where the names say the opposite.
+    pub(crate) fn with_sides_of_the_body(mut self) -> Self {
+        if self.sides == Sides::Opposite {
+            let bones = std::mem::take(&mut self.bones);
+            self.bones = bones
+                .into_iter()
+                .map(|(bone, joint)| (bone.mirrored(), joint))
+                .collect();
+            self.sides = Sides::Agree;
+        }
+        self
+    }
+
     fn refused(reason: String) -> Self {
         Self {
             found: false,

@@ -13,14 +13,14 @@ use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// A humanoid with the places of its joints at rest.
-pub(super) struct Figure<'a> {
+pub(super) struct Measures<'a> {
     pub(super) scene: &'a Scene,
     pub(super) humanoid: &'a Humanoid,
     rest: Vec<Vec3>,
     poses: OnceCell<Vec<Pose>>,
 }
 
-impl<'a> Figure<'a> {
+impl<'a> Measures<'a> {
     pub(super) fn new(scene: &'a Scene, humanoid: &'a Humanoid) -> Self {
         Self {
             scene,

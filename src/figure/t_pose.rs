@@ -1,88 +1,171 @@
-//! The T-pose of a humanoid: arms sideways, legs down, facing forward.
+//! The T-pose of a humanoid: arms sideways, legs down, facing forward. There is one for each figure: the commands that
+//! show it, draw it, move motions by it and write it take it from here.
+//!
+//! It is made in three steps. The *reference pose* is a figure that stands: the rest pose where it stands, else the
+//! first frame of the motion where that is a T-pose, else one that is computed from the bones ([`standing`]). From it
+//! each bone is turned to its T-pose ([`Builder::choose`]). Feet, head and shoulders are then levelled as the motion
+//! shows them ([`level`]). `docs/retargeting.md` says what each bone keeps.
+
+mod level;
+mod stance;
+mod standing;
 
 use std::collections::BTreeMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Serialize;
 
-use super::Skeleton;
+use super::Figure;
 use super::axis::RestPose;
-use super::measure::Figure;
+use super::hierarchy::Hierarchy;
+use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
-use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+use crate::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene, Side};
 
-/// Where a T-pose comes from.
+/// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
+/// as inexact. Above it the figure is turned to face along the axis.
+const FACING_IS_INEXACT: f32 = 0.09;
+
+/// A foot that points further down than this, as a share of its length, does not stand on its sole at rest.
+const POINTED_FOOT: f32 = 0.9;
+
+/// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the bone
+/// is turned about itself: arms that hang down turn by 90 degrees.
+const SMALL_TURN: f32 = 1.05;
+
+/// The pose from which a T-pose is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
-    /// The rest pose is one.
+    /// The rest pose: the figure stands in it, with its arms sideways, down or between.
     RestPose,
-    /// The first frame of the motion is one.
+    /// The first frame of the motion, which is a T-pose.
     FirstFrame,
-    /// Computed from the bones.
+    /// One that is computed from the bones: nothing in the file shows how they are turned about themselves.
     Computed,
 }
 
-/// A skeleton in T-pose.
+/// Why a bone is turned as it is in a T-pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum TPoseReason {
+    /// It stays as it stands in the pose from which the T-pose is made.
+    Stands,
+    /// It is turned by the shortest rotation until it points where it does in a T-pose.
+    ShortestArc,
+    /// It stands on its sole, and is turned about the up axis until it points forward.
+    OnItsSole,
+    /// It is pitched and rolled as where it stands in the motion.
+    StandsInMotion,
+    /// It is turned as on the average of the motion, against the chest.
+    AverageOfMotion,
+    /// It follows the bone above it.
+    FollowsTheBoneAbove,
+}
+
+impl TPoseReason {
+    /// The reason as one phrase.
+    ///
+    /// ```
+    /// use mocap::figure::TPoseReason;
+    ///
+    /// assert_eq!(TPoseReason::ShortestArc.as_str(), "by the shortest rotation to where it points");
+    /// ```
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Stands => "as it stands",
+            Self::ShortestArc => "by the shortest rotation to where it points",
+            Self::OnItsSole => "as it stands on its sole, turned forward",
+            Self::StandsInMotion => "as it stands in the motion",
+            Self::AverageOfMotion => "as on the average of the motion",
+            Self::FollowsTheBoneAbove => "with the bone above it",
+        }
+    }
+}
+
+/// A bone in the T-pose.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct TPoseBone {
+    /// The joint that is the bone.
+    pub joint: NodeId,
+    /// The rotation in the world, about the joint, that brings the bone there from the rest pose, after those of the
+    /// bones above it.
+    pub rotation: Quat,
+    /// How far to trust how the bone is turned about itself. Where it points is beyond doubt.
+    pub confidence: Confidence,
+    /// Why it is turned so.
+    pub reason: TPoseReason,
+    /// From the reference pose to the T-pose, in the world.
+    reference_to_t_pose: Quat,
+}
+
+/// A humanoid in the T-pose: [`Figure::t_pose`].
+///
+/// ```
+/// use mocap::figure::{Figure, HumanoidBone};
+///
+/// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y
+/// let figure = Figure::new(&scene);
+/// let t_pose = figure.t_pose(&scene).unwrap();
+/// let at = |bone| t_pose.pose.position(t_pose.bones[&bone].joint);
+/// let arm = at(HumanoidBone::LeftHand) - at(HumanoidBone::LeftUpperArm);
+/// assert!(arm.normalize().x > 0.999);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TPose {
-    /// Where it comes from.
+    /// The pose from which it is made.
     pub source: TPoseSource,
-    /// Every node of the scene in it.
+    /// Every node of the scene in the T-pose. Joints that are no bone go with the bone above them.
     pub pose: Pose,
-    /// For each bone the rotation in the world that brings it there from the rest pose, after those of the bones above.
-    pub rotations: BTreeMap<Bone, Quat>,
+    /// The bones; left and right are those of the body, whatever the names say.
+    pub bones: BTreeMap<Bone, TPoseBone>,
+    /// Left, up and forward of the figure, from the frames of the T-pose (+X, +Y, +Z) to the world.
+    pub(crate) axes: Quat,
+    /// The joints in the reference pose.
+    pub(crate) positions: Vec<Vec3>,
+    /// Their rotations to the world in the reference pose.
+    pub(crate) rotations: Vec<Quat>,
 }
 
 impl TPose {
-    /// The T-pose of a skeleton; `None` if it is not a humanoid.
-    ///
-    /// ```
-    /// use mocap::figure::{HumanoidBone, Skeleton, TPose};
-    ///
-    /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?; // at rest every bone lies along +X or +Y
-    /// let skeleton = Skeleton::new(&scene);
-    /// let found = TPose::new(&scene, &skeleton).unwrap();
-    /// let at = |bone| found.pose.position(skeleton.humanoid.joint(bone).unwrap());
-    /// let arm = at(HumanoidBone::LeftHand) - at(HumanoidBone::LeftUpperArm);
-    /// assert!(arm.normalize().x > 0.999);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    pub fn new(scene: &Scene, skeleton: &Skeleton) -> Option<Self> {
-        let humanoid = &skeleton.humanoid;
-        if !humanoid.found {
+    /// The T-pose of `figure`, which is that of `scene`; `None` if it is not a humanoid.
+    pub(super) fn new(scene: &Scene, figure: &Figure) -> Option<Self> {
+        if !figure.humanoid.found {
             return None;
         }
-        let rest = Pose::rest(scene);
-        if skeleton.rest_pose.value == RestPose::TPose {
-            return Some(Self {
-                source: TPoseSource::RestPose,
-                pose: rest,
-                rotations: humanoid.bones.keys().map(|bone| (*bone, Quat::IDENTITY)).collect(),
-            });
+        let humanoid = figure.humanoid.clone().with_sides_of_the_body();
+        let rest_pose = figure.rest_pose.value;
+        let stands = matches!(rest_pose, RestPose::TPose | RestPose::APose | RestPose::IPose);
+        let axes = figure.figure_to_world();
+        let (source, reference) = standing::reference(scene, &humanoid, figure.up.value, &axes, stands);
+        let bones = humanoid.bones.iter().map(|(bone, joint)| (*bone, joint.joint));
+        let mut builder = Builder {
+            source,
+            axes: Quat::from_mat3(&axes).normalize(),
+            bones: bones.collect(),
+            hierarchy: Hierarchy::new(scene),
+            positions: (0..scene.nodes.len())
+                .map(|node| reference.position(NodeId::new(node)))
+                .collect(),
+            rotations: reference.node_to_world.iter().map(rotation_of).collect(),
+            turns: BTreeMap::new(),
+        };
+        builder.turn_bones(&axes);
+        // The T-pose of a VRM animation is that of its rest pose.
+        if scene.metadata.format != Some(Format::Vrma) {
+            builder.level(scene);
         }
-        if let Some(first) = Pose::at_tick(scene, 0, 0.0) {
-            let places = (0..scene.nodes.len()).map(|node| first.position(NodeId::new(node)));
-            let figure = Figure::with_places(scene, humanoid, places.collect());
-            if figure.rest_pose(skeleton.up.value).value == RestPose::TPose {
-                let turn = |(bone, joint): (&Bone, &super::HumanoidJoint)| {
-                    let rotation = |pose: &Pose| rotation_of(&pose.node_to_world[joint.joint.index()]);
-                    (*bone, (rotation(&first) * rotation(&rest).inverse()).normalize())
-                };
-                let rotations = humanoid.bones.iter().map(turn).collect();
-                return Some(Self {
-                    source: TPoseSource::FirstFrame,
-                    pose: first,
-                    rotations,
-                });
-            }
-        }
-        Some(computed(scene, skeleton, rest))
+        Some(builder.finish(scene, &reference))
     }
 
-    /// The largest angle of a bone from its place in T-pose, in degrees.
+    /// The largest angle of a bone from the rest pose, after the bones above it, in degrees.
     pub fn largest_rotation(&self) -> f32 {
-        self.rotations.values().copied().map(Self::degrees).fold(0.0, f32::max)
+        let angles = self.bones.values().map(|bone| Self::degrees(bone.rotation));
+        angles.fold(0.0, f32::max)
     }
 
     /// The angle of a rotation, in degrees.
@@ -91,162 +174,244 @@ impl TPose {
         let sine = Vec3::new(rotation.x, rotation.y, rotation.z).length();
         2.0 * sine.atan2(rotation.w.abs()).to_degrees()
     }
+
+    /// From the reference pose of a bone to its T-pose.
+    pub(crate) fn reference_to_t_pose(&self, bone: Bone) -> Quat {
+        self.bones
+            .get(&bone)
+            .map_or(Quat::IDENTITY, |bone| bone.reference_to_t_pose)
+    }
+
+    /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
+    pub(crate) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
+        (self.axes.inverse() * self.reference_to_t_pose(bone) * self.rotations[joint.index()]).normalize()
+    }
 }
 
-/// Turns each bone, from the hips outwards, to where it points in T-pose.
-fn computed(scene: &Scene, skeleton: &Skeleton, rest: Pose) -> TPose {
-    let axes = Axes::new(skeleton);
-    let joint = |bone: Bone| skeleton.humanoid.joint(bone);
-    let mut pose = rest;
-    let mut rotations = BTreeMap::new();
-    for &bone in Bone::ALL {
-        let Some(node) = joint(bone) else { continue };
-        let rotation = match bone {
-            Bone::Hips => axes.hips(&pose, &joint),
-            _ => next_of(scene, bone, node, &joint).and_then(|next| {
-                let way = (pose.position(next) - pose.position(node)).try_normalize()?;
-                Some(Quat::from_rotation_arc(way, axes.direction(bone)?))
-            }),
-        };
-        let mut rotation = rotation
-            .filter(|rotation| rotation.is_finite())
-            .unwrap_or(Quat::IDENTITY);
-        turn(&mut pose, scene, node, rotation);
-        if matches!(bone, Bone::Spine | Bone::Chest | Bone::UpperChest)
-            && let Some(about) = axes.shoulders(scene, &pose, node, &joint)
-        {
-            turn(&mut pose, scene, node, about);
-            rotation = about * rotation;
+/// The rotation of a bone from the reference pose to the T-pose.
+struct Turn {
+    rotation: Quat,
+    confidence: Confidence,
+    reason: TPoseReason,
+}
+
+/// A T-pose while it is made.
+struct Builder {
+    source: TPoseSource,
+    axes: Quat,
+    bones: BTreeMap<Bone, NodeId>,
+    hierarchy: Hierarchy,
+    /// The reference pose.
+    positions: Vec<Vec3>,
+    rotations: Vec<Quat>,
+    /// From the reference pose to the T-pose.
+    turns: BTreeMap<Bone, Turn>,
+}
+
+impl Builder {
+    fn joint(&self, bone: Bone) -> Option<NodeId> {
+        self.bones.get(&bone).copied()
+    }
+
+    fn position(&self, node: NodeId) -> Vec3 {
+        self.positions[node.index()]
+    }
+
+    fn turn_bones(&mut self, axes: &Mat3) {
+        let facing = self.turn_to_face(axes.y_axis, axes.z_axis);
+        let mut turned: BTreeMap<Bone, Turn> = BTreeMap::new();
+        for (&bone, &joint) in &self.bones {
+            let above = std::iter::successors(bone.parent(), |bone| bone.parent())
+                .find_map(|above| turned.get(&above))
+                .map_or(facing, |turn| turn.rotation);
+            turned.insert(bone, self.choose(bone, joint, facing, above, axes));
         }
-        rotations.insert(bone, rotation);
+        self.turns = turned;
     }
-    TPose {
-        source: TPoseSource::Computed,
-        pose,
-        rotations,
+
+    /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole figure
+    /// forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
+    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> Turn {
+        let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
+            (Some(direction), part) => {
+                let start = match part {
+                    Bone::LeftUpperArm | Bone::LeftUpperLeg => facing,
+                    _ => above,
+                };
+                match next(&self.hierarchy, &self.bones, bone, joint) {
+                    Some(next) => {
+                        let along = start * (self.position(next) - self.position(joint));
+                        (arc(along, self.axes * direction) * start, TPoseReason::ShortestArc)
+                    }
+                    None => (start, TPoseReason::FollowsTheBoneAbove),
+                }
+            }
+            (None, Bone::LeftFoot) => (
+                self.foot(joint, bone, facing, axes.y_axis, axes.z_axis),
+                TPoseReason::OnItsSole,
+            ),
+            (None, Bone::LeftToes) => (above, TPoseReason::FollowsTheBoneAbove),
+            _ => (facing, TPoseReason::Stands),
+        };
+        let is_small = rotation.angle_between(facing) <= SMALL_TURN;
+        Turn {
+            rotation: rotation.normalize(),
+            confidence: match self.source {
+                TPoseSource::RestPose if is_small => Confidence::Sure,
+                TPoseSource::RestPose | TPoseSource::FirstFrame => Confidence::Likely,
+                TPoseSource::Computed => Confidence::Unsure,
+            },
+            reason,
+        }
+    }
+
+    /// The rotation about the up axis that makes the figure of the reference pose face along an axis.
+    fn turn_to_face(&self, up: Vec3, forward: Vec3) -> Quat {
+        let across = |left: Bone, right: Bone| {
+            let across = self.position(self.joint(left)?) - self.position(self.joint(right)?);
+            (across - across.project_onto_normalized(up)).try_normalize()
+        };
+        let hips = across(Bone::LeftUpperLeg, Bone::RightUpperLeg).unwrap_or_default();
+        let shoulders = across(Bone::LeftUpperArm, Bone::RightUpperArm).unwrap_or_default();
+        let Some(seen) = (hips + shoulders).cross(up).try_normalize() else {
+            return Quat::IDENTITY;
+        };
+        let angle = seen.cross(forward).dot(up).atan2(seen.dot(forward));
+        if angle.abs() < FACING_IS_INEXACT {
+            return Quat::IDENTITY;
+        }
+        Quat::from_axis_angle(up, angle)
+    }
+
+    /// A foot stands on its sole in the reference pose. Only its heading is turned, so that it points forward.
+    fn foot(&self, joint: NodeId, bone: Bone, facing: Quat, up: Vec3, forward: Vec3) -> Quat {
+        let side = bone.side().unwrap_or(Side::Left);
+        let toes = self.joint(Bone::LeftToes.on(side));
+        let toes = toes.or_else(|| self.hierarchy.only_child(joint));
+        let along = toes.and_then(|toes| (facing * (self.position(toes) - self.position(joint))).try_normalize());
+        let Some(along) = along else {
+            return facing;
+        };
+        if along.dot(up).abs() > POINTED_FOOT {
+            return arc(along, forward - 0.4 * up) * facing;
+        }
+        let flat = along - along.project_onto_normalized(up);
+        arc(flat, forward) * facing
+    }
+
+    /// Every node in the T-pose: joints that are no bone go with the bone above them.
+    fn finish(self, scene: &Scene, reference: &Pose) -> TPose {
+        let mut bone_of = vec![None; scene.nodes.len()];
+        for (bone, joint) in &self.bones {
+            bone_of[joint.index()] = Some(*bone);
+        }
+        let mut pose = Pose::rest(scene);
+        // For each node its rotation from the reference pose, and for each bone that from the rest pose.
+        let mut turned: Vec<Quat> = Vec::with_capacity(scene.nodes.len());
+        let mut from_rest = vec![Quat::IDENTITY; scene.nodes.len()];
+        let mut rotations = BTreeMap::new();
+        for (index, bone) in bone_of.iter().enumerate() {
+            let parent = self.hierarchy.parents[index];
+            let above = parent.map_or(Quat::IDENTITY, |parent| turned[parent]);
+            let turn = bone.and_then(|bone| self.turns.get(&bone));
+            let turn = turn.map_or(above, |turn| turn.rotation);
+            turned.push(turn);
+            let position = parent.map_or(self.positions[index], |parent| {
+                pose.node_to_world[parent].w_axis.truncate() + above * (self.positions[index] - self.positions[parent])
+            });
+            let rotation = turn * self.rotations[index];
+            let rest_rotation = rotation_of(&pose.node_to_world[index]);
+            if let Some(parent) = parent {
+                from_rest[index] = from_rest[parent];
+            }
+            if let Some(bone) = bone {
+                let all = rotation * rest_rotation.inverse();
+                rotations.insert(*bone, (all * from_rest[index].inverse()).normalize());
+                from_rest[index] = all;
+            }
+            // What the reference pose scales and shears stays.
+            let linear = &reference.node_to_world[index];
+            let shape = Mat4::from_quat(rotation_of(linear).inverse()) * Mat4::from_mat3(Mat3::from_mat4(*linear));
+            pose.node_to_world[index] = Mat4::from_rotation_translation(rotation, position) * shape;
+            let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent]);
+            let node_to_parent = parent_to_world.inverse() * pose.node_to_world[index];
+            if node_to_parent.is_finite() {
+                pose.node_to_parent[index] = node_to_parent;
+            }
+        }
+        let bone = |(bone, turn): (Bone, Turn)| {
+            let made = TPoseBone {
+                joint: self.bones[&bone],
+                rotation: rotations[&bone],
+                confidence: turn.confidence,
+                reason: turn.reason,
+                reference_to_t_pose: turn.rotation,
+            };
+            (bone, made)
+        };
+        TPose {
+            source: self.source,
+            pose,
+            bones: self.turns.into_iter().map(bone).collect(),
+            axes: self.axes,
+            positions: self.positions,
+            rotations: self.rotations,
+        }
     }
 }
 
-/// Turns a node about its place in the world, with all below it.
-fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
-    if rotation == Quat::IDENTITY {
-        return;
-    }
-    let at = pose.position(node);
-    let about = Mat4::from_translation(at) * Mat4::from_quat(rotation) * Mat4::from_translation(-at);
-    let node_to_world = about * pose.node_to_world[node.index()];
-    let parent = scene.nodes[node.index()].parent;
-    let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent.index()]);
-    let node_to_parent = parent_to_world.inverse() * node_to_world;
-    if node_to_parent.is_finite() {
-        pose.node_to_parent[node.index()] = node_to_parent;
-        pose.update_world();
+/// The direction in which a bone points in the T-pose, in its frame; `None` for one that is not turned there.
+pub(crate) fn direction(bone: Bone) -> Option<Vec3> {
+    let outwards = if bone.side() == Some(Side::Right) {
+        Vec3::NEG_X
+    } else {
+        Vec3::X
+    };
+    match bone.on(Side::Left) {
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => Some(Vec3::NEG_Y),
+        Bone::LeftUpperArm | Bone::LeftLowerArm | Bone::LeftHand => Some(outwards),
+        Bone::LeftThumbMetacarpal | Bone::LeftThumbProximal | Bone::LeftThumbDistal => {
+            Some((outwards + Vec3::Z).normalize())
+        }
+        finger if finger.is_finger() => Some(outwards),
+        _ => None,
     }
 }
 
-fn rotation_of(matrix: &Mat4) -> Quat {
-    matrix.to_scale_rotation_translation().1
-}
-
-/// The node that shows where a bone points: the next bone, else the child of its joint.
-fn next_of(scene: &Scene, bone: Bone, node: NodeId, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<NodeId> {
+/// The node towards which a bone points: the next bone, else the only child of its joint.
+pub(crate) fn next(hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>, bone: Bone, joint: NodeId) -> Option<NodeId> {
     let side = bone.side().unwrap_or(Side::Left);
-    let candidates: &[Bone] = match bone {
-        Bone::Spine => &[Bone::Chest, Bone::UpperChest, Bone::Neck, Bone::Head],
-        Bone::Chest => &[Bone::UpperChest, Bone::Neck, Bone::Head],
-        Bone::UpperChest => &[Bone::Neck, Bone::Head],
-        Bone::LeftHand | Bone::RightHand => &[Bone::LeftMiddleProximal, Bone::LeftIndexProximal],
+    let knuckles: &[Bone] = match bone.on(Side::Left) {
+        Bone::LeftHand => &[
+            Bone::LeftMiddleProximal,
+            Bone::LeftIndexProximal,
+            Bone::LeftRingProximal,
+            Bone::LeftLittleProximal,
+        ],
         _ => &[],
     };
-    let hangs_on = |child: &NodeId| {
-        let parent = |node: &NodeId| scene.nodes[node.index()].parent;
-        std::iter::successors(parent(child), parent).any(|above| above == node)
+    let knuckles = knuckles.iter().map(|knuckle| knuckle.on(side));
+    let next = limb_end(bone).or_else(|| next_of_finger(bone));
+    let mut named = knuckles.chain(next).filter_map(|next| bones.get(&next).copied());
+    named
+        .find(|next| hierarchy.is_below(*next, joint))
+        .or_else(|| hierarchy.only_child(joint))
+}
+
+/// The bone that ends a bone of a limb.
+pub(crate) fn limb_end(bone: Bone) -> Option<Bone> {
+    let next = match bone.on(Side::Left) {
+        Bone::LeftUpperLeg => Bone::LeftLowerLeg,
+        Bone::LeftLowerLeg => Bone::LeftFoot,
+        Bone::LeftUpperArm => Bone::LeftLowerArm,
+        Bone::LeftLowerArm => Bone::LeftHand,
+        _ => return None,
     };
-    let listed = candidates.iter().map(|candidate| candidate.on(side));
-    let below = Bone::ALL.iter().copied().filter(|other| {
-        candidates.is_empty() && other.parent() == Some(bone) && !other.as_str().contains("Eye") && *other != Bone::Jaw
-    });
-    let next = listed.chain(below).filter_map(joint).find(hangs_on);
-    // A skeleton whose root is the head has the next bone above.
-    let carries_a_bone = Bone::ALL
-        .iter()
-        .filter_map(|other| joint(*other))
-        .any(|other| hangs_on(&other));
-    if next.is_none() && carries_a_bone {
-        return None;
-    }
-    next.or_else(|| {
-        let is_child = |index: &usize| scene.nodes[*index].parent == Some(node);
-        let mut children = (node.index() + 1..scene.nodes.len()).filter(is_child).map(NodeId::new);
-        children.next()
-    })
+    Some(next.on(bone.side()?))
 }
 
-/// Left, up and forward of a figure that stands.
-struct Axes {
-    left: Vec3,
-    up: Vec3,
-    forward: Vec3,
-}
-
-impl Axes {
-    fn new(skeleton: &Skeleton) -> Self {
-        let axes = skeleton.figure_to_world();
-        Self {
-            left: axes.x_axis,
-            up: axes.y_axis,
-            forward: axes.z_axis,
-        }
-    }
-
-    /// Where a bone points in T-pose; `None` for those that stay as they are.
-    fn direction(&self, bone: Bone) -> Option<Vec3> {
-        let outwards = if bone.side() == Some(Side::Right) {
-            -self.left
-        } else {
-            self.left
-        };
-        match bone.on(Side::Left) {
-            Bone::Hips | Bone::LeftEye | Bone::Jaw | Bone::LeftToes | Bone::LeftShoulder => None,
-            Bone::Spine | Bone::Chest | Bone::UpperChest | Bone::Neck | Bone::Head => Some(self.up),
-            Bone::LeftUpperLeg | Bone::LeftLowerLeg => Some(-self.up),
-            // The toes are lower than the ankle.
-            Bone::LeftFoot => Some((self.forward - 0.4 * self.up).normalize()),
-            Bone::LeftThumbMetacarpal | Bone::LeftThumbProximal | Bone::LeftThumbDistal => {
-                Some((outwards + self.forward).normalize())
-            }
-            _ => Some(outwards),
-        }
-    }
-
-    /// The rotation that brings both hip joints to left and right and the spine above them.
-    fn hips(&self, pose: &Pose, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<Quat> {
-        let at = |bone| joint(bone).map(|node| pose.position(node));
-        let left = (at(Bone::LeftUpperLeg)? - at(Bone::RightUpperLeg)?).try_normalize()?;
-        let above = at(Bone::Spine).or(at(Bone::Neck)).or(at(Bone::Head))?;
-        let spine = above - 0.5 * (at(Bone::LeftUpperLeg)? + at(Bone::RightUpperLeg)?);
-        let up = (spine - spine.project_onto_normalized(left)).try_normalize()?;
-        let from = Mat3::from_cols(left, up, left.cross(up));
-        let to = Mat3::from_cols(self.left, self.up, self.left.cross(self.up));
-        Some(Quat::from_mat3(&(to * from.transpose())))
-    }
-
-    /// The rotation about the up axis that brings the shoulders of a joint of the spine to left and right.
-    fn shoulders(
-        &self,
-        scene: &Scene,
-        pose: &Pose,
-        node: NodeId,
-        joint: &impl Fn(Bone) -> Option<NodeId>,
-    ) -> Option<Quat> {
-        let (left, right) = (joint(Bone::LeftUpperArm)?, joint(Bone::RightUpperArm)?);
-        let parent = |node: &NodeId| scene.nodes[node.index()].parent;
-        if !std::iter::successors(Some(left), parent).any(|above| above == node) {
-            return None;
-        }
-        let across = pose.position(left) - pose.position(right);
-        let flat = (across - across.project_onto_normalized(self.up)).try_normalize()?;
-        let angle = flat.cross(self.left).dot(self.up).atan2(flat.dot(self.left));
-        Some(Quat::from_axis_angle(self.up, angle))
-    }
+/// The next bone of a finger.
+fn next_of_finger(bone: Bone) -> Option<Bone> {
+    let mut bones = Bone::ALL.iter().copied();
+    bones.find(|next| next.is_finger() && bone.is_finger() && next.parent() == Some(bone))
 }

@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use super::axis::Axis;
-use super::measure::Figure;
+use super::measure::Measures;
 use super::{Confidence, Guess};
 use crate::scene::{HumanoidBone as Bone, NodeId};
 
-impl Figure<'_> {
+impl Measures<'_> {
     /// The axis that points up.
     pub(super) fn up(&self) -> Option<Guess<Axis>> {
         let guess = |value, confidence, reason: String| {

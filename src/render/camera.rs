@@ -3,7 +3,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use super::drawing::{Color, Drawing, Point};
-use super::figure::{Figure, Link, Side};
+use super::figure::{DrawnClip, Link, Side};
 use super::theme;
 
 /// An orthographic camera: equal lengths are equal in all places.
@@ -59,7 +59,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    pub(super) fn include(&mut self, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+    pub(super) fn include(&mut self, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
         for &position in positions {
             let shadow = camera.see(figure.ground_below(position));
             let seen = camera.see(position);
@@ -91,7 +91,7 @@ const WIDEST_BONE: f32 = 0.065;
 const JOINT_RADIUS: f32 = 0.013;
 
 /// Paints the bones from back to front. Each is a pointer to the child with two sides of different brightness.
-pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+pub(super) fn paint_figure(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
     let depth = |link: &Link| camera.see(positions[link.from]).z + camera.see(positions[link.to]).z;
     let mut links: Vec<&Link> = figure.links.iter().collect();
     links.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
@@ -128,7 +128,7 @@ pub(super) fn paint_bone(drawing: &mut Drawing, from: Point, to: Point, width: f
 }
 
 /// The shadows of the bones from light straight above.
-pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>, positions: &[Vec3]) {
+pub(super) fn paint_shadow(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>, positions: &[Vec3]) {
     let width = (1.4 * WIDEST_BONE * figure.reach * camera.scale).max(2.0);
     for link in &figure.links {
         let ends = [link.from, link.to].map(|node| camera.project(figure.ground_below(positions[node])));

@@ -121,7 +121,7 @@ pub(super) struct Link {
 }
 
 /// A clip with its binding and its size, rotated so that +Y is up.
-pub(super) struct Figure<'a> {
+pub(super) struct DrawnClip<'a> {
     pub(super) clip: Clip<'a>,
     pub(super) links: Vec<Link>,
     /// Joints without links, such as markers.
@@ -138,7 +138,7 @@ pub(super) struct Figure<'a> {
     pose: Pose,
 }
 
-impl<'a> Figure<'a> {
+impl<'a> DrawnClip<'a> {
     pub(super) fn new(clip: Clip<'a>) -> Self {
         Self::with_up(clip, survey(clip.scene).up.value)
     }
@@ -319,7 +319,7 @@ mod tests {
             name: "",
             scene: &moved,
         };
-        assert_eq!(Figure::new(clip).root, 1);
+        assert_eq!(DrawnClip::new(clip).root, 1);
         // With a turn of its own it is a part of the figure.
         let mut still = moved.animations[0].channels[0].clone();
         still.node_name = "still".to_owned();

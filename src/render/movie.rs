@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::camera::{Camera, Extent, paint_figure, paint_shadow};
 use super::drawing::{Anchor, Drawing};
-use super::figure::{Clip, Figure, short};
+use super::figure::{Clip, DrawnClip, short};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
 
@@ -49,7 +49,7 @@ impl Default for MovieOptions {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 pub struct Movie<'a> {
-    figure: Figure<'a>,
+    figure: DrawnClip<'a>,
     options: MovieOptions,
     camera: Camera,
     /// The camera's target for each picture.
@@ -91,7 +91,7 @@ impl<'a> Movie<'a> {
         let ticks: Vec<f64> = (0..pictures as usize)
             .map(|index| index as f64 * ticks_per_picture)
             .collect();
-        let mut figure = Figure::new(clip);
+        let mut figure = DrawnClip::new(clip);
         let roots: Vec<Vec3> = ticks
             .iter()
             .map(|&tick| {
@@ -222,7 +222,7 @@ impl<'a> Movie<'a> {
 
 /// A camera that shows the figure and its shadow in every picture, with a margin. The bounds are measured on a few
 /// dozen pictures.
-fn fitting_camera(figure: &mut Figure<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
+fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], options: &MovieOptions) -> Camera {
     const SAMPLES: usize = 48;
     let mut camera = Camera::three_quarters();
     let mut extent = Extent::default();
@@ -250,7 +250,7 @@ fn smoothed(places: &[Vec3], half: usize) -> Vec<Vec3> {
 }
 
 /// A round part of a grid on the floor. It moves under the figure, which makes the motion over the ground visible.
-fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &Figure<'_>) {
+fn paint_ground(drawing: &mut Drawing, camera: &Camera, figure: &DrawnClip<'_>) {
     const LINES: i32 = 7;
     let step = figure.reach * 0.5;
     let radius = step * LINES as f32;

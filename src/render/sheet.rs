@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::camera::{Camera, Extent, paint_figure, paint_shadow};
 use super::drawing::{Anchor, Drawing, Point};
-use super::figure::{Clip, Figure, short};
+use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
 use super::theme;
 
@@ -55,7 +55,7 @@ pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Drawing {
             let right = width as f32 - MARGIN;
             drawing.line(vec![[MARGIN, top], [right, top]], 1.0, theme::RULE);
         }
-        let mut figure = Figure::new(*clip);
+        let mut figure = DrawnClip::new(*clip);
         let path = root_path(&mut figure);
         paint_head(&mut drawing, clip, &path, top, row);
         paint_poses(
@@ -74,7 +74,7 @@ pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Drawing {
 pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
     const POSES: usize = 3;
     let mut drawing = Drawing::new(width, height, theme::PAPER, clip.name);
-    let mut figure = Figure::new(*clip);
+    let mut figure = DrawnClip::new(*clip);
     let path = root_path(&mut figure);
     let cell = width as f32 / POSES as f32;
     paint_poses(
@@ -89,7 +89,7 @@ pub(super) fn thumbnail(clip: &Clip<'_>, width: u32, height: u32) -> Drawing {
 }
 
 /// The root's path on the ground over the whole clip.
-fn root_path(figure: &mut Figure<'_>) -> Vec<Vec3> {
+fn root_path(figure: &mut DrawnClip<'_>) -> Vec<Vec3> {
     const POINTS: usize = 240;
     let ticks = figure.ticks(POINTS);
     ticks
@@ -153,7 +153,7 @@ fn paint_path_from_above(drawing: &mut Drawing, path: &[Vec3], [left, top]: Poin
 
 fn paint_poses(
     drawing: &mut Drawing,
-    figure: &mut Figure<'_>,
+    figure: &mut DrawnClip<'_>,
     path: &[Vec3],
     poses: usize,
     [left, top]: Point,

@@ -7,7 +7,7 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::figure::body;
 use super::raster::{shortened, text_width};
 use super::theme;
-use crate::figure::{Confidence, HumanoidBone, Side, Sides, Skeleton, TPose, TPoseSource};
+use crate::figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPose, TPoseSource};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A skeleton in T-pose, and its name in a picture.
@@ -17,8 +17,8 @@ pub struct TPoseClip<'a> {
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
-    /// Its skeleton, with the bones of the humanoid.
-    pub skeleton: &'a Skeleton,
+    /// Its figure, with the bones of the humanoid.
+    pub figure: &'a Figure,
     /// The T-pose.
     pub t_pose: &'a TPose,
 }
@@ -40,12 +40,12 @@ const VIEWS: [(&str, f32, f32); 3] = [
 ///
 /// ```
 /// use mocap::render::{TPoseClip, t_pose_sheet};
-/// use mocap::figure::{Skeleton, TPose};
+/// use mocap::figure::Figure;
 ///
 /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
-/// let skeleton = Skeleton::new(&scene);
-/// let t_pose = TPose::new(&scene, &skeleton).unwrap();
-/// let clip = TPoseClip { name: "dance", scene: &scene, skeleton: &skeleton, t_pose: &t_pose };
+/// let figure = Figure::new(&scene);
+/// let t_pose = figure.t_pose(&scene).unwrap();
+/// let clip = TPoseClip { name: "dance", scene: &scene, figure: &figure, t_pose };
 /// assert!(t_pose_sheet(&[clip], 1600).to_svg().contains(">leftLowerArm</text>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
@@ -94,14 +94,15 @@ fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {
 
 /// Where the T-pose comes from, and how far to trust the bones.
 fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
-    let TPoseClip { skeleton, t_pose, .. } = clip;
+    let TPoseClip { figure, t_pose, .. } = clip;
     let source = match t_pose.source {
-        TPoseSource::RestPose => "the rest pose is a T-pose",
+        TPoseSource::RestPose if figure.rest_pose.value == RestPose::TPose => "the rest pose is a T-pose",
+        TPoseSource::RestPose => "made from the rest pose",
         TPoseSource::FirstFrame => "the first frame is a T-pose",
         TPoseSource::Computed => "computed from the bones",
     };
     let count = |confidence| {
-        let bones = skeleton.humanoid.bones.values();
+        let bones = figure.humanoid.bones.values();
         bones.filter(|joint| joint.confidence == confidence).count()
     };
     let mut facts = vec![
@@ -113,12 +114,12 @@ fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
         (
             format!(
                 "up {}, facing {} at rest",
-                skeleton.up.value.as_str(),
-                skeleton.facing.value.as_str()
+                figure.up.value.as_str(),
+                figure.facing.value.as_str()
             ),
             theme::FADED,
         ),
-        (format!("{} bones", skeleton.humanoid.bones.len()), theme::FADED),
+        (format!("{} bones", figure.humanoid.bones.len()), theme::FADED),
     ];
     for confidence in [Confidence::Likely, Confidence::Unsure] {
         let bones = count(confidence);
@@ -126,10 +127,10 @@ fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
             facts.push((format!("{bones} of them {}", confidence.as_str()), theme::FADED));
         }
     }
-    if skeleton.humanoid.sides == Sides::Opposite {
+    if figure.humanoid.sides == Sides::Opposite {
         facts.push(("names of left and right are opposite".to_owned(), theme::RIGHT));
     }
-    let missing = skeleton.humanoid.missing();
+    let missing = figure.humanoid.missing();
     facts.extend(
         missing
             .iter()
@@ -141,7 +142,7 @@ fn facts(clip: &TPoseClip<'_>) -> Vec<(String, Color)> {
 /// The nodes of a body with +Y up, facing +Z.
 struct TPoseFigure<'a> {
     scene: &'a Scene,
-    skeleton: &'a Skeleton,
+    figure: &'a Figure,
     positions: Vec<Vec3>,
     in_body: Vec<bool>,
     /// The bone that each node is.
@@ -154,18 +155,15 @@ struct TPoseFigure<'a> {
 impl<'a> TPoseFigure<'a> {
     fn new(clip: &TPoseClip<'a>) -> Self {
         let TPoseClip {
-            scene,
-            skeleton,
-            t_pose,
-            ..
+            scene, figure, t_pose, ..
         } = *clip;
         // From the world of the motion to +Y up, facing +Z.
-        let to_stage = Quat::from_mat3(&skeleton.figure_to_world().transpose());
+        let to_stage = Quat::from_mat3(&figure.figure_to_world().transpose());
         let nodes = 0..scene.nodes.len();
         let positions: Vec<Vec3> = nodes
             .map(|node| to_stage * t_pose.pose.position(NodeId::new(node)))
             .collect();
-        let in_body = body(scene, &skeleton.humanoid);
+        let in_body = body(scene, &figure.humanoid);
         let shown = || {
             positions
                 .iter()
@@ -177,12 +175,12 @@ impl<'a> TPoseFigure<'a> {
         let high = shown().fold(Vec3::NEG_INFINITY, Vec3::max);
         let extent = (high - low).max_element();
         let mut bones = vec![None; scene.nodes.len()];
-        for (bone, joint) in &skeleton.humanoid.bones {
+        for (bone, joint) in &figure.humanoid.bones {
             bones[joint.joint.index()] = Some(*bone);
         }
         Self {
             scene,
-            skeleton,
+            figure,
             in_body,
             bones,
             middle: 0.5 * (low + high),
@@ -238,7 +236,7 @@ impl<'a> TPoseFigure<'a> {
             Some(Side::Right) => theme::RIGHT,
             None => theme::CURVES[1],
         };
-        let greyness = match self.skeleton.humanoid.bones[&bone].confidence {
+        let greyness = match self.figure.humanoid.bones[&bone].confidence {
             Confidence::Sure => 0.0,
             Confidence::Likely => 0.4,
             Confidence::Unsure => 0.7,
@@ -252,7 +250,7 @@ impl<'a> TPoseFigure<'a> {
         const SIZE: f32 = 10.0;
         let mut painted: Vec<[Point; 2]> = Vec::new();
         for &bone in NAMED {
-            let Some(node) = self.skeleton.humanoid.joint(bone) else {
+            let Some(node) = self.figure.humanoid.joint(bone) else {
                 continue;
             };
             let (start, end) = (self.positions[node.index()], self.end_of(bone));
@@ -283,8 +281,8 @@ impl<'a> TPoseFigure<'a> {
     /// Where the next bone of an arm begins; of the last bone its own place.
     fn end_of(&self, bone: HumanoidBone) -> Vec3 {
         let next = HumanoidBone::ALL.iter().filter(|next| next.parent() == Some(bone));
-        let next = next.into_iter().find_map(|next| self.skeleton.humanoid.joint(*next));
-        let node = next.or_else(|| self.skeleton.humanoid.joint(bone));
+        let next = next.into_iter().find_map(|next| self.figure.humanoid.joint(*next));
+        let node = next.or_else(|| self.figure.humanoid.joint(bone));
         node.map_or(self.middle, |node| self.positions[node.index()])
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::figure::{Clip, Figure, short};
+use super::figure::{Clip, DrawnClip, short};
 use crate::figure::survey;
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
@@ -169,7 +169,7 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
 fn root_height(clip: &Clip<'_>, width: usize) -> (String, f64, f64) {
     const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     const SAMPLES_A_BAR: usize = 4;
-    let mut figure = Figure::new(*clip);
+    let mut figure = DrawnClip::new(*clip);
     let ticks = figure.ticks(SAMPLES_A_BAR * width);
     let heights: Vec<f64> = ticks
         .into_iter()

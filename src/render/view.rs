@@ -29,7 +29,7 @@ use super::figure::Clip;
 use super::svg::escape;
 use crate::edit::DetectedContacts;
 use crate::error::visible;
-use crate::figure::Skeleton;
+use crate::figure::Figure;
 use crate::retarget::LimbAngles;
 
 /// A clip on a page.
@@ -37,8 +37,8 @@ use crate::retarget::LimbAngles;
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
-    /// Its skeleton; without one it is that of [`Skeleton::new`].
-    pub skeleton: Option<&'a Skeleton>,
+    /// Its figure; without one it is that of [`Figure::new`].
+    pub figure: Option<&'a Figure>,
     /// The `.glb` file of the download button; see [`gltf::write_glb`](crate::format::gltf::write_glb). Without one the
     /// button says how to make it.
     pub glb: Option<&'a [u8]>,
@@ -54,7 +54,7 @@ impl<'a> PageClip<'a> {
     pub fn new(clip: Clip<'a>) -> Self {
         Self {
             clip,
-            skeleton: None,
+            figure: None,
             glb: None,
             contacts: None,
             limb_angles: None,

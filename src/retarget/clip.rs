@@ -263,7 +263,7 @@ impl<'a> Chains<'a> {
         let mut places: HashMap<usize, usize> = joints.iter().map(|joint| joint.node.index()).zip(0..).collect();
         let mut next = 0;
         while let Some(&Joint { node, has_place, .. }) = joints.get(next) {
-            if let Some(parent) = *body.parents.get(node.index())? {
+            if let Some(parent) = *body.hierarchy.parents.get(node.index())? {
                 let place = *places.entry(parent).or_insert(joints.len());
                 if place == joints.len() {
                     joints.push(Joint {
@@ -300,7 +300,7 @@ impl<'a> Chains<'a> {
             if channel.is_none() && !is_matrix_of(rest, source.nodes[node.index()].transform) {
                 return None;
             }
-            let parent = body.parents[node.index()].and_then(|parent| places.get(&parent).copied());
+            let parent = body.hierarchy.parents[node.index()].and_then(|parent| places.get(&parent).copied());
             let parent_scale = parent.map_or(1.0, |parent| scales[parent]);
             scales[joint] = parent_scale * even_scale(channel.map(|channel| &channel.scaling_keys), rest.scale)?;
             links.push(Link {

@@ -122,7 +122,7 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
         pivot: None,
         ..point(ankle)
     }];
-    let below = (ankle.index() + 1..body.parents.len()).map(NodeId::new);
+    let below = (ankle.index() + 1..body.hierarchy.parents.len()).map(NodeId::new);
     points.extend(below.filter(|node| body.depends_on(*node, ankle)).map(point));
     let (forward, left) = (body.axes * Vec3::Z, body.axes * Vec3::X);
     let Some(toes) = toes.filter(|toes| (body.position(*toes) - here).dot(forward) > 0.0) else {

@@ -59,7 +59,7 @@ fn lowest(body: &Body) -> Option<f32> {
             .iter()
             .any(|ankle| node == ankle || body.depends_on(*node, *ankle))
     };
-    let nodes = (0..body.parents.len()).map(NodeId::new).filter(is_of_foot);
+    let nodes = (0..body.hierarchy.parents.len()).map(NodeId::new).filter(is_of_foot);
     nodes.map(|node| height(body, node)).reduce(f32::min)
 }
 

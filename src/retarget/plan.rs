@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, HashMap};
 use glam::Quat;
 use serde::Serialize;
 
-use super::body::{Body, limb_end};
+use super::body::Body;
 use super::rules::{Above, Drive, Ends, Rule, Track, Twist};
 use super::watched::Watched;
+use crate::figure::t_pose::{direction, limb_end};
 use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
 
@@ -69,7 +70,7 @@ impl Plan {
 /// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their places by node.
 fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
     let mut between = Quat::IDENTITY;
-    let mut next = to.parents[node.index()];
+    let mut next = to.hierarchy.parents[node.index()];
     let direct = next;
     while let Some(parent) = next {
         if let Some(&drive) = drives.get(&parent) {
@@ -77,7 +78,7 @@ fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
             return Above::Drive { drive, between };
         }
         between = (to.rest_rotations[parent] * between).normalize();
-        next = to.parents[parent];
+        next = to.hierarchy.parents[parent];
     }
     Above::Still((between.inverse() * to.axes).normalize())
 }
@@ -102,7 +103,7 @@ fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
         segment.first()
     };
     // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
-    match (twisted, end, Body::direction(bone)) {
+    match (twisted, end, direction(bone)) {
         (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
         _ => Some((joint, None)),
     }
@@ -245,7 +246,7 @@ impl Builder<'_> {
         let side = bone.side().unwrap_or(Side::Left);
         let ends = limb_end(bone).and_then(|end| self.to.joint(bone).zip(self.to.joint(end)));
         let helpers = ends.map_or(Vec::new(), |(start, end)| self.helpers(segment, start, end, target));
-        let axis = Body::direction(bone).filter(|_| segment.len() > 1 || !helpers.is_empty());
+        let axis = direction(bone).filter(|_| segment.len() > 1 || !helpers.is_empty());
         let other = match bone.on(Side::Left) {
             Bone::LeftUpperLeg => self.whole(Bone::Hips),
             Bone::LeftUpperArm => self.whole(Bone::LeftShoulder.on(side)).or_else(|| {
@@ -318,7 +319,7 @@ impl Builder<'_> {
         };
         let (from_bones, to_bones) = (bone_of(self.from), bone_of(self.to));
         let carrier = |body: &Body, bones: &HashMap<usize, Bone>, node: usize| {
-            let above = std::iter::successors(body.parents[node], |node| body.parents[*node]);
+            let above = std::iter::successors(body.hierarchy.parents[node], |node| body.hierarchy.parents[*node]);
             above.filter_map(|node| bones.get(&node).copied()).next()
         };
         let mut by_name: HashMap<&str, Option<usize>> = HashMap::new();

@@ -53,7 +53,7 @@ impl Root {
         let [left, right] = legs(to);
         let middle = 0.5 * (to.position(left) + to.position(right));
         let hips_to_world = to.rotation(to.hips);
-        let parent = to.parents[to.hips.index()];
+        let parent = to.hierarchy.parents[to.hips.index()];
         let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| Pose::rest(target).node_to_world[parent]);
         Ok(Self {
             scale: scale as f32,

@@ -3,7 +3,8 @@
 use glam::{Quat, Vec3};
 
 use super::body::Body;
-use super::rotations::{Places, Rotations, rotation_of};
+use super::rotations::{Places, Rotations};
+use crate::math::directions::rotation_of;
 use crate::pose::Pose;
 use crate::scene::NodeId;
 

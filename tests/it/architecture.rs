@@ -13,7 +13,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &["scene"]),
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
-    ("figure", &["error", "scene", "pose"]),
+    ("figure", &["error", "scene", "math", "pose"]),
     ("ik", &["scene", "math", "pose"]),
     ("edit", &["error", "limits", "scene", "math", "pose", "figure", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),

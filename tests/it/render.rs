@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::sample::Sample;
-use mocap::figure::{Skeleton, TPose};
+use mocap::figure::Figure;
 use mocap::render::{
     Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, page, plot, screen,
     sheet, t_pose_sheet,
@@ -254,22 +254,15 @@ fn a_node_knows_its_lines() {
 #[test]
 fn a_t_pose_has_a_row_a_skeleton_and_the_names_of_its_bones() {
     let scenes = ["rokoko_dance", "z_up_dab"].map(import);
-    let found: Vec<_> = scenes
-        .iter()
-        .map(|scene| {
-            let skeleton = Skeleton::new(scene);
-            let t_pose = TPose::new(scene, &skeleton).unwrap();
-            (skeleton, t_pose)
-        })
-        .collect();
+    let found: Vec<_> = scenes.iter().map(Figure::new).collect();
     let clips: Vec<_> = scenes
         .iter()
         .zip(&found)
-        .map(|(scene, (skeleton, t_pose))| TPoseClip {
+        .map(|(scene, figure)| TPoseClip {
             name: "it",
             scene,
-            skeleton,
-            t_pose,
+            figure,
+            t_pose: figure.t_pose(scene).unwrap(),
         })
         .collect();
     let [one, two] = [&clips[..1], &clips].map(|clips| t_pose_sheet(clips, 1600));

@@ -1,6 +1,6 @@
 //! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
 
-use mocap::figure::{HumanoidBone as Bone, Sides, Skeleton, humanoid};
+use mocap::figure::{Figure, HumanoidBone as Bone, Sides, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
 use mocap::scene::{Keys, Node, NodeId, NodeKind};
@@ -104,7 +104,7 @@ fn frames(scene: &Scene, count: usize) -> impl Iterator<Item = f64> + use<> {
 /// The rotation about the up axis from where one figure looks at rest to where another does.
 fn turn(from: &Scene, to: &Scene) -> Quat {
     let heading = |scene: &Scene| {
-        let facing = Skeleton::new(scene)
+        let facing = Figure::new(scene)
             .facing
             .value
             .direction()

@@ -28,7 +28,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::fbx::{self, FbxOptions, FbxReport};
-use mocap::figure::{Humanoid, HumanoidMap, Skeleton, humanoid};
+use mocap::figure::{Figure, Humanoid, HumanoidMap, humanoid};
 use mocap::files::{ReplacePolicy, write_file, write_files};
 use mocap::job::SourceMap;
 use mocap::scene::{Scene, Topic};
@@ -158,10 +158,10 @@ fn write_whole_output(
     Ok(write_with_textures(policy, output, bytes, images)?)
 }
 
-/// The skeleton of `scene`, with the bones of `--map`.
-fn mapped_skeleton(scene: &Scene, map: &SourceMap) -> Result<Skeleton, Failure> {
+/// The figure of `scene`, with the bones of `--map`.
+fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
     let bones = mapped(humanoid(scene), scene, map.bones_here(), "--map")?;
-    Ok(Skeleton::of(scene, bones))
+    Ok(Figure::with_bones(scene, bones))
 }
 
 /// A humanoid with the bones of the map that `option` names.

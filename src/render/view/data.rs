@@ -6,13 +6,13 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::super::euler;
-use super::super::figure::{Clip, Figure, Side, body, links, shown as shown_nodes};
+use super::super::figure::{Clip, DrawnClip, Side, body, links, shown as shown_nodes};
 use super::PageClip;
 use super::marks::{Contact, Limbs};
 use super::pack::{Part, Tracks};
 use super::skin::Skin;
 use crate::error::visible;
-use crate::figure::{Axis, Confidence, Humanoid, HumanoidBone, Skeleton, Survey};
+use crate::figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone, Survey};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 
@@ -102,18 +102,16 @@ struct Size {
 
 /// The description of a clip, with the names of its blocks and of its GLB, and the blocks.
 pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<Vec<u8>>) {
-    let PageClip {
-        clip, skeleton, glb, ..
-    } = page;
+    let PageClip { clip, figure, glb, .. } = page;
     let scene = clip.scene;
-    let skeleton = skeleton.map_or_else(|| Cow::Owned(Skeleton::new(scene)), Cow::Borrowed);
-    let guesses = &skeleton.survey;
+    let figure = figure.map_or_else(|| Cow::Owned(Figure::new(scene)), Cow::Borrowed);
+    let guesses = &figure.survey;
     let frames = clip.frames();
     let root_offset = scene.metadata.root_offset.iter();
     let root_offset = root_offset.map(|used| format!("root OFFSET: {:?}, {}", used.policy, used.reason).to_lowercase());
-    let noted = scene.metadata.assumptions.iter().cloned().chain(skeleton.assumptions());
+    let noted = scene.metadata.assumptions.iter().cloned().chain(figure.assumptions());
     let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.explanation()));
-    let in_body = body(scene, &skeleton.humanoid);
+    let in_body = body(scene, &figure.humanoid);
     let size = measure(clip, &in_body, guesses);
     let mut tracks = Tracks::new(scene, frames);
     let still = Channel::default();
@@ -121,7 +119,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     let mut nodes: Vec<_> = (0..scene.nodes.len())
         .map(|node| describe_node(scene, node, channels[node].unwrap_or(&still), &mut tracks))
         .collect();
-    for (bone, joint) in &skeleton.humanoid.bones {
+    for (bone, joint) in &figure.humanoid.bones {
         nodes[joint.joint.index()].bone = Some(Bone {
             name: bone.as_str(),
             side: bone.side().map_or(Side::Middle, Side::from),
@@ -154,7 +152,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
             UpAxis::NegZ => "-z",
         },
         size,
-        anchors: anchors(scene, &skeleton.humanoid),
+        anchors: anchors(scene, &figure.humanoid),
         frames_per_block: packed.frames_per_block,
         blocks: (0..packed.blocks.len())
             .map(|block| format!("clip-{index}-{block}"))
@@ -163,8 +161,8 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
         glb: glb.map(|_| format!("glb-{index}")),
         warnings: scene.warnings.iter().map(with_line).collect(),
         assumptions: root_offset.chain(assumptions).map(|text| shown(&text)).collect(),
-        humanoid: skeleton.humanoid.found,
-        is_turned: has_skin && guesses.up.value == UpAxis::Y && skeleton.facing.value == Axis::NegZ,
+        humanoid: figure.humanoid.found,
+        is_turned: has_skin && guesses.up.value == UpAxis::Y && figure.facing.value == Axis::NegZ,
         skin: None,
         contacts: page.contacts.map(Contact::all).unwrap_or_default(),
         limbs: page
@@ -196,7 +194,7 @@ fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
 /// Measures a few dozen poses.
 fn measure(clip: &Clip<'_>, in_body: &[bool], guesses: &Survey) -> Size {
     let metres_per_unit = guesses.metres_per_unit;
-    let mut figure = Figure::with_up(*clip, guesses.up.value);
+    let mut figure = DrawnClip::with_up(*clip, guesses.up.value);
     let mut reach = 0.0_f32;
     for tick in figure.ticks(48) {
         let positions = figure.positions(tick);

@@ -6,7 +6,7 @@ use mocap::arrays::{self, ArrayOptions, csv};
 use mocap::compress::PackedClip;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
-use mocap::figure::{self, Skeleton};
+use mocap::figure::{self, Figure};
 use mocap::gltf;
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
@@ -313,15 +313,15 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
         root_offset: &'a Option<RootOffsetUsed>,
     }
     let scene = &entry.scene;
-    let skeleton = match &entry.humanoid {
-        Some(humanoid) => Skeleton::of(scene, humanoid.clone()),
-        None => Skeleton::new(scene),
+    let figure = match &entry.humanoid {
+        Some(humanoid) => Figure::with_bones(scene, humanoid.clone()),
+        None => Figure::new(scene),
     };
     // Only a humanoid with a motion has contacts.
-    let found = contacts(scene, 0, Some(&skeleton.humanoid), &ContactOptions::default()).ok();
+    let found = contacts(scene, 0, Some(&figure.humanoid), &ContactOptions::default()).ok();
     let packed = render::player_clip(&PageClip {
         clip: Clip { name, scene },
-        skeleton: Some(&skeleton),
+        figure: Some(&figure),
         glb: None,
         contacts: found.as_ref(),
         limb_angles: entry.limb_angles(),
@@ -340,7 +340,7 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
             .assumptions
             .iter()
             .cloned()
-            .chain(skeleton.assumptions())
+            .chain(figure.assumptions())
             .collect(),
         root_offset: &scene.metadata.root_offset,
     };

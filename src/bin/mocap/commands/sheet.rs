@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use mocap::Scene;
-use mocap::figure::{Skeleton, TPose};
+use mocap::figure::Figure;
 use mocap::job::SourceMap;
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip, sheet, t_pose_sheet};
 
-use super::{import_motion, mapped_skeleton, short_name, write_drawing};
+use super::{import_motion, mapped_figure, short_name, write_drawing};
 use crate::args::{Given, SheetArgs};
 use crate::{Failure, streams};
 
@@ -41,27 +41,25 @@ fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {
 fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing, Failure> {
     let mut found = Vec::new();
     for (file, (_, scene)) in args.files.iter().zip(named_scenes) {
-        found.push(t_pose(scene, file, &args.map)?);
+        found.push(figure_with_t_pose(scene, file, &args.map)?);
     }
-    let clips = named_scenes.iter().zip(&found);
-    let clips: Vec<TPoseClip<'_>> = clips
-        .map(|((name, scene), (skeleton, t_pose))| TPoseClip {
+    let clips = named_scenes.iter().zip(&found).filter_map(|((name, scene), figure)| {
+        Some(TPoseClip {
             name,
             scene,
-            skeleton,
-            t_pose,
+            figure,
+            t_pose: figure.t_pose(scene)?,
         })
-        .collect();
-    Ok(t_pose_sheet(&clips, args.width))
+    });
+    Ok(t_pose_sheet(&clips.collect::<Vec<_>>(), args.width))
 }
 
-fn t_pose(scene: &Scene, file: &Path, map: &SourceMap) -> Result<(Skeleton, TPose), Failure> {
-    let skeleton = mapped_skeleton(scene, map)?;
-    match TPose::new(scene, &skeleton) {
-        Some(t_pose) => Ok((skeleton, t_pose)),
-        None => {
-            let message = format!("{}: there is no T-pose: {}", file.display(), skeleton.humanoid.reason);
-            Err(Failure::Usage(message))
-        }
+/// The figure of a scene that has a T-pose.
+fn figure_with_t_pose(scene: &Scene, file: &Path, map: &SourceMap) -> Result<Figure, Failure> {
+    let figure = mapped_figure(scene, map)?;
+    if figure.t_pose(scene).is_none() {
+        let message = format!("{}: there is no T-pose: {}", file.display(), figure.humanoid.reason);
+        return Err(Failure::Usage(message));
     }
+    Ok(figure)
 }

@@ -5,12 +5,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
-use mocap::figure::{Axis, Confidence, Guess, HumanoidBone, RestPose, Sides, Skeleton, TPose, TPoseSource};
-use mocap::glam::Quat;
+use mocap::figure::{Axis, Confidence, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone, TPoseSource};
 use mocap::scene::RootOffset;
 use serde::Serialize;
 
-use super::{import_motion, mapped_skeleton, print_json};
+use super::{import_motion, mapped_figure, print_json};
 use crate::args::SkeletonArgs;
 use crate::{Failure, report};
 
@@ -46,22 +45,36 @@ struct RotationReport {
     /// In the world: x, y, z, w.
     rotation: [f32; 4],
     degrees: f32,
+    /// How far to trust how the bone is turned about itself.
+    confidence: Confidence,
+    reason: &'static str,
 }
 
 impl TPoseReport {
-    fn new(pose: &TPose) -> Self {
-        let rotation = |(bone, rotation): (&HumanoidBone, &Quat)| {
-            let report = RotationReport {
-                // Adding zero turns -0 into 0.
-                rotation: rotation.to_array().map(|value| value + 0.0),
-                degrees: TPose::degrees(*rotation),
-            };
-            (*bone, report)
+    /// `sides` are those of the names, by which the report calls the bones.
+    fn new(pose: &TPose, sides: Sides) -> Self {
+        let as_named = |bone: HumanoidBone| {
+            if sides == Sides::Opposite {
+                bone.mirrored()
+            } else {
+                bone
+            }
+        };
+        let turn = |found: &TPoseBone| RotationReport {
+            // Adding zero turns -0 into 0.
+            rotation: found.rotation.to_array().map(|value| value + 0.0),
+            degrees: TPose::degrees(found.rotation),
+            confidence: found.confidence,
+            reason: found.reason.as_str(),
         };
         Self {
             source: pose.source,
             largest_rotation: pose.largest_rotation(),
-            bones: pose.rotations.iter().map(rotation).collect(),
+            bones: pose
+                .bones
+                .iter()
+                .map(|(bone, found)| (as_named(*bone), turn(found)))
+                .collect(),
         }
     }
 }
@@ -90,7 +103,7 @@ struct BoneReport {
 }
 
 impl Report {
-    fn new(file: &Path, scene: &Scene, found: &Skeleton) -> Self {
+    fn new(file: &Path, scene: &Scene, found: &Figure) -> Self {
         let guess = &found.survey.unit;
         let unit = match scene.metadata.metres_per_unit {
             Some(metres) => UnitReport {
@@ -148,7 +161,7 @@ impl Report {
             },
             floor: found.floor.clone(),
             asymmetry: found.asymmetry.clone(),
-            t_pose: TPose::new(scene, found).as_ref().map(TPoseReport::new),
+            t_pose: found.t_pose(scene).map(|pose| TPoseReport::new(pose, humanoid.sides)),
         }
     }
 }
@@ -156,7 +169,7 @@ impl Report {
 pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
     args.source.state(&mut scene);
-    let mut found = Report::new(&args.file, &scene, &mapped_skeleton(&scene, &args.map)?);
+    let mut found = Report::new(&args.file, &scene, &mapped_figure(&scene, &args.map)?);
     if args.source.metres_per_unit().is_some() {
         found.unit.reason = "--unit says so".to_owned();
     }

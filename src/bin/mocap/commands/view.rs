@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::leave_out_rest_pose;
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
-use mocap::figure::{HumanoidMap, Skeleton, humanoid};
+use mocap::figure::{Figure, HumanoidMap, humanoid};
 use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
@@ -186,18 +186,18 @@ const LARGE_PAGE: usize = 60 << 20;
 struct Read {
     name: String,
     scene: Scene,
-    skeleton: Skeleton,
+    figure: Figure,
     glb: Option<Vec<u8>>,
     contacts: Option<DetectedContacts>,
     limb_angles: Option<Vec<LimbAngles>>,
 }
 
 impl Read {
-    fn new(name: String, scene: Scene, skeleton: Skeleton, bones: HumanoidMap) -> mocap::Result<Self> {
+    fn new(name: String, scene: Scene, figure: Figure, bones: HumanoidMap) -> mocap::Result<Self> {
         let mut read = Self {
             name,
             scene,
-            skeleton,
+            figure,
             glb: None,
             contacts: None,
             limb_angles: None,
@@ -211,13 +211,7 @@ impl Read {
         let is_short = key_bytes(&self.scene) <= LARGEST_GLB;
         self.glb = is_short.then(|| glb(&self.scene, bones)).transpose()?;
         // Only a humanoid with a motion has contacts.
-        self.contacts = contacts(
-            &self.scene,
-            0,
-            Some(&self.skeleton.humanoid),
-            &ContactOptions::default(),
-        )
-        .ok();
+        self.contacts = contacts(&self.scene, 0, Some(&self.figure.humanoid), &ContactOptions::default()).ok();
         Ok(())
     }
 
@@ -240,7 +234,7 @@ impl Read {
                 name: &self.name,
                 scene: &self.scene,
             },
-            skeleton: Some(&self.skeleton),
+            figure: Some(&self.figure),
             glb: self.glb.as_deref(),
             contacts: self.contacts.as_ref(),
             limb_angles: self.limb_angles.as_deref(),
@@ -262,8 +256,8 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let found = humanoid(&scene);
     // A map that names no joint of the file is refused already.
     let mapped = found.clone().with_map(&scene, args.map.bones_here()).unwrap_or(found);
-    let skeleton = Skeleton::of(&scene, mapped);
-    Read::new(short_name(file), scene, skeleton, args.map.bones_here())
+    let figure = Figure::with_bones(&scene, mapped);
+    Read::new(short_name(file), scene, figure, args.map.bones_here())
 }
 
 /// What motions are shown on.
@@ -321,19 +315,19 @@ fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> R
         )),
     }
     let scene = retargeting.scene();
-    let skeleton = match retargeting.humanoid() {
-        Some(bones) => Skeleton::of(&scene, bones.clone()),
-        None => Skeleton::new(&scene),
+    let figure = match retargeting.humanoid() {
+        Some(bones) => Figure::with_bones(&scene, bones.clone()),
+        None => Figure::new(&scene),
     };
     let limb_angles = retargeting.limb_angles(0);
-    let read = Read::new(name, scene, skeleton, HumanoidMap::default())?;
+    let read = Read::new(name, scene, figure, HumanoidMap::default())?;
     Ok(Read { limb_angles, ..read })
 }
 
 fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {
     let options = RetargetOptions {
-        source: Some(source.skeleton.humanoid.clone()),
-        target: Some(target.skeleton.humanoid.clone()),
+        source: Some(source.figure.humanoid.clone()),
+        target: Some(target.figure.humanoid.clone()),
         ..RetargetOptions::default()
     };
     Retargeter::new(&source.scene, &target.scene, &options)

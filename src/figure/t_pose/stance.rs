@@ -5,7 +5,7 @@
 
 use glam::{Quat, Vec3};
 
-use super::rotations::rotation_of;
+use crate::math::directions::rotation_of;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 

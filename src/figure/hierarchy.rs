@@ -1,0 +1,53 @@
+//! Which node is below which.
+
+use crate::scene::{NodeId, Scene};
+
+/// The parents of the nodes of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Hierarchy {
+    pub(crate) parents: Vec<Option<usize>>,
+}
+
+impl Hierarchy {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        Self {
+            parents: scene.nodes.iter().map(|node| node.parent.map(NodeId::index)).collect(),
+        }
+    }
+
+    /// The nodes above a node, from its parent to the root.
+    pub(crate) fn above(&self, node: NodeId) -> impl Iterator<Item = usize> {
+        std::iter::successors(self.parents[node.index()], |node| self.parents[*node])
+    }
+
+    /// Whether a node is below another.
+    pub(crate) fn is_below(&self, node: NodeId, ancestor: NodeId) -> bool {
+        self.above(node).any(|above| above == ancestor.index())
+    }
+
+    /// The nodes strictly between a node and one below it, from above; `None` if it is not below it.
+    pub(crate) fn path(&self, from: NodeId, to: NodeId) -> Option<Vec<NodeId>> {
+        self.is_below(to, from).then(|| {
+            let between = self.above(to).take_while(|node| *node != from.index());
+            let mut path: Vec<_> = between.map(NodeId::new).collect();
+            path.reverse();
+            path
+        })
+    }
+
+    pub(crate) fn first_child(&self, node: NodeId) -> Option<NodeId> {
+        self.children(node).next()
+    }
+
+    /// The child of a node that has no other.
+    pub(crate) fn only_child(&self, node: NodeId) -> Option<NodeId> {
+        let mut children = self.children(node);
+        let child = children.next()?;
+        children.next().is_none().then_some(child)
+    }
+
+    fn children(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let is_child = move |child: &usize| self.parents[*child] == Some(node.index());
+        (node.index() + 1..self.parents.len()).filter(is_child).map(NodeId::new)
+    }
+}
