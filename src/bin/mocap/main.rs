@@ -33,6 +33,19 @@ enum Failure {
     Some,
 }
 
+impl Failure {
+    /// What is said of a file, one of many, on which a command stopped.
+    fn into_words(self) -> String {
+        match self {
+            Self::File(error) => error.to_string(),
+            Self::Usage(message) => message,
+            Self::Output(error) => error.to_string(),
+            Self::Folder(folder, error) => format!("{}: {error}", folder.display()),
+            Self::Told | Self::Some => "the file could not be made".to_owned(),
+        }
+    }
+}
+
 impl From<mocap::Error> for Failure {
     fn from(error: mocap::Error) -> Self {
         Self::File(error)

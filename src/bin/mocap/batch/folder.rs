@@ -1,0 +1,269 @@
+//! The one driver of commands that make an output of each of many files, in a folder with a manifest.
+//!
+//! A command says by [`Work`] what it does with one file. All else is here: which files are inputs, the names of the
+//! outputs, what former runs have done, shards, threads, progress, the manifest, and what is said at the end.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use mocap::files::ReplacePolicy;
+
+use super::hash::sha256;
+use super::inputs::{self, Input};
+use super::manifest::{Manifest, Record};
+use super::outputs::{KnownOutputs, Output, name_outputs, remove_unfinished};
+use super::progress::{Counts, Outcome, Progress};
+use super::{PANICKED, for_each, thread_count};
+use crate::args::{InputArgs, SpreadArgs};
+use crate::{Failure, report};
+
+/// What a command does with each of many files.
+pub(crate) trait Work: Sync {
+    /// The extension of the outputs.
+    fn extension(&self) -> &str;
+
+    /// Refuses what cannot be done, before anything is written.
+    fn check(&mut self, _: &ReplacePolicy) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
+    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
+
+    /// Whether the record of a former run, which has made the same output in the same way, has all that is wanted of it.
+    fn is_complete(&self, _: &Record) -> bool {
+        true
+    }
+
+    /// Takes what all other files have said, before those are made that wait for it.
+    fn learn(&mut self, _: &[&Record]) {}
+
+    /// What to say of all files below the summary, those of former runs too.
+    fn summary(&self, _: &[&Record]) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Ends the run with its verdict.
+    fn finish(&self, _: &[&Record], counts: &Counts) -> Result<(), Failure> {
+        counts.verdict()
+    }
+}
+
+/// Whether the output of a file was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Made {
+    Done,
+    /// The file waits for what the others say, and is made again after [`Work::learn`].
+    Waits,
+}
+
+/// Many files, and the folder of their outputs.
+pub(crate) struct Many<'a> {
+    pub(crate) paths: &'a [PathBuf],
+    pub(crate) folder: &'a Path,
+    /// Files that every output depends on, such as a character: no inputs, and never replaced.
+    pub(crate) others: &'a [PathBuf],
+    pub(crate) inputs: &'a InputArgs,
+    pub(crate) spread: &'a SpreadArgs,
+    pub(crate) resume: bool,
+    pub(crate) force: bool,
+    /// Everything except the input that an output depends on, as text, for the manifest.
+    pub(crate) options: String,
+}
+
+/// How a file ended, and what is new to say of it; `None` where it waits.
+type Ended = Option<(Outcome, Option<Record>)>;
+
+impl Many<'_> {
+    /// Does the work on all files.
+    pub(crate) fn run(&self, work: &mut impl Work) -> Result<(), Failure> {
+        let (folder, spread) = (self.folder, self.spread);
+        let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
+        // The input folder may contain outputs of a former run.
+        let known = KnownOutputs::of(folder);
+        let is_other = |path: &Path| self.others.iter().any(|other| is_same_file(path, other));
+        let mut inputs = inputs::find_except(self.paths, self.inputs, |path| known.has(path) || is_other(path))?;
+        // Outputs are named before the shard is taken, so that every shard names them alike.
+        let outputs = name_outputs(&inputs, work.extension())?;
+        let all = inputs.iter().map(|input| &input.path).chain(self.others);
+        let policy = ReplacePolicy::new(all).force(self.force);
+        work.check(&policy)?;
+        inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
+        fs::create_dir_all(folder).map_err(in_folder)?;
+        let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
+        let is_input = |input: &str| names.contains(input);
+        let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
+        let run = Run {
+            many: self,
+            outputs,
+            former: manifest.records().clone(),
+            policy,
+        };
+        let mut progress = Progress::new(spread.progress(), &inputs);
+        let waiting = run
+            .round(&inputs, &*work, &mut manifest, &mut progress)
+            .map_err(in_folder)?;
+        if !waiting.is_empty() {
+            let waits: HashSet<&str> = waiting.iter().map(|input| input.relative.as_str()).collect();
+            let records = manifest.records().values();
+            work.learn(&Vec::from_iter(
+                records.filter(|record| !waits.contains(record.input.as_str())),
+            ));
+            run.round(&waiting, &*work, &mut manifest, &mut progress)
+                .map_err(in_folder)?;
+        }
+        let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
+        let own = own.map(|output| folder.join(output));
+        // Not before, because a `.gltf` that is left says whose its buffer is.
+        remove_unfinished(folder, own.chain([Manifest::path(folder, spread.shard)])).map_err(in_folder)?;
+        let counts = progress.finish();
+        let records = manifest.records().clone();
+        manifest.finish(is_input).map_err(in_folder)?;
+        let records: Vec<&Record> = records.values().filter(|record| is_input(&record.input)).collect();
+        if !spread.quiet {
+            report::say(&summary(&counts));
+            work.summary(&records).iter().for_each(|line| report::say(line));
+            tell_failures(&records);
+        }
+        work.finish(&records, &counts)
+    }
+}
+
+/// Whether two paths lead to one file.
+fn is_same_file(path: &Path, other: &Path) -> bool {
+    let is_same = || Some(path.canonicalize().ok()? == other.canonicalize().ok()?);
+    path == other || (path.file_name() == other.file_name() && is_same() == Some(true))
+}
+
+struct Run<'a> {
+    many: &'a Many<'a>,
+    /// The output of every input, below the folder.
+    outputs: HashMap<String, String>,
+    /// What former runs say of their inputs.
+    former: BTreeMap<String, Record>,
+    policy: ReplacePolicy,
+}
+
+impl Run<'_> {
+    /// Works on the inputs, and returns those that wait, sorted.
+    fn round<W: Work>(
+        &self,
+        inputs: &[Input],
+        work: &W,
+        manifest: &mut Manifest,
+        progress: &mut Progress,
+    ) -> io::Result<Vec<Input>> {
+        let mut waiting = Vec::new();
+        let one = |input: &Input| self.one(input, work);
+        let panicked = |input: &Input| {
+            let mut record = Record::new(input, &self.many.options);
+            record.error = Some(PANICKED.to_owned());
+            Some((Outcome::Failed, Some(record)))
+        };
+        let add = |index: usize, ended: Ended| {
+            let input = &inputs[index];
+            let Some((outcome, record)) = ended else {
+                waiting.push(input.clone());
+                return Ok(());
+            };
+            progress.add(input, outcome);
+            record.map_or(Ok(()), |record| manifest.add(record))
+        };
+        for_each(inputs, thread_count(self.many.spread.threads), one, panicked, add)?;
+        waiting.sort_by(|a, b| a.relative.cmp(&b.relative));
+        Ok(waiting)
+    }
+
+    fn one(&self, input: &Input, work: &impl Work) -> Ended {
+        let start = Instant::now();
+        let mut record = Record::new(input, &self.many.options);
+        let outcome = match self.make(input, &mut record, work) {
+            Ok(None) => return None,
+            Ok(Some(Outcome::Skipped)) => return Some((Outcome::Skipped, None)),
+            Ok(Some(outcome)) => outcome,
+            Err(error) => {
+                record.error = Some(error);
+                Outcome::Failed
+            }
+        };
+        record.seconds = start.elapsed().as_secs_f64();
+        Some((outcome, Some(record)))
+    }
+
+    /// Makes the output of a file, unless a former run has made it. `None` where it waits.
+    fn make(&self, input: &Input, record: &mut Record, work: &impl Work) -> Result<Option<Outcome>, String> {
+        let in_file = |path: &Path, error: io::Error| format!("{}: {error}", path.display());
+        let file = input.path().map_err(|error| error.to_string())?;
+        record.sha256 = Some(sha256(file).map_err(|error| in_file(file, error))?);
+        let name = &self.outputs[&input.relative];
+        let former = self.former.get(&input.relative);
+        let of_former = former.filter(|former| former.output.as_ref() == Some(name));
+        let output = Output {
+            name,
+            path: self.many.folder.join(name),
+            policy: &self.policy,
+            written: of_former.and_then(|former| former.output_sha256.as_deref()),
+        };
+        let is_done = |former: &Record| is_alike(former, record) && work.is_complete(former);
+        if self.many.resume && of_former.is_some_and(is_done) && output.path.exists() {
+            return Ok(Some(Outcome::Skipped));
+        }
+        let folder = output.path.parent().unwrap_or(self.many.folder);
+        // Only asking does not lock the folder above, where another thread may be at work.
+        if !folder.is_dir() {
+            fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
+        }
+        match work.make(file, &output, record)? {
+            Made::Done => {
+                record.output = Some(name.clone());
+                Ok(Some(Outcome::Done))
+            }
+            Made::Waits => Ok(None),
+        }
+    }
+}
+
+/// Whether a former run has read the same bytes in the same way, without an error.
+fn is_alike(former: &Record, record: &Record) -> bool {
+    former.error.is_none()
+        && former.sha256 == record.sha256
+        && former.options == record.options
+        && former.version == record.version
+}
+
+/// `9,998 of 10,000 files in 4.2 s`, with what is worth knowing beside.
+fn summary(counts: &Counts) -> String {
+    let Counts {
+        files,
+        skipped,
+        failed,
+        seconds,
+        megabytes_per_second,
+        ..
+    } = counts;
+    let converted = files - skipped - failed;
+    format!(
+        "{converted} of {files} files converted, {skipped} done before, {failed} failed: \
+         {seconds:.1} s, {megabytes_per_second:.1} MB/s"
+    )
+}
+
+/// A table of the files that failed and why, or of the first of them.
+fn tell_failures(records: &[&Record]) {
+    const MOST: usize = 20;
+    let failures = records
+        .iter()
+        .filter_map(|record| Some((&record.input, record.error.as_ref()?)));
+    let failures: Vec<_> = failures.collect();
+    let shown = &failures[..failures.len().min(MOST)];
+    let width = shown.iter().map(|(input, _)| input.chars().count()).max().unwrap_or(0);
+    for (input, error) in shown {
+        report::say(&format!("  {input:width$}  {error}"));
+    }
+    if failures.len() > MOST {
+        report::say(&format!("  and {} more, listed in the manifest", failures.len() - MOST));
+    }
+}
