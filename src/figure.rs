@@ -10,6 +10,7 @@ pub(crate) mod hierarchy;
 mod humanoid;
 mod measure;
 mod poses;
+pub(crate) mod robot_bones;
 pub(crate) mod t_pose;
 mod unit;
 mod up;

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::{self, Limits};
-use crate::robot::Robot;
+use crate::scene::robot::Robot;
 use crate::scene::{Format, RootOffset, Scene};
 
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.

@@ -20,9 +20,9 @@ use crate::format::gltf::Character;
 use crate::format::{ReadOptions, Source, read_robot};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-use crate::robot::Robot;
 #[cfg(doc)]
 use crate::scene::Origin;
+use crate::scene::robot::Robot;
 use crate::scene::{Format, RootOffset, Scene};
 
 /// Imports a motion file with the default options.

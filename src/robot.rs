@@ -19,25 +19,22 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-mod bones;
 mod collision;
 mod following;
 mod kinematics;
 mod measure;
-mod model;
 mod motion;
 mod report;
 mod retargeter;
-mod scene;
 mod sole;
 mod solver;
 mod twin;
 
-pub use self::bones::{RobotBone, RobotMap};
 pub use self::collision::LinkCollision;
-pub use self::model::{
-    Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
-};
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};
 pub use self::retargeter::{RobotOptions, RobotRetargeter};
+pub use crate::figure::robot_bones::{RobotBone, RobotMap};
+pub use crate::scene::robot::{
+    Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};

@@ -6,6 +6,7 @@
 
 mod humanoid_bone;
 mod metadata;
+pub(crate) mod robot;
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ use super::Failure;
 use super::text::quote;
 use super::xml::Element;
 use crate::error::{Code, Diagnostic, nearest};
-use crate::robot::{Mimic, RobotLink};
+use crate::scene::robot::{Mimic, RobotLink};
 
 /// How far the limits of a leader and its followers may miss each other by rounding.
 const ROUNDING: f64 = 1e-9;

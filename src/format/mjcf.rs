@@ -31,7 +31,7 @@ use super::xml::{self, Element};
 use super::{Failure, FormatInfo, ReadOptions, Source};
 use crate::error::{Code, Result};
 use crate::limits::Limits;
-use crate::robot::Robot;
+use crate::scene::robot::Robot;
 use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {

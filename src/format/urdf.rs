@@ -23,7 +23,9 @@ use super::xml::{self, Element};
 use super::{Failure, FormatInfo, ReadOptions, Source};
 use crate::error::{Code, Diagnostic, Result, nearest};
 use crate::limits::Limits;
-use crate::robot::{Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind};
+use crate::scene::robot::{
+    Inertial, JointKind, JointLimits, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,
+};
 use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {

@@ -4,8 +4,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::model::{Placement, Robot, RobotShape, ShapeKind};
 use super::motion::RobotMotion;
+use crate::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
 /// How deep two links penetrate each other where that counts, in metres.
 const DEEP: f64 = 0.01;

@@ -3,11 +3,11 @@
 use glam::{DQuat, DVec2, DVec3, Quat};
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::model::Robot;
 use super::sole::SoleBall;
 use super::solver::{Goals, Reach, Turn};
 use super::twin::{Twin, TwinBone};
 use crate::pose::Pose;
+use crate::scene::robot::Robot;
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
 /// Squares of weights: of directions of limbs, of turns about limbs, of what no joint of an ankle does, and of places,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::model::{JointKind, JointLimits, Mimic, Placement, Robot};
+use crate::scene::robot::{JointKind, JointLimits, Mimic, Placement, Robot};
 
 /// A moving link, or the base, with what is fixed to it.
 #[derive(Clone, Debug)]

@@ -3,9 +3,9 @@
 use glam::{DVec3, Quat, Vec3};
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::model::Placement;
 use super::motion::RobotMotion;
 use super::twin::{Twin, TwinBone};
+use crate::scene::robot::Placement;
 use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId};
 
 /// A motion on a robot.

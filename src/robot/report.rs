@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::collision::{LinkCollision, SelfCollision};
-use super::model::Robot;
 use super::motion::RobotMotion;
 use crate::retarget::{LimbError, RetargetReport, Verdict};
+use crate::scene::robot::Robot;
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f64 = 0.01;

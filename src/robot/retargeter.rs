@@ -2,20 +2,20 @@
 
 use glam::DVec3;
 
-use super::bones::RobotMap;
 use super::collision::Collisions;
 use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
-use super::model::{Placement, Robot};
 use super::motion::RobotMotion;
 use super::report::{self, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::twin::Twin;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
+use crate::figure::robot_bones::RobotMap;
 use crate::pose::{Binding, Pose};
 use crate::retarget::{RetargetOptions, Retargeter, Scale};
+use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Scene, Side};
 
 /// How a [`RobotRetargeter`] moves a motion.

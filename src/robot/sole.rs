@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::model::{Placement, Robot, RobotShape, ShapeKind};
+use crate::scene::robot::{Placement, Robot, RobotShape, ShapeKind};
 
 /// A ball that stays above the floor, in the frame of the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
-use super::model::{JointKind, Placement};
+use crate::scene::robot::{JointKind, Placement};
 
 /// The unknowns of the base: three of its place and three of its rotation.
 const ROOT: usize = 6;
@@ -332,8 +332,8 @@ fn cholesky(matrix: &mut [f64], right: &mut [f64], size: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::model::{Mimic, Robot, RobotJoint, RobotLink};
     use super::*;
+    use crate::scene::robot::{Mimic, Robot, RobotJoint, RobotLink};
 
     #[test]
     fn a_system_is_solved() {

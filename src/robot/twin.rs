@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DQuat, DVec3, Mat4};
 
-use super::bones::RobotBone;
-use super::model::{JointKind, Placement, Robot};
 use super::sole::{SoleBall, sole};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
+use crate::figure::robot_bones::RobotBone;
+use crate::scene::robot::{JointKind, Placement, Robot};
 use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 
 /// A bone of the twin, and the link that follows it.

@@ -30,12 +30,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "files", "scene", "math", "pose", "figure", "compress", "retarget", "robot",
+            "error", "limits", "files", "scene", "math", "pose", "figure", "compress", "retarget",
         ],
     ),
     (
         "import",
-        &["error", "limits", "scene", "pose", "process", "robot", "format"],
+        &["error", "limits", "scene", "pose", "process", "format"],
     ),
     (
         "job",

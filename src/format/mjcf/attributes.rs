@@ -10,7 +10,7 @@ use crate::format::Failure;
 use crate::format::text::quote;
 use crate::format::xml::Element;
 use crate::limits::Limits;
-use crate::robot::Placement;
+use crate::scene::robot::Placement;
 
 /// The class of everything that names no other.
 const MAIN: &str = "main";

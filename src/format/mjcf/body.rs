@@ -13,7 +13,7 @@ use crate::format::warnings::Warnings;
 use crate::format::xml::Element;
 use crate::format::{Failure, Source};
 use crate::limits::Limits;
-use crate::robot::{Inertial, JointKind, JointLimits, Placement, RobotJoint, RobotLink, RobotShape, ShapeKind};
+use crate::scene::robot::{Inertial, JointKind, JointLimits, Placement, RobotJoint, RobotLink, RobotShape, ShapeKind};
 
 /// Reads the bodies of a robot into links.
 pub(super) struct Bodies<'a> {

@@ -7,7 +7,7 @@ use crate::format::Failure;
 use crate::format::mimic::{self, NamedMimic};
 use crate::format::warnings::Warnings;
 use crate::format::xml::Element;
-use crate::robot::RobotLink;
+use crate::scene::robot::RobotLink;
 
 /// Ties joints by `equality/joint`: the position of joint1 is a polynomial of that of joint2.
 pub(super) fn tie_joints(

@@ -1,10 +1,10 @@
 //! The data of a robot: links, joints, inertia and shapes.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3, Mat4};
 use serde::Serialize;
 
+use super::Format;
 use crate::error::Diagnostic;
-use crate::scene::Format;
 
 /// A robot, as its file describes it: in metres and radians, +Z up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -171,6 +171,11 @@ impl Placement {
             rotation: (self.rotation * inner.rotation).normalize(),
             translation: self.point(inner.translation),
         }
+    }
+
+    /// The matrix from the inner frame to the outer frame, in the precision of a scene.
+    pub(crate) fn to_matrix(self) -> Mat4 {
+        Mat4::from_rotation_translation(self.rotation.as_quat(), self.translation.as_vec3())
     }
 
     /// A point of the inner frame in the outer frame.

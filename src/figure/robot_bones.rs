@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
-use super::model::{Placement, Robot};
 use crate::error::{Code, Diagnostic, Result};
-use crate::scene::{HumanoidBone as Bone, Side};
+use crate::scene::robot::{Placement, Robot};
+use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
 
 /// Links, by their names, that are bones; `None` for a bone that the robot does not have.
 pub type RobotMap = BTreeMap<Bone, Option<String>>;
@@ -95,6 +95,36 @@ impl Robot {
             RobotBone { bone, link, joints, at }
         });
         Ok(bones.collect())
+    }
+
+    /// The robot as a scene in metres, +Z up: a node for each link, at rest where every joint is at 0. The links that
+    /// are bones of a humanoid are marked.
+    pub fn scene(&self) -> Scene {
+        let nodes = self.links.iter().map(|link| Node {
+            name: link.name.clone(),
+            kind: NodeKind::Joint,
+            parent: link.parent.map(NodeId::new),
+            transform: link.joint.link_to_parent(0.0).to_matrix(),
+            source: Some(SourceLines {
+                name: link.line,
+                ..SourceLines::default()
+            }),
+            ..Node::default()
+        });
+        let mut scene = Scene {
+            nodes: nodes.collect(),
+            metadata: Metadata {
+                format: self.format,
+                metres_per_unit: Some(1.0),
+                up: Some(UpAxis::Z),
+                ..Metadata::default()
+            },
+            ..Scene::default()
+        };
+        for bone in self.bones(None).unwrap_or_default() {
+            scene.nodes[bone.link].humanoid_bone = Some(bone.bone);
+        }
+        scene
     }
 }
 
