@@ -72,6 +72,7 @@ mod import;
 pub mod job;
 mod limits;
 mod math;
+mod options;
 mod player;
 mod pose;
 pub mod process;

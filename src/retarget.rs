@@ -46,6 +46,7 @@ pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::Humanoid;
+use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 
@@ -63,6 +64,7 @@ pub enum Scale {
 
 /// How a [`Retargeter`] moves a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RetargetOptions {
     /// How large the steps of the target are.
     pub scale: Scale,
@@ -70,6 +72,14 @@ pub struct RetargetOptions {
     pub source: Option<Humanoid>,
     /// Which joints of the target are which bones. Default: as for the source.
     pub target: Option<Humanoid>,
+}
+
+setters! {
+    RetargetOptions {
+        scale: Scale,
+        source: Option<Humanoid>,
+        target: Option<Humanoid>,
+    }
 }
 
 /// Moves poses of one skeleton onto another.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::arrays::{Rotation, RotationSpace};
 use crate::convert::Moment;
 use crate::figure::HumanoidMap;
+use crate::options::setters;
 use crate::scene::UpAxis;
 
 /// Options of the arrays. By default they have every joint and end site, positions in the world, rotations to the
@@ -14,21 +15,20 @@ use crate::scene::UpAxis;
 /// use mocap::arrays::{ArrayOptions, Moment, Rotation, arrays};
 /// use mocap::scene::UpAxis;
 ///
-/// let options = ArrayOptions {
-///     rotation: Rotation::SixD,
-///     frames_per_second: Some(30.0),
-///     out_metres_per_unit: Some(1.0),
-///     out_up: Some(UpAxis::Z),
-///     first: Some(Moment::Seconds(0.5)),
-///     joints: Some("Foot|Hips".to_owned()),
-///     ..ArrayOptions::default()
-/// };
+/// let options = ArrayOptions::new()
+///     .rotation(Rotation::SixD)
+///     .frames_per_second(30.0)
+///     .out_metres_per_unit(1.0)
+///     .out_up(UpAxis::Z)
+///     .first(Moment::Seconds(0.5))
+///     .joints("Foot|Hips".to_owned());
 /// let motion = arrays(&mocap::import("fixtures/real/cmu_01_01.bvh")?, &options)?;
 /// assert_eq!(motion.joints()[0].name, "Hips");
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ArrayOptions {
     /// The space of positions. Default: the world.
     pub space: Space,
@@ -66,6 +66,25 @@ pub struct ArrayOptions {
     pub contacts: Option<Contacts>,
 }
 
+setters! {
+    ArrayOptions {
+        space: Space,
+        rotation: Rotation,
+        rotation_space: RotationSpace,
+        joints: Option<String>,
+        frames_per_second: Option<f64>,
+        first: Option<Moment>,
+        last: Option<Moment>,
+        metres_per_unit: Option<f64>,
+        up: Option<UpAxis>,
+        out_metres_per_unit: Option<f64>,
+        out_up: Option<UpAxis>,
+        bones: HumanoidMap,
+        velocities: bool,
+        contacts: Option<Contacts>,
+    }
+}
+
 /// What positions are relative to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -86,6 +105,7 @@ pub enum Space {
 /// are for human figures: a foot in stance stays within a few centimetres and a few decimetres per second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Contacts {
     /// A regular expression for the names of the feet among the joints of the output. Default: `(?i)foot|toe|ankle`.
     pub feet: String,
@@ -103,5 +123,13 @@ impl Default for Contacts {
             height: 0.05,
             speed: 0.4,
         }
+    }
+}
+
+setters! {
+    Contacts {
+        feet: String,
+        height: f64,
+        speed: f64,
     }
 }

@@ -11,11 +11,13 @@ use super::arc;
 use super::goal::Goal;
 use super::limit::JointLimit;
 use super::two_bone::two_bone_rotations;
+use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
 /// Options of [`chain()`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChainOptions {
     /// The limits, one for each joint from the first; those that are left out are free.
     pub limits: Vec<JointLimit>,
@@ -32,6 +34,14 @@ impl Default for ChainOptions {
             tolerance: 1e-4,
             passes: 100,
         }
+    }
+}
+
+setters! {
+    ChainOptions {
+        limits: Vec<JointLimit>,
+        tolerance: f32,
+        passes: usize,
     }
 }
 

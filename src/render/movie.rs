@@ -9,9 +9,11 @@ use super::drawing::{Anchor, Drawing};
 use super::figure::{Clip, DrawnClip, short};
 use super::theme;
 use crate::error::{Code, Diagnostic, Result};
+use crate::options::setters;
 
 /// Options of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MovieOptions {
     /// Width in pixels. Default: 360.
     pub width: u32,
@@ -37,13 +39,23 @@ impl Default for MovieOptions {
     }
 }
 
+setters! {
+    MovieOptions {
+        width: u32,
+        height: u32,
+        frames_per_second: f64,
+        speed: f64,
+        follow: bool,
+    }
+}
+
 /// A film of a clip, drawn picture by picture.
 ///
 /// ```
 /// use mocap::render::{Clip, Movie, MovieOptions};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let options = MovieOptions { width: 64, height: 64, ..MovieOptions::default() };
+/// let options = MovieOptions::new().width(64).height(64);
 /// let gif = Movie::new(Clip { name: "Test", scene: &scene }, &options)?.to_gif()?;
 /// assert!(gif.starts_with(b"GIF89a"));
 /// # Ok::<(), mocap::Error>(())

@@ -4,11 +4,13 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
 use super::figure::{Clip, short};
 use super::theme;
+use crate::options::setters;
 use crate::pose::{Binding, Pose};
 use crate::scene::NodeId;
 
 /// Options of a plot.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlotOptions {
     /// Width in pixels. Default: 960.
     pub width: u32,
@@ -25,6 +27,14 @@ impl Default for PlotOptions {
             panel_height: 260,
             marked_frames: Vec::new(),
         }
+    }
+}
+
+setters! {
+    PlotOptions {
+        width: u32,
+        panel_height: u32,
+        marked_frames: Vec<usize>,
     }
 }
 

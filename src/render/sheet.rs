@@ -7,9 +7,11 @@ use super::drawing::{Anchor, Drawing, Point};
 use super::figure::{Clip, DrawnClip, short};
 use super::raster::shortened;
 use super::theme;
+use crate::options::setters;
 
 /// Options of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SheetOptions {
     /// Poses per clip, including the first and the last frame. Default: 8.
     pub poses: usize,
@@ -20,6 +22,13 @@ pub struct SheetOptions {
 impl Default for SheetOptions {
     fn default() -> Self {
         Self { poses: 8, width: 1600 }
+    }
+}
+
+setters! {
+    SheetOptions {
+        poses: usize,
+        width: u32,
     }
 }
 
@@ -36,7 +45,7 @@ const POSE_ASPECT: f32 = 1.35;
 /// use mocap::render::{Clip, SheetOptions, sheet};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let drawing = sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions { poses: 2, width: 800 });
+/// let drawing = sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::new().poses(2).width(800));
 /// assert!(drawing.to_svg().contains(">Test</text>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```

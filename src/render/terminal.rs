@@ -4,11 +4,13 @@ use std::fmt::Write;
 
 use super::figure::{Clip, DrawnClip, short};
 use crate::figure::survey;
+use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// Options of the summary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ScreenOptions {
     /// Characters per line. Default: 80.
     pub width: usize,
@@ -25,6 +27,14 @@ impl Default for ScreenOptions {
             height: 50,
             colour: false,
         }
+    }
+}
+
+setters! {
+    ScreenOptions {
+        width: usize,
+        height: usize,
+        colour: bool,
     }
 }
 

@@ -13,6 +13,7 @@ use super::twin::Twin;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
 use crate::figure::robot_bones::RobotMap;
+use crate::options::setters;
 use crate::pose::{Binding, Pose};
 use crate::retarget::{RetargetOptions, Retargeter, Scale};
 use crate::scene::robot::{Placement, Robot};
@@ -20,6 +21,7 @@ use crate::scene::{Animation, Scene, Side};
 
 /// How a [`RobotRetargeter`] moves a motion.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RobotOptions {
     /// How large the steps of the robot are. Default: in the proportion of the legs.
     pub scale: Scale,
@@ -42,6 +44,16 @@ impl Default for RobotOptions {
             velocity_limits: false,
             lock_feet: true,
         }
+    }
+}
+
+setters! {
+    RobotOptions {
+        scale: Scale,
+        source: Option<Humanoid>,
+        map: RobotMap,
+        velocity_limits: bool,
+        lock_feet: bool,
     }
 }
 

@@ -33,10 +33,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "files", "scene", "math", "pose", "figure", "compress", "retarget",
         ],
     ),
-    (
-        "import",
-        &["error", "limits", "scene", "pose", "process", "format"],
-    ),
+    ("import", &["error", "limits", "scene", "pose", "process", "format"]),
     (
         "job",
         &[

@@ -118,10 +118,10 @@ fn the_npz_holds_the_same_positions() {
 fn every_form_of_rotation_is_that_of_the_kinematics() {
     let capture = Capture::parse(&bytes("cmu_mixed_rotation_orders"));
     let joints = capture.nodes.len();
-    let in_world = |rotation| ArrayOptions {
-        rotation,
-        rotation_space: RotationSpace::World,
-        ..ArrayOptions::default()
+    let in_world = |rotation| {
+        ArrayOptions::new()
+            .rotation(rotation)
+            .rotation_space(RotationSpace::World)
     };
     let read = |rotation| motion("cmu_mixed_rotation_orders", &in_world(rotation));
     let (matrices, six, quaternions) = (read(Rotation::Matrix), read(Rotation::SixD), read(Rotation::Quaternion));
@@ -156,10 +156,7 @@ fn every_form_of_rotation_is_that_of_the_kinematics() {
 fn euler_angles_are_those_of_the_file() {
     let name = "cmu_mixed_rotation_orders";
     let capture = Capture::parse(&bytes(name));
-    let options = ArrayOptions {
-        rotation: Rotation::Euler,
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new().rotation(Rotation::Euler);
     let motion = motion(name, &options);
     let joints = capture.nodes.len();
     assert_eq!(motion.joints()[0].rotation_order, Some(RotationOrder::Zyx));
@@ -187,15 +184,7 @@ fn euler_angles_are_those_of_the_file() {
 fn seen_from_the_root_and_from_the_parent_the_chain_is_the_same() {
     let name = "cmu_short";
     let world = motion(name, &ArrayOptions::default());
-    let space = |space| {
-        motion(
-            name,
-            &ArrayOptions {
-                space,
-                ..ArrayOptions::default()
-            },
-        )
-    };
+    let space = |space| motion(name, &ArrayOptions::new().space(space));
     let (root, local) = (space(Space::Root), space(Space::Local));
     let joints = world.joints().len();
     for frame in 0..world.frames {
@@ -216,11 +205,11 @@ fn seen_from_the_root_and_from_the_parent_the_chain_is_the_same() {
 
 #[test]
 fn what_is_left_out_does_not_break_the_chain() {
-    let options = |joints: Option<&str>| ArrayOptions {
-        joints: joints.map(str::to_owned),
-        space: Space::Local,
-        rotation: Rotation::Matrix,
-        ..ArrayOptions::default()
+    let options = |joints: Option<&str>| {
+        ArrayOptions::new()
+            .joints(joints.map(str::to_owned))
+            .space(Space::Local)
+            .rotation(Rotation::Matrix)
     };
     let world = motion("cmu_short", &ArrayOptions::default());
     let some = motion("cmu_short", &options(Some("^(Hips|LeftFoot|LeftToeBase)$")));
@@ -253,17 +242,15 @@ fn what_is_left_out_does_not_break_the_chain() {
 #[test]
 fn unit_axes_frames_and_length_are_those_asked_for() {
     let scene = import("lecture_Test");
-    let options = ArrayOptions {
-        metres_per_unit: Some(1.0),
-        out_metres_per_unit: Some(0.01),
-        up: Some(UpAxis::Y),
-        out_up: Some(UpAxis::Z),
-        frames_per_second: Some(20.0),
-        first: Some(Moment::Seconds(0.2)),
-        last: Some(Moment::Frame(5)),
-        velocities: true,
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new()
+        .metres_per_unit(1.0)
+        .out_metres_per_unit(0.01)
+        .up(UpAxis::Y)
+        .out_up(UpAxis::Z)
+        .frames_per_second(20.0)
+        .first(Moment::Seconds(0.2))
+        .last(Moment::Frame(5))
+        .velocities(true);
     let motion = arrays(&scene, &options).unwrap();
     // Ten frames a second, the fourth is frame 2 + 4 / 2.
     assert_eq!((motion.frames, motion.frame_rate()), (7, 20.0));
@@ -289,12 +276,10 @@ fn unit_axes_frames_and_length_are_those_asked_for() {
 fn a_quarter_of_a_rounded_rate_is_every_fourth_frame() {
     let scene = import("cmu_12_01_walk");
     let at = |frames_per_second| {
-        let options = ArrayOptions {
-            frames_per_second,
-            first: Some(Moment::Frame(1)),
-            last: Some(Moment::Frame(521)),
-            ..ArrayOptions::default()
-        };
+        let options = ArrayOptions::new()
+            .frames_per_second(frames_per_second)
+            .first(Moment::Frame(1))
+            .last(Moment::Frame(521));
         arrays(&scene, &options).unwrap()
     };
     let (all, quarter) = (at(None), at(Some(30.0)));
@@ -316,14 +301,11 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
         heights.len()
     );
     let scene = Importer::new().read(text.as_bytes(), "foot.bvh").unwrap();
-    let options = |height| ArrayOptions {
-        contacts: Some(Contacts {
-            height,
-            ..Contacts::default()
-        }),
-        metres_per_unit: Some(1.0),
-        up: Some(UpAxis::Y),
-        ..ArrayOptions::default()
+    let options = |height| {
+        ArrayOptions::new()
+            .contacts(Contacts::new().height(height))
+            .metres_per_unit(1.0)
+            .up(UpAxis::Y)
     };
     let contacts = |height| arrays(&scene, &options(height)).unwrap().contacts.unwrap();
     // Frame 4 is low, but its central difference is 5 m/s already.
@@ -336,13 +318,7 @@ fn a_foot_is_on_the_ground_while_it_is_low_and_slow() {
 
 #[test]
 fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
-    let options = ArrayOptions {
-        contacts: Some(Contacts {
-            feet: "^(Left|Right)ToeBase$".to_owned(),
-            ..Contacts::default()
-        }),
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new().contacts(Contacts::new().feet("^(Left|Right)ToeBase$".to_owned()));
     let motion = motion("cmu_12_01_walk", &options);
     let contacts = motion.contacts.as_ref().unwrap();
     let index = |name: &str| motion.joints().iter().position(|joint| joint.name == name).unwrap();
@@ -360,13 +336,7 @@ fn a_walk_stands_on_one_foot_or_both_although_a_rest_pose_comes_first() {
 
 #[test]
 fn without_motion_there_are_joints_and_no_frames() {
-    let motion = motion(
-        "latin1_name_no_motion",
-        &ArrayOptions {
-            velocities: true,
-            ..ArrayOptions::default()
-        },
-    );
+    let motion = motion("latin1_name_no_motion", &ArrayOptions::new().velocities(true));
     assert_eq!(
         (motion.frames, motion.frame_rate(), motion.positions.len()),
         (0, 0.0, 0)
@@ -390,44 +360,21 @@ fn the_header_tells_where_the_numbers_come_from() {
 fn options_without_a_meaning_are_refused() {
     let scene = import("lecture_Test");
     let wrong = [
-        ArrayOptions {
-            first: Some(Moment::Frame(10)),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            first: Some(Moment::Seconds(0.5)),
-            last: Some(Moment::Seconds(0.2)),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            joints: Some("nobody".to_owned()),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            joints: Some("(".to_owned()),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            frames_per_second: Some(0.0),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            metres_per_unit: Some(f64::NAN),
-            ..ArrayOptions::default()
-        },
-        ArrayOptions {
-            contacts: Some(Contacts::default()),
-            ..ArrayOptions::default()
-        },
+        ArrayOptions::new().first(Moment::Frame(10)),
+        ArrayOptions::new()
+            .first(Moment::Seconds(0.5))
+            .last(Moment::Seconds(0.2)),
+        ArrayOptions::new().joints("nobody".to_owned()),
+        ArrayOptions::new().joints("(".to_owned()),
+        ArrayOptions::new().frames_per_second(0.0),
+        ArrayOptions::new().metres_per_unit(f64::NAN),
+        ArrayOptions::new().contacts(Contacts::default()),
     ];
     for options in wrong {
         let error = arrays(&scene, &options).unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{error}");
     }
-    let options = ArrayOptions {
-        frames_per_second: Some(1e6),
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new().frames_per_second(1e6);
     assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
 }
 
@@ -454,11 +401,9 @@ fn blocks_of_frames_are_as_good_as_single_poses() {
     }
     for scene in named.iter().chain([&large, &scaled]) {
         for frames_per_second in [None, Some(47.0)] {
-            let options = ArrayOptions {
-                frames_per_second,
-                rotation_space: RotationSpace::World,
-                ..ArrayOptions::default()
-            };
+            let options = ArrayOptions::new()
+                .frames_per_second(frames_per_second)
+                .rotation_space(RotationSpace::World);
             let motion = arrays(scene, &options).unwrap();
             let joints: Vec<usize> = (0..scene.nodes.len())
                 .filter(|&node| scene.nodes[node].kind != NodeKind::Group)

@@ -195,11 +195,7 @@ fn a_map_of_the_bones_decides_the_unit() {
         let mut scene = numbered.clone();
         let guesses = Conversion::new().bones(bones.clone()).apply(&mut scene).unwrap();
         let unit = guesses.into_iter().find(|guess| guess.topic == Topic::Unit).unwrap();
-        let options = ArrayOptions {
-            out_metres_per_unit: Some(1.0),
-            bones,
-            ..ArrayOptions::default()
-        };
+        let options = ArrayOptions::new().out_metres_per_unit(1.0).bones(bones);
         let of_arrays = arrays(&numbered, &options).unwrap().header.provenance.assumptions;
         assert_eq!(of_arrays, std::slice::from_ref(&unit));
         unit.reason

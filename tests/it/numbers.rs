@@ -183,10 +183,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
             .apply(&mut scene.clone())
             .unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{error}");
-        let options = ArrayOptions {
-            frames_per_second: Some(rate),
-            ..ArrayOptions::default()
-        };
+        let options = ArrayOptions::new().frames_per_second(rate);
         assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::InvalidValue);
         assert_eq!(
             process::resample(&mut scene.clone(), rate, &Limits::default())
@@ -199,10 +196,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     let error = Conversion::new().frame_rate(1e6).apply(&mut changed).unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded, "{error}");
     assert_eq!(changed.animations, scene.animations);
-    let options = ArrayOptions {
-        frames_per_second: Some(1e6),
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new().frames_per_second(1e6);
     assert_eq!(arrays(&scene, &options).unwrap_err().code(), Code::LimitExceeded);
     // Two keys that are far apart stand for many frames.
     let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
@@ -309,10 +303,7 @@ fn nothing_that_is_not_finite_is_written() {
                     }
                     Err(_) => refused += 1,
                 }
-                let options = ArrayOptions {
-                    velocities: true,
-                    ..ArrayOptions::default()
-                };
+                let options = ArrayOptions::new().velocities(true);
                 match arrays(&scene, &options) {
                     Ok(motion) => {
                         let all = [

@@ -52,12 +52,7 @@ fn pictures_stay_the_same_to_the_byte() {
         keep(format!("{name}.sheet.svg"), drawing.to_svg().as_bytes());
         let drawing = plot(&clip, &[node(&scene, joint)], &PlotOptions::default());
         keep(format!("{name}.plot.svg"), drawing.to_svg().as_bytes());
-        let options = MovieOptions {
-            width: 240,
-            height: 240,
-            frames_per_second: 10.0,
-            ..MovieOptions::default()
-        };
+        let options = MovieOptions::new().width(240).height(240).frames_per_second(10.0);
         let mut movie = Movie::new(clip, &options).unwrap();
         keep(format!("{name}.gif"), &movie.to_gif().unwrap());
         keep(format!("{name}.apng"), &movie.to_apng().unwrap());
@@ -80,13 +75,11 @@ fn a_film_is_as_long_as_its_clip() {
         scene: &scene,
     };
     for (rate, speed) in [(25.0, 1.0), (30.0, 0.5)] {
-        let options = MovieOptions {
-            width: 64,
-            height: 48,
-            frames_per_second: rate,
-            speed,
-            ..MovieOptions::default()
-        };
+        let options = MovieOptions::new()
+            .width(64)
+            .height(48)
+            .frames_per_second(rate)
+            .speed(speed);
         let mut movie = Movie::new(clip, &options).unwrap();
         let bytes = movie.to_gif().unwrap();
         let mut decoder = gif::DecodeOptions::new().read_info(bytes.as_slice()).unwrap();
@@ -119,23 +112,11 @@ fn sizes_and_rates_that_cannot_be_are_refused() {
     };
     let defaults = MovieOptions::default();
     let codes = [
-        MovieOptions { width: 0, ..defaults },
-        MovieOptions {
-            height: 1 << 20,
-            ..defaults
-        },
-        MovieOptions {
-            frames_per_second: 0.0,
-            ..defaults
-        },
-        MovieOptions {
-            speed: f64::NAN,
-            ..defaults
-        },
-        MovieOptions {
-            speed: 1e-9,
-            ..defaults
-        },
+        defaults.width(0),
+        defaults.height(1 << 20),
+        defaults.frames_per_second(0.0),
+        defaults.speed(f64::NAN),
+        defaults.speed(1e-9),
     ]
     .map(|options| {
         let error = Movie::new(clip, &options)
@@ -167,7 +148,7 @@ fn every_fixture_can_be_drawn() {
                 name: "it",
                 scene: &scene,
             };
-            let options = SheetOptions { poses: 2, width: 500 };
+            let options = SheetOptions::new().poses(2).width(500);
             assert!(
                 sheet(&[clip], &options).to_svg().find("NaN").is_none(),
                 "{}",
@@ -193,20 +174,13 @@ fn a_screen_is_as_wide_and_as_high_as_the_terminal() {
         scene: &scene,
     };
     for width in [60, 80, 120] {
-        let options = ScreenOptions {
-            width,
-            ..ScreenOptions::default()
-        };
+        let options = ScreenOptions::new().width(width);
         let text = screen(&clip, &options);
         let widest = text.lines().map(|line| line.chars().count()).max().unwrap();
         assert!(widest <= width, "{widest} > {width}:\n{text}");
         assert!(!text.contains('\x1b'));
     }
-    let options = ScreenOptions {
-        height: 24,
-        colour: true,
-        ..ScreenOptions::default()
-    };
+    let options = ScreenOptions::new().height(24).colour(true);
     let text = screen(&clip, &options);
     assert!(text.lines().count() < 24, "{text}");
     assert!(text.contains(" more\n") && text.contains("\x1b[1mzombie\x1b[0m"));

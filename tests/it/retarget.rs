@@ -322,10 +322,7 @@ fn two_files_of_one_take_put_the_joints_of_a_character_in_the_same_places() {
         (Bone::RightThumbMetacarpal, None),
     ];
     let moved = [(&amc, wrists), (&bvh, hands)].map(|(source, map)| {
-        let options = RetargetOptions {
-            source: Some(humanoid(source).with_map(source, named(map).into()).unwrap()),
-            ..RetargetOptions::default()
-        };
+        let options = RetargetOptions::new().source(humanoid(source).with_map(source, named(map).into()).unwrap());
         let mut retargeter = Retargeter::new(source, &target, &options).unwrap();
         Scene {
             animations: vec![retargeter.animation(source, &source.animations[0])],
@@ -469,10 +466,7 @@ fn the_path_is_as_long_as_the_legs_ask_or_as_the_caller_says() {
         (last - first).length()
     };
     let scaled = |scale| {
-        let options = RetargetOptions {
-            scale,
-            ..RetargetOptions::default()
-        };
+        let options = RetargetOptions::new().scale(scale);
         let mut retargeter = Retargeter::new(&source, &target, &options).unwrap();
         let animations = vec![retargeter.animation(&source, &source.animations[0])];
         path(&Scene {
@@ -535,10 +529,7 @@ fn what_is_no_humanoid_is_refused_with_the_reason() {
     let hanging = motion(HANGING);
     let error = Retargeter::new(&walk, &hanging, &RetargetOptions::default()).unwrap_err();
     assert!(error.to_string().contains("is not below its hips"), "{error}");
-    let options = RetargetOptions {
-        scale: Scale::Factor(0.0),
-        ..RetargetOptions::default()
-    };
+    let options = RetargetOptions::new().scale(Scale::Factor(0.0));
     let error = Retargeter::new(&walk, &character("human_vrm1"), &options).unwrap_err();
     assert_eq!(error.code(), Code::InvalidValue);
 }

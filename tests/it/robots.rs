@@ -266,10 +266,7 @@ fn a_walk_keeps_the_limits_the_floor_and_the_directions() {
 
 #[test]
 fn velocities_stay_within_the_limits_where_that_is_asked_for() {
-    let options = RobotOptions {
-        velocity_limits: true,
-        ..RobotOptions::default()
-    };
+    let options = RobotOptions::new().velocity_limits(true);
     let (robot, motion, report) = walk("h1.urdf", &options);
     for (dof, link) in robot.moving_joints().into_iter().enumerate() {
         let most = robot.links[link].joint.limits.velocity.unwrap();

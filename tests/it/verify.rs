@@ -377,34 +377,25 @@ mod of_arrays {
         let spaces = [Space::World, Space::Root, Space::Local];
         let others = [
             ArrayOptions::default(),
-            ArrayOptions {
-                out_metres_per_unit: Some(0.01),
-                out_up: Some(UpAxis::Z),
-                ..ArrayOptions::default()
-            },
-            ArrayOptions {
-                up: Some(UpAxis::Z),
-                out_up: Some(UpAxis::Y),
-                joints: Some("Hips|Foot|Head|Hand|Arm".to_owned()),
-                ..ArrayOptions::default()
-            },
-            ArrayOptions {
-                frames_per_second: Some(50.0),
-                first: Some(Moment::Seconds(0.05)),
-                last: Some(Moment::Seconds(0.3)),
-                ..ArrayOptions::default()
-            },
+            ArrayOptions::new().out_metres_per_unit(0.01).out_up(UpAxis::Z),
+            ArrayOptions::new()
+                .up(UpAxis::Z)
+                .out_up(UpAxis::Y)
+                .joints("Hips|Foot|Head|Hand|Arm".to_owned()),
+            ArrayOptions::new()
+                .frames_per_second(50.0)
+                .first(Moment::Seconds(0.05))
+                .last(Moment::Seconds(0.3)),
         ];
         let files = ["cmu_short.bvh", "rotation_before_position.bvh", "z_up_dab.bvh"];
         for (index, rotation) in rotations.into_iter().enumerate() {
             for (place, space) in spaces.into_iter().enumerate() {
                 for (number, other) in others.iter().enumerate() {
-                    let options = ArrayOptions {
-                        rotation,
-                        space,
-                        rotation_space: [RotationSpace::Local, RotationSpace::World][(index + place) % 2],
-                        ..other.clone()
-                    };
+                    let options = other
+                        .clone()
+                        .rotation(rotation)
+                        .space(space)
+                        .rotation_space([RotationSpace::Local, RotationSpace::World][(index + place) % 2]);
                     let file = files[(index + place + number) % files.len()];
                     let found = verified(file, &bytes(file, &options)).unwrap();
                     let of_csv = verified(file, csv_of(file, &options).as_bytes()).unwrap();

@@ -19,10 +19,7 @@ use crate::scene::{Animation, Scene};
 ///
 /// let motion = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// let character = Importer::new().import_character("fixtures/skeletons/human_vrm1.gltf")?;
-/// let options = RetargetOptions {
-///     target: character.humanoid().cloned(),
-///     ..RetargetOptions::default()
-/// };
+/// let options = RetargetOptions::new().target(character.humanoid().cloned());
 /// let mut retargeter = Retargeter::new(&motion, character.scene(), &options)?;
 /// let mut walk = retargeter.animation(&motion, &motion.animations[0]);
 /// walk.name = "walk".to_owned();

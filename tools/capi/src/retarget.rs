@@ -38,14 +38,11 @@ pub unsafe extern "C" fn mocap_retargeter_new(
     guard(ptr::null_mut(), || {
         // SAFETY: the caller hands over open scenes.
         let (source, target) = unsafe { (opened(source)?.scene(), opened(target)?.scene()) };
-        let options = RetargetOptions {
-            scale: if scale == 0.0 {
-                Scale::Auto
-            } else {
-                Scale::Factor(scale)
-            },
-            ..RetargetOptions::default()
-        };
+        let options = RetargetOptions::new().scale(if scale == 0.0 {
+            Scale::Auto
+        } else {
+            Scale::Factor(scale)
+        });
         let retargeter = mocap::retarget::Retargeter::new(source, target, &options)?;
         let unmapped = retargeter.unmapped().iter();
         let unmapped = unmapped.map(|lack| c_text(&format!("{}: {}", lack.bone.as_str(), lack.reason)));

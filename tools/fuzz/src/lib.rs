@@ -138,10 +138,7 @@ fn make_arrays(scene: &Scene) {
     if rows(scene) > MOST_ROWS {
         return;
     }
-    let options = ArrayOptions {
-        velocities: true,
-        ..ArrayOptions::default()
-    };
+    let options = ArrayOptions::new().velocities(true);
     let Ok(motion) = arrays(scene, &options) else { return };
     let velocities = motion.velocities.as_deref().unwrap_or_default();
     let all = [motion.positions.as_slice(), &motion.rotations, velocities];

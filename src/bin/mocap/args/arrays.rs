@@ -165,26 +165,26 @@ impl ArraysArgs {
     /// The library's options.
     pub(crate) fn options(&self, source: &SourceSpace, map: &SourceMap) -> ArrayOptions {
         let standard = Contacts::default();
-        ArrayOptions {
-            space: self.space.into(),
-            rotation: self.rot.into(),
-            rotation_space: self.rot_space.into(),
-            joints: self.joints.clone(),
-            frames_per_second: self.fps,
-            first: self.trim.and_then(|trim| trim.first),
-            last: self.trim.and_then(|trim| trim.last),
-            metres_per_unit: source.metres_per_unit(),
-            up: source.up(),
-            out_metres_per_unit: self.out.metres_per_unit(),
-            out_up: self.out.up(),
-            bones: map.bones_here(),
-            velocities: self.velocities,
-            contacts: self.contacts.then(|| Contacts {
-                feet: self.feet.clone().unwrap_or(standard.feet),
-                height: self.contact_height.unwrap_or(standard.height),
-                speed: self.contact_speed.unwrap_or(standard.speed),
-            }),
-        }
+        ArrayOptions::new()
+            .space(self.space.into())
+            .rotation(self.rot.into())
+            .rotation_space(self.rot_space.into())
+            .joints(self.joints.clone())
+            .frames_per_second(self.fps)
+            .first(self.trim.and_then(|trim| trim.first))
+            .last(self.trim.and_then(|trim| trim.last))
+            .metres_per_unit(source.metres_per_unit())
+            .up(source.up())
+            .out_metres_per_unit(self.out.metres_per_unit())
+            .out_up(self.out.up())
+            .bones(map.bones_here())
+            .velocities(self.velocities)
+            .contacts(self.contacts.then(|| {
+                Contacts::new()
+                    .feet(self.feet.clone().unwrap_or(standard.feet))
+                    .height(self.contact_height.unwrap_or(standard.height))
+                    .speed(self.contact_speed.unwrap_or(standard.speed))
+            }))
     }
 }
 

@@ -108,10 +108,7 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
         Some(StepReport::InBetween(report)) => report.keys.clone(),
         _ => Vec::new(),
     };
-    let options = PlotOptions {
-        marked_frames,
-        ..PlotOptions::default()
-    };
+    let options = PlotOptions::new().marked_frames(marked_frames);
     let name = short_name(&args.output);
     let clip = Clip { name: &name, scene };
     write_drawing(&plot(&clip, &joints_named(scene, &args.joint)?, &options), file)

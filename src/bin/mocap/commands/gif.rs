@@ -11,13 +11,12 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
     let mut scene = import_motion(&args.read, &args.file)?;
     args.up.state(&mut scene);
     let name = short_name(&args.file);
-    let options = MovieOptions {
-        width: args.width,
-        height: args.height,
-        frames_per_second: args.rate,
-        speed: args.speed,
-        follow: !args.still,
-    };
+    let options = MovieOptions::new()
+        .width(args.width)
+        .height(args.height)
+        .frames_per_second(args.rate)
+        .speed(args.speed)
+        .follow(!args.still);
     let mut movie = Movie::new(
         Clip {
             name: &name,

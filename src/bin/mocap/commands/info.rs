@@ -121,15 +121,11 @@ fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
     let is_terminal = out.is_terminal();
     let size = terminal_size::terminal_size().filter(|_| is_terminal);
     let options = match size {
-        Some((Width(width), Height(height))) => ScreenOptions {
-            width: width.into(),
-            height: height.into(),
-            colour: std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
-        },
-        None => ScreenOptions {
-            height: usize::MAX,
-            ..ScreenOptions::default()
-        },
+        Some((Width(width), Height(height))) => ScreenOptions::new()
+            .width(width.into())
+            .height(height.into())
+            .colour(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())),
+        None => ScreenOptions::new().height(usize::MAX),
     };
     out.write_all(screen(&Clip { name, scene }, &options).as_bytes())
 }

@@ -12,10 +12,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     let scene = import_motion(&args.read, &args.file)?;
     let joints = joints_named(&scene, &args.joint)?;
     let name = short_name(&args.file);
-    let options = PlotOptions {
-        width: args.width,
-        ..PlotOptions::default()
-    };
+    let options = PlotOptions::new().width(args.width);
     write_drawing(
         &plot(
             &Clip {

@@ -31,10 +31,7 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
 
 fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {
     let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
-    let options = SheetOptions {
-        poses: args.poses,
-        width: args.width,
-    };
+    let options = SheetOptions::new().poses(args.poses).width(args.width);
     sheet(&clips, &options)
 }
 

@@ -325,11 +325,9 @@ fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> R
 }
 
 fn retargeter(source: &Read, target: &Read) -> mocap::Result<Retargeter> {
-    let options = RetargetOptions {
-        source: Some(source.figure.humanoid.clone()),
-        target: Some(target.figure.humanoid.clone()),
-        ..RetargetOptions::default()
-    };
+    let options = RetargetOptions::new()
+        .source(source.figure.humanoid.clone())
+        .target(target.figure.humanoid.clone());
     Retargeter::new(&source.scene, &target.scene, &options)
 }
 
