@@ -35,6 +35,7 @@ pub(crate) use self::space::{Needs, Space, figure_of};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum FirstFrame {
     /// Drop it if it is a rest pose, and the motion jumps after it.
     #[serde(rename = "auto")]
@@ -64,6 +65,7 @@ pub enum RestPoseSource {
 
 /// What to do with the root's motion over the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RootMotion {
     /// Leave it in the root joint.
     #[default]

@@ -36,6 +36,7 @@ pub const SCHEMA: &str = include_str!("dump/scene.schema.json");
 /// A part of the print-out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Section {
     /// How many things of each kind there are.
     Scene,
@@ -51,6 +52,7 @@ pub enum Section {
 
 /// Which year's print-out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
+#[non_exhaustive]
 pub enum Layout {
     /// 2017: materials among the scene's counts, bones with every weight among the meshes, nodes without their parents.
     #[serde(rename = "2017")]

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::error::{Code, Diagnostic};
+use crate::options::setters;
 
 /// Upper bounds for what a reader accepts, each checked before anything is allocated for it.
 ///
@@ -12,12 +13,13 @@ use crate::error::{Code, Diagnostic};
 /// ```
 /// use mocap::{Importer, Limits};
 ///
-/// let tight = Limits { max_nodes: 2, ..Limits::default() };
+/// let tight = Limits::new().max_nodes(2);
 /// let text = b"HIERARCHY ROOT a { JOINT b { JOINT c { } } } MOTION Frames: 0 Frame Time: 0.1";
 /// let error = Importer::new().limits(tight).read(text, "deep.bvh").unwrap_err();
 /// assert_eq!(error.code().as_str(), "limit-exceeded");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Limits {
     /// Bytes of one input file. Default: 4 GiB.
     pub max_bytes: u64,
@@ -42,6 +44,16 @@ impl Default for Limits {
             max_name_bytes: 256,
             max_values: 1 << 30,
         }
+    }
+}
+
+setters! {
+    Limits {
+        max_bytes: u64,
+        max_nodes: usize,
+        max_depth: usize,
+        max_name_bytes: usize,
+        max_values: u64,
     }
 }
 

@@ -5,6 +5,7 @@ use crate::scene::Animation;
 
 /// What a [`Player`] does at the end of its animation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LoopMode {
     /// It stops there.
     Once,
@@ -63,6 +64,7 @@ pub enum LoopMode {
 /// assert_eq!(shown, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Player {
     /// The current tick. Set it to jump.
     pub tick: f64,

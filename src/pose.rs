@@ -43,6 +43,7 @@ pub use self::updater::Updater;
 /// assert!(pose.position(NodeId(1)).abs_diff_eq(Vec3::new(-1.0, 1.0, 0.0), 1e-6));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Pose {
     /// Node to parent.
     pub node_to_parent: Vec<Mat4>,

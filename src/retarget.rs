@@ -52,6 +52,7 @@ use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 
 /// How large the steps of the target are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Scale {
     /// In the proportion of the legs.
     #[default]

@@ -120,6 +120,7 @@ pub struct Resampling {
 
 /// The place and the time of the largest distance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Worst {
     /// The clip, by its place in the source.
     pub clip: usize,

@@ -199,14 +199,13 @@ fn memory_is_a_small_multiple_of_the_input() {
             }
         }
     };
-    let endless = Limits {
+    let endless = Limits::new()
         // A long name may stand in as many nodes as have it for a parent, so this limit is what bounds memory.
-        max_name_bytes: Limits::default().max_name_bytes,
-        max_bytes: u64::MAX,
-        max_nodes: usize::MAX,
-        max_depth: usize::MAX,
-        max_values: u64::MAX,
-    };
+        .max_name_bytes(Limits::default().max_name_bytes)
+        .max_bytes(u64::MAX)
+        .max_nodes(usize::MAX)
+        .max_depth(usize::MAX)
+        .max_values(u64::MAX);
     for (name, text) in claims() {
         hold(Limits::default(), name, text.as_bytes());
         hold(endless, &format!("{name}, without limits"), text.as_bytes());

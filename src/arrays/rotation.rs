@@ -8,6 +8,7 @@ use crate::scene::RotationOrder;
 
 /// The representation of rotations. The names are those that files and options use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Rotation {
     /// x, y, z, w of a unit quaternion. Its sign is arbitrary: a quaternion and its negative are the same rotation.
     #[default]
@@ -30,6 +31,7 @@ pub enum Rotation {
 /// What rotations are relative to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RotationSpace {
     /// The parent in the output; the world for a joint without one.
     #[default]

@@ -8,6 +8,7 @@ use crate::scene::Animation;
 /// A time in the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Moment {
     /// Seconds from the start, not negative; it means the nearest frame.
     Seconds(f64),

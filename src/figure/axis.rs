@@ -108,6 +108,7 @@ impl From<UpAxis> for Axis {
 /// The kind of a rest pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum RestPose {
     /// Standing, arms sideways.
     TPose,

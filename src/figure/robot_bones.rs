@@ -18,6 +18,7 @@ pub type RobotMap = BTreeMap<Bone, Option<String>>;
 
 /// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RobotBone {
     /// The bone.
     pub bone: Bone,

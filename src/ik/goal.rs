@@ -13,6 +13,7 @@ use glam::{Quat, Vec3};
 /// # let _ = (half_way, flat);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Goal {
     /// The position; `None` leaves the limb as it is.
     pub position: Option<Vec3>,

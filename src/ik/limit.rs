@@ -6,6 +6,7 @@ use crate::math::quaternion::twist_angle;
 
 /// The rotations that a joint may have to its parent, from its rest rotation. Angles are in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum JointLimit {
     /// Any.
     #[default]

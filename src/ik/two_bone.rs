@@ -12,6 +12,7 @@ const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TwoBone {
     /// The rotation of the first bone in the world, to be applied after the one that it has.
     pub upper: Quat,

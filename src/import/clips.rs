@@ -11,6 +11,7 @@ use crate::scene::{AppliedStep, Scene};
 /// Which animations of a file to keep.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "ClipText", into = "String")]
+#[non_exhaustive]
 pub enum Clips {
     /// All of them.
     #[default]

@@ -8,6 +8,7 @@ use crate::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 
 /// The meaning of a tick outside of an animation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OutOfRange {
     /// The nearest end: the first frame before the start, the last frame after the end.
     #[default]
@@ -46,6 +47,7 @@ impl OutOfRange {
 /// [`Pose`](crate::pose::Pose), from any thread. It is valid for the animation and the nodes that it was made from, and
 /// has already read the constant tracks: make a new one when either changes.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Binding {
     /// The channels without a node, as indices into [`Animation::channels`]. They have no effect.
     pub channels_without_node: Vec<usize>,

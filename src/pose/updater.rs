@@ -43,6 +43,7 @@ impl Scene {
 /// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::X);
 /// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Updater {
     /// The node of every channel, and the channels and joints without a partner.
     pub binding: Binding,

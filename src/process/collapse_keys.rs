@@ -2,12 +2,14 @@
 
 use glam::{Quat, Vec3};
 
+use crate::options::setters;
 use crate::scene::{Keys, Scene};
 
 /// The largest difference between a value and the first value of its track at which the two count as equal.
 ///
 /// With zero, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct KeyTolerance {
     /// Distance between positions, in the file's unit. Default: 0.
     pub position: f32,
@@ -15,6 +17,14 @@ pub struct KeyTolerance {
     pub rotation: f32,
     /// Distance between scales, which have no unit. Default: 0.
     pub scaling: f32,
+}
+
+setters! {
+    KeyTolerance {
+        position: f32,
+        rotation: f32,
+        scaling: f32,
+    }
 }
 
 /// Keeps only the first key of every track whose values are all equal within `tolerance`.

@@ -8,6 +8,7 @@ use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scen
 /// How the mesh of the skeleton is attached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SkeletonMesh {
     /// One mesh per node, in the node's own space: mesh `i` belongs to the `i`-th node that has a piece.
     #[default]

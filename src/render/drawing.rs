@@ -90,6 +90,7 @@ pub(super) enum Shape {
 
 /// A picture, to be written as PNG or SVG.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Drawing {
     /// Width in pixels.
     pub width: u32,

@@ -114,6 +114,7 @@ pub fn page(clips: &[PageClip<'_>]) -> String {
 
 /// What a page is made of, and what it does not show.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PageReport {
     /// Bytes of the keys.
     pub motion: usize,

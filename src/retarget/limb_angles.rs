@@ -5,6 +5,7 @@ use crate::scene::{Animation, HumanoidBone, NodeId, Scene};
 
 /// How far the directions of a limb are apart at each tick.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LimbAngles {
     /// The bone.
     pub bone: HumanoidBone,

@@ -28,6 +28,7 @@ const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LimbError {
     /// The bone.
     pub bone: Bone,
@@ -41,6 +42,7 @@ pub struct LimbError {
 
 /// The feet of one skeleton in a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FootMotion {
     /// The mean speed over the ground of feet that stand, in metres a second.
     pub skate: f64,
@@ -52,6 +54,7 @@ pub struct FootMotion {
 
 /// The feet before and after.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FeetReport {
     /// Frames in which the source stands on a foot, those of both feet together.
     pub contact_frames: usize,
@@ -65,6 +68,7 @@ pub struct FeetReport {
 
 /// A leg that could not do what was asked of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Clamped {
     /// The foot that is elsewhere.
     pub bone: Bone,
@@ -79,6 +83,7 @@ pub struct Clamped {
 /// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// It is.
     Good,
@@ -101,6 +106,7 @@ impl Verdict {
 
 /// How well a motion sits on another skeleton.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RetargetReport {
     /// The name of the motion.
     pub clip: String,

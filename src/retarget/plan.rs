@@ -14,6 +14,7 @@ use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A bone that is not moved from one skeleton to the other.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Unmapped {
     /// The bone.
     pub bone: Bone,

@@ -21,6 +21,7 @@ const MOST_BESIDE: usize = 4;
 
 /// Two links that penetrate each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LinkCollision {
     /// The links that carry the shapes: those with a joint, or the base.
     pub link: String,

@@ -8,6 +8,7 @@ use crate::scene::{Animation, Channel, Keys, NodeId};
 
 /// The motion of a robot, frame by frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RobotMotion {
     /// The name of the clip.
     pub name: String,

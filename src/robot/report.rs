@@ -22,6 +22,7 @@ const MORE_SKATE: f64 = 0.005;
 
 /// A joint that would go beyond its limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ClampedJoint {
     /// Its name.
     pub joint: String,
@@ -31,6 +32,7 @@ pub struct ClampedJoint {
 
 /// How well a motion sits on a robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RobotReport {
     /// The name of the motion.
     pub clip: String,

@@ -7,25 +7,31 @@ use std::path::{Path, PathBuf};
 /// direction: bytes, format, scene, steps and poses, outputs. `lib` only re-exports.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &[]),
-    ("limits", &["error"]),
+    ("options", &[]),
+    ("limits", &["error", "options"]),
     ("files", &["error"]),
     ("scene", &["error", "limits"]),
     ("math", &["scene"]),
     ("pose", &["error", "limits", "scene"]),
     ("player", &["error", "limits", "scene", "pose"]),
     ("figure", &["error", "scene", "math", "pose"]),
-    ("ik", &["scene", "math", "pose"]),
+    ("ik", &["options", "scene", "math", "pose"]),
     ("edit", &["error", "limits", "scene", "math", "pose", "figure", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
         "process",
-        &["error", "limits", "scene", "math", "pose", "figure", "compress"],
+        &[
+            "error", "limits", "options", "scene", "math", "pose", "figure", "compress",
+        ],
     ),
     (
         "retarget",
-        &["error", "limits", "scene", "math", "pose", "figure", "edit"],
+        &["error", "limits", "options", "scene", "math", "pose", "figure", "edit"],
     ),
-    ("robot", &["error", "scene", "pose", "figure", "edit", "retarget"]),
+    (
+        "robot",
+        &["error", "options", "scene", "pose", "figure", "edit", "retarget"],
+    ),
     ("convert", &["error", "limits", "scene", "figure", "process"]),
     (
         "format",
@@ -50,12 +56,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "arrays",
         &[
-            "error", "limits", "scene", "math", "pose", "figure", "edit", "robot", "convert", "format",
+            "error", "limits", "options", "scene", "math", "pose", "figure", "edit", "robot", "convert", "format",
         ],
     ),
     (
         "render",
-        &["error", "scene", "math", "pose", "figure", "edit", "retarget"],
+        &[
+            "error", "options", "scene", "math", "pose", "figure", "edit", "retarget",
+        ],
     ),
     (
         "verify",

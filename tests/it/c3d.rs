@@ -380,18 +380,8 @@ fn claims_beyond_the_limits_are_refused() {
             .read(&SAMPLE.bytes(), "a.c3d")
             .map_err(|error| error.code())
     };
-    let nodes = |max_nodes| {
-        limited(Limits {
-            max_nodes,
-            ..Limits::default()
-        })
-    };
-    let values = |max_values| {
-        limited(Limits {
-            max_values,
-            ..Limits::default()
-        })
-    };
+    let nodes = |max_nodes| limited(Limits::new().max_nodes(max_nodes));
+    let values = |max_values| limited(Limits::new().max_values(max_values));
     assert!(nodes(3).is_ok() && values(18).is_ok());
     assert_eq!(nodes(2), Err(Code::LimitExceeded));
     assert_eq!(values(17), Err(Code::LimitExceeded));

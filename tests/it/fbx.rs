@@ -297,29 +297,10 @@ fn claims_beyond_the_limits_are_refused() {
             .map_err(|error| error.code())
     };
     let limits = Limits::default();
-    assert!(
-        limited(Limits {
-            max_nodes: 68,
-            max_values: 10 * 21 * 68,
-            ..limits
-        })
-        .is_ok()
-    );
-    assert_eq!(
-        limited(Limits {
-            max_nodes: 67,
-            ..limits
-        }),
-        Err(Code::LimitExceeded)
-    );
-    assert_eq!(
-        limited(Limits {
-            max_values: 10 * 21 * 68 - 1,
-            ..limits
-        }),
-        Err(Code::LimitExceeded)
-    );
-    assert_eq!(limited(Limits { max_depth: 3, ..limits }), Err(Code::LimitExceeded));
+    assert!(limited(limits.max_nodes(68).max_values(10 * 21 * 68)).is_ok());
+    assert_eq!(limited(limits.max_nodes(67)), Err(Code::LimitExceeded));
+    assert_eq!(limited(limits.max_values(10 * 21 * 68 - 1)), Err(Code::LimitExceeded));
+    assert_eq!(limited(limits.max_depth(3)), Err(Code::LimitExceeded));
 }
 
 #[test]

@@ -159,11 +159,7 @@ fn nesting_above_the_limit_is_refused() {
 #[test]
 fn nesting_needs_no_stack() {
     let depth = 100_000;
-    let limits = Limits {
-        max_depth: depth,
-        max_nodes: depth,
-        ..Limits::default()
-    };
+    let limits = Limits::new().max_depth(depth).max_nodes(depth);
     for mesh in [SkeletonMesh::None, SkeletonMesh::Segmented] {
         let scene = Importer::new()
             .limits(limits)
@@ -181,10 +177,7 @@ fn nesting_needs_no_stack() {
 
 #[test]
 fn as_many_nodes_as_the_limit_and_no_more() {
-    let limits = Limits {
-        max_nodes: 4,
-        ..Limits::default()
-    };
+    let limits = Limits::new().max_nodes(4);
     let wide = |joints: usize| {
         let joints = "JOINT a { OFFSET 1 0 0 }\n".repeat(joints);
         format!("HIERARCHY\nROOT r\n{{\nOFFSET 0 0 0\nCHANNELS 0\n{joints}}}\n")
@@ -200,12 +193,7 @@ fn as_many_nodes_as_the_limit_and_no_more() {
 #[test]
 fn more_bytes_than_the_limit_are_refused() {
     let bytes = fs::read("fixtures/dialects/plain.bvh").unwrap();
-    let importer = |max_bytes| {
-        Importer::new().limits(Limits {
-            max_bytes,
-            ..Limits::default()
-        })
-    };
+    let importer = |max_bytes| Importer::new().limits(Limits::new().max_bytes(max_bytes));
     assert!(importer(bytes.len() as u64).read(&bytes, "plain.bvh").is_ok());
     let error = importer(bytes.len() as u64 - 1).read(&bytes, "plain.bvh").unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded);

@@ -209,10 +209,7 @@ fn another_frame_rate_takes_memory_in_proportion() {
     assert_eq!(error.code(), Code::LimitExceeded, "{error}");
     // The caller's limits hold, whatever the motion.
     let mut scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
-    let tight = Limits {
-        max_values: 100,
-        ..Limits::default()
-    };
+    let tight = Limits::new().max_values(100);
     let error = Conversion::new()
         .frame_rate(60.0)
         .limits(tight)

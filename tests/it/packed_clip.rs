@@ -361,10 +361,7 @@ fn a_count_that_is_not_there_is_refused() {
             );
         }
     }
-    let tight = Limits {
-        max_depth: 5,
-        ..Limits::default()
-    };
+    let tight = Limits::new().max_depth(5);
     let error = Importer::new()
         .limits(tight)
         .read(&small_clip(), "deep.mclip")

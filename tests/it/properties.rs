@@ -238,7 +238,7 @@ proptest! {
     #[test]
     fn any_words_are_an_error_or_a_valid_scene(words in vec(word(), 0..60), header in any::<bool>()) {
         let text = format!("{}{}", if header { "HIERARCHY ROOT a { OFFSET 0 1 0 " } else { "" }, words.join(" "));
-        let limits = Limits { max_values: 10_000, ..Limits::default() };
+        let limits = Limits::new().max_values(10_000);
         if let Ok(scene) = Importer::new().limits(limits).format(mocap::Format::Bvh).read(text.as_bytes(), "generated.bvh") {
             prop_assert_eq!(validate(&scene), []);
         }

@@ -421,10 +421,7 @@ fn large_robots_are_an_error_or_a_valid_scene() {
     ] {
         survive(text.as_bytes(), &|| text[..40].to_owned());
     }
-    let tight = Importer::new().limits(Limits {
-        max_nodes: 3,
-        ..Limits::default()
-    });
+    let tight = Importer::new().limits(Limits::new().max_nodes(3));
     let error = tight.read_robot(URDF.as_bytes(), "robot.urdf").unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded);
 }

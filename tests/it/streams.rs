@@ -42,10 +42,7 @@ fn a_pipe_that_a_file_names_is_refused_and_not_waited_for() {
 fn an_endless_stream_ends_before_it_fills_memory() {
     let error = mocap::import("/dev/zero").unwrap_err();
     assert_eq!(error.code(), Code::UnknownFormat, "{error}");
-    let limits = Limits {
-        max_bytes: 1 << 20,
-        ..Limits::default()
-    };
+    let limits = Limits::new().max_bytes(1 << 20);
     let error = Importer::new()
         .format(Format::Bvh)
         .limits(limits)

@@ -555,14 +555,8 @@ fn a_frame_rate_is_found_for_sparse_and_for_uneven_keys() {
 fn limits_of_nodes_and_names_hold() {
     let file = Foreign::new(json!([{ "name": "abc" }, { "name": "b" }]));
     let read = |limits: Limits| Importer::new().limits(limits).read(file.text().as_bytes(), "a.gltf");
-    let few = Limits {
-        max_nodes: 1,
-        ..Limits::default()
-    };
-    let short = Limits {
-        max_name_bytes: 2,
-        ..Limits::default()
-    };
+    let few = Limits::new().max_nodes(1);
+    let short = Limits::new().max_name_bytes(2);
     for limits in [few, short] {
         assert_eq!(read(limits).unwrap_err().code(), Code::LimitExceeded);
     }

@@ -15,13 +15,12 @@ use crate::failure::Failure;
 
 /// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each
 /// other.
-const LIMITS: Limits = Limits {
-    max_bytes: 512 << 20,
-    max_values: 1 << 26,
-    max_nodes: 65_536,
-    max_depth: 1_024,
-    max_name_bytes: 256,
-};
+const LIMITS: Limits = Limits::new()
+    .max_bytes(512 << 20)
+    .max_values(1 << 26)
+    .max_nodes(65_536)
+    .max_depth(1_024)
+    .max_name_bytes(256);
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
