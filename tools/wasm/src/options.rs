@@ -15,12 +15,9 @@ use crate::failure::Failure;
 
 /// WebAssembly has 4 GiB of memory at most, in which the file, its scene and what is written of it stand beside each
 /// other.
-const LIMITS: Limits = Limits::new()
-    .max_bytes(512 << 20)
-    .max_values(1 << 26)
-    .max_nodes(65_536)
-    .max_depth(1_024)
-    .max_name_bytes(256);
+fn limits() -> Limits {
+    Limits::new().max_bytes(512 << 20).max_values(1 << 26)
+}
 
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
@@ -56,7 +53,7 @@ impl ReadOptions {
     pub(crate) fn importer(&self) -> Importer {
         let mut importer = Importer::new()
             .threads(1)
-            .limits(LIMITS)
+            .limits(limits())
             .root_offset(self.root_offset.unwrap_or_default())
             .all_rows(self.all_rows)
             .strict(self.strict)
@@ -169,7 +166,7 @@ impl From<Axis> for UpAxis {
 impl ConvertOptions {
     pub(crate) fn conversion(self) -> Result<Conversion, Failure> {
         let mut conversion = Conversion::new()
-            .limits(LIMITS)
+            .limits(limits())
             .keep_units(self.keep_units)
             .bones(self.bones)
             .trim(self.first, self.last)
