@@ -1,7 +1,7 @@
 //! How options are set: a method for each field, named like it.
 //!
-//! Structs of options are `#[non_exhaustive]`, so that a new option breaks no program. Such a struct is not written as a
-//! literal: it begins with `new()` and is changed field by field, as an [`Importer`](crate::Importer) is.
+//! Structs of options are `#[non_exhaustive]`, so that a new option breaks no program. Such a struct is not written as
+//! a literal: it begins with `new()` and is changed field by field, as an [`Importer`](crate::Importer) is.
 
 /// Gives a struct of options `new()`, which has the defaults, and for each field a method that sets it and returns the
 /// options. A field that is an `Option` is set from a value or from an `Option`.
