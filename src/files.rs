@@ -59,15 +59,31 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
 /// # Errors
 /// As [`write_file`]. All files are then unchanged.
 pub fn write_files(files: &[(&Path, &[u8])]) -> Result<()> {
+    let files: Vec<_> = files
+        .iter()
+        .map(|(path, bytes)| (*path, std::slice::from_ref(bytes)))
+        .collect();
+    write_whole(&files)
+}
+
+/// As [`write_files`], for files whose bytes are in several parts. One file may be a pipe or a device.
+///
+/// # Errors
+/// As [`write_file`].
+pub(crate) fn write_whole(files: &[(&Path, &[impl AsRef<[u8]>])]) -> Result<()> {
+    if let [(path, parts)] = files {
+        write_file_with(path, |file| write_parts(file, parts))?;
+        return Ok(());
+    }
     // All files are complete before the first is replaced.
     let mut written = Vec::new();
-    for (path, bytes) in files {
+    for (path, parts) in files {
         let write = || match Target::of(path)? {
             Target::Stream => Err(io::Error::other(
                 "an output of several files cannot be written to a pipe or a device",
             )),
             Target::File(target) => {
-                let file = Unfinished::new(&target, |file| file.write_all(bytes))?;
+                let file = Unfinished::new(&target, |file| write_parts(file, parts))?;
                 Ok((*path, target, file))
             }
         };
@@ -88,6 +104,10 @@ pub fn write_files(files: &[(&Path, &[u8])]) -> Result<()> {
     }
     replaced.keep();
     Ok(())
+}
+
+fn write_parts(file: &mut dyn Write, parts: &[impl AsRef<[u8]>]) -> io::Result<()> {
+    parts.iter().try_for_each(|part| file.write_all(part.as_ref()))
 }
 
 /// Existing files that were renamed to make room for new ones. Dropping it restores them, unless

@@ -1,6 +1,7 @@
-//! The table of formats that can be read.
+//! The table of formats that can be read and written.
 //!
-//! To add a format: a folder in `format/`, a row in [`FORMATS`], fixtures with their origin, a row in the README.
+//! To add a format: a folder in `format/` with its row, which [`FORMATS`] lists, and fixtures with their origin. A row
+//! with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and options from here.
 
 mod asf_amc;
 mod bip;
@@ -12,18 +13,25 @@ mod mclip;
 mod mesh_bounds;
 mod mimic;
 mod mjcf;
+mod option;
 mod provenance;
 pub(crate) mod text;
 mod texture;
 mod urdf;
 pub(crate) mod warnings;
+mod written;
 mod xml;
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+pub use self::option::WriteOption;
+pub(crate) use self::option::words;
+pub use self::written::{Achieved, Renamed, Written, WrittenFile};
+use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Humanoid;
 use crate::limits::{self, Limits};
 use crate::scene::robot::Robot;
 use crate::scene::{Format, RootOffset, Scene};
@@ -31,10 +39,21 @@ use crate::scene::{Format, RootOffset, Scene};
 /// The error of a step of a reader. Boxed, so that the results of all steps are small.
 pub(crate) type Failure = Box<Diagnostic>;
 
-/// The name of a format, how it is recognised, and how it is read.
+/// The row of a format: its names, how it is recognised, how it is read and written, and what can be chosen of that.
+///
+/// ```
+/// use mocap::{FORMATS, Format, FormatInfo};
+///
+/// let written = FORMATS.iter().filter(|row| row.writes()).flat_map(|row| row.extensions);
+/// assert!(written.copied().any(|extension| extension == "glb"));
+/// assert_eq!(FormatInfo::of_output("walk.VRMA".as_ref()).unwrap().format, Format::Vrma);
+/// ```
+#[non_exhaustive]
 pub struct FormatInfo {
     /// Which format it is.
     pub format: Format,
+    /// Its name in a sentence, such as `glTF`.
+    pub name: &'static str,
     /// What the letters stand for.
     pub description: &'static str,
     /// Extensions in lower case, without the dot.
@@ -43,8 +62,62 @@ pub struct FormatInfo {
     pub(crate) sniff: fn(&[u8]) -> bool,
     /// Whether it can be read from [`Blocks`].
     pub(crate) reads_blocks: bool,
-    /// Reads a whole file.
+    /// Whether this build reads it. Where it does not, importing a file gives an error that says what to do instead.
+    pub reads: bool,
+    /// Reads a whole file, or says why it cannot be read.
     pub(crate) read: fn(&Source<'_>, &ReadOptions) -> Result<Scene>,
+    /// Makes the files of a scene; absent where the format is not written.
+    pub(crate) write: Option<fn(&Scene, &WriteOptions) -> Result<Written>>,
+    /// The options that change its files; none where it is not written.
+    pub options: &'static [WriteOption],
+    /// Whether a file has one animation at most, and so only the first of a scene.
+    pub has_one_clip: bool,
+    /// Whether a file has the meshes of the file that the motion was read from, with skins and textures. Where `false`
+    /// the meshes are those that show the skeleton, or none.
+    pub has_file_meshes: bool,
+    /// Whether a written file states which joint is which bone of a humanoid.
+    pub states_bones: bool,
+    /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::Provenance).
+    pub states_origin: bool,
+}
+
+impl FormatInfo {
+    /// The row of a format.
+    pub fn of(format: Format) -> &'static Self {
+        // A test sees to it that every format has its row.
+        FORMATS.iter().find(|row| row.format == format).unwrap_or(&FORMATS[0])
+    }
+
+    /// The written format that the extension of `path` names, in any case.
+    pub fn of_output(path: &Path) -> Option<&'static Self> {
+        let extension = path.extension()?;
+        let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
+        let mut written = FORMATS.iter().filter(|row| row.writes());
+        written.find(|row| row.extensions.iter().any(|known| is_its(&known)))
+    }
+
+    /// The extensions of all written formats, in a sentence.
+    ///
+    /// ```
+    /// let known = mocap::FormatInfo::written_extensions();
+    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .fbx or .mclip");
+    /// ```
+    pub fn written_extensions() -> String {
+        let written = FORMATS.iter().filter(|row| row.writes());
+        let extensions = written.flat_map(|row| row.extensions.iter());
+        words(extensions.map(|extension| format!(".{extension}")), "or")
+    }
+
+    /// Whether scenes are written in it.
+    pub fn writes(&self) -> bool {
+        self.write.is_some()
+    }
+
+    /// Whether numbers go out in the unit and the axes of the scene, because a file states neither; the others are in
+    /// metres with +Y up, or state what they are in.
+    pub fn keeps_units(&self) -> bool {
+        self.takes(WriteOption::OutUnit)
+    }
 }
 
 /// A large file that is read from its beginning to its end, so that a reader that needs most of it only once does not
@@ -116,6 +189,53 @@ pub(crate) struct ReadOptions {
     pub limits: Limits,
     /// Threads that may read one file; `None` means the number of cores.
     pub threads: Option<NonZeroUsize>,
+}
+
+/// Options of all writers; each takes those that its row names.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WriteOptions {
+    /// The name of the file, without a folder. Its extension tells `.gltf` from `.glb`, and the files beside it are
+    /// named after it.
+    pub name: String,
+    /// How far joints may be from their positions. Default: that of the format.
+    pub error_bound: Option<ErrorBound>,
+    /// The distance of a shell, in metres, in place of that of the bound.
+    pub shell_distance: Option<f64>,
+    /// How glTF stores keys. Default: 16-bit integers within a bound, 32-bit floats without one.
+    pub compression: Option<gltf::Compression>,
+    /// Write constant tracks of glTF as channels too.
+    pub keep_constant: bool,
+    /// Where a `.gltf` has its buffer.
+    pub buffer: gltf::BufferPlace,
+    /// How BVH is written.
+    pub bvh: bvh::BvhOptions,
+    /// How FBX is written, but for its largest error.
+    pub fbx: fbx::FbxOptions,
+    /// Which joints are which bones. Default: they are found.
+    pub humanoid: Option<Humanoid>,
+}
+
+impl WriteOptions {
+    /// The bound with its shell; `None` where none was asked for.
+    pub(crate) fn bound(&self) -> Option<ErrorBound> {
+        Some(self.with_shell(self.error_bound.clone()?))
+    }
+
+    /// The same, with the usual one where none was asked for.
+    pub(crate) fn bound_or_usual(&self) -> ErrorBound {
+        self.with_shell(self.error_bound.clone().unwrap_or_default())
+    }
+
+    fn with_shell(&self, bound: ErrorBound) -> ErrorBound {
+        let shell_distance = self.shell_distance.unwrap_or(bound.shell_distance);
+        bound.shell_distance(shell_distance)
+    }
+
+    /// Whether the name has this extension, in any case.
+    pub(crate) fn has_extension(&self, extension: &str) -> bool {
+        let found = Path::new(&self.name).extension();
+        found.is_some_and(|found| found.eq_ignore_ascii_case(extension))
+    }
 }
 
 impl ReadOptions {

@@ -64,6 +64,7 @@ pub mod convert;
 pub mod dump;
 pub mod edit;
 mod error;
+mod export;
 pub mod figure;
 pub mod files;
 mod format;
@@ -89,8 +90,9 @@ pub use glam;
 
 pub use crate::convert::Conversion;
 pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible, visible_lines};
+pub use crate::export::Exporter;
 pub use crate::format::gltf::vrma;
-pub use crate::format::{FORMATS, FormatInfo, bvh, fbx, gltf};
+pub use crate::format::{FORMATS, FormatInfo, WriteOption, Written, WrittenFile, bvh, fbx, gltf};
 pub use crate::import::{Clips, Importer, MemoryFile, import};
 pub use crate::limits::Limits;
 pub use crate::player::{LoopMode, Player};

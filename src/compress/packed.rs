@@ -15,7 +15,7 @@ use std::borrow::Cow;
 
 use self::layout::{RotationTrack, TranslationTrack};
 pub(super) use self::write::{packed_size, with_required};
-use super::ErrorBound;
+use super::{CompressedClip, ErrorBound};
 use crate::error::Result;
 use crate::pose::Trs;
 use crate::scene::Scene;
@@ -85,8 +85,13 @@ impl PackedClip<'static> {
     /// not finite, there is no such animation or there are too many nodes;
     /// [`Code::LimitExceeded`](crate::Code::LimitExceeded) where there are too many frames.
     pub fn encode(scene: &Scene, animation: usize, max_error: impl Into<ErrorBound>) -> Result<Self> {
-        let bytes = write::encode(scene, animation, max_error.into())?;
-        Self::new(bytes)
+        Ok(Self::pack(scene, animation, max_error.into())?.0)
+    }
+
+    /// The same with the clip as it was before it was packed, which knows where its error is largest.
+    pub(crate) fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
+        let (bytes, clip) = write::encode(scene, animation, bound)?;
+        Ok((Self::new(bytes)?, clip))
     }
 }
 
@@ -112,6 +117,11 @@ impl<'a> PackedClip<'a> {
     /// The bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
+    }
+
+    /// The same without the clip.
+    pub(crate) fn into_bytes(self) -> Vec<u8> {
+        self.bytes.into_owned()
     }
 
     /// How many nodes the skeleton has.

@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 
@@ -42,9 +43,9 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ReplacePolicy {
-    inputs: HashSet<FileId>,
+    inputs: Arc<HashSet<FileId>>,
     /// The names of the inputs.
-    source_names: HashSet<String>,
+    source_names: Arc<HashSet<String>>,
     /// Whether one of them is glTF or FBX.
     may_tell: bool,
     force: bool,
@@ -53,22 +54,27 @@ pub struct ReplacePolicy {
 impl ReplacePolicy {
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
-        let mut policy = Self::default();
+        let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
         for input in inputs {
             let input = input.as_ref();
-            policy.inputs.extend(FileId::of(input));
+            files.extend(FileId::of(input));
             let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
-            policy.source_names.extend(name);
-            policy.may_tell |= has_extension(input, TELLING_EXTENSIONS);
+            names.extend(name);
+            may_tell |= has_extension(input, TELLING_EXTENSIONS);
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
             {
                 for buffer in asset.buffers.iter().filter_map(Buffer::file_name) {
-                    policy.inputs.extend(FileId::of(&input.with_file_name(buffer)));
+                    files.extend(FileId::of(&input.with_file_name(buffer)));
                 }
             }
         }
-        policy
+        Self {
+            inputs: Arc::new(files),
+            source_names: Arc::new(names),
+            may_tell,
+            force: false,
+        }
     }
 
     /// Whether to replace files that may be somebody's source. Inputs are never replaced. Default: no.
@@ -91,7 +97,12 @@ impl ReplacePolicy {
     /// # Errors
     /// As [`Self::check`].
     pub fn check_bytes(&self, path: &Path, bytes: &[u8]) -> Result<()> {
-        self.check_or(path, || has_bytes(path, bytes))
+        self.check_parts(path, &[bytes])
+    }
+
+    /// As [`Self::check_bytes`], for bytes in several parts.
+    pub(crate) fn check_parts(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+        self.check_or(path, || has_bytes(path, parts))
     }
 
     fn check_or(&self, path: &Path, is_same: impl FnOnce() -> bool) -> Result<()> {
@@ -111,13 +122,21 @@ impl ReplacePolicy {
     }
 
     /// Checks whether a file that belongs to an output, such as a texture, may go to `path`: nothing is there, or the
-    /// same bytes, or replacing is forced.
+    /// same bytes, or replacing is forced. A buffer may replace that of a former output.
     ///
     /// # Errors
     /// As [`Self::check`].
     pub fn check_beside(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        self.check_parts_beside(path, &[bytes])
+    }
+
+    /// As [`Self::check_beside`], for bytes in several parts.
+    pub(crate) fn check_parts_beside(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
+        if has_extension(path, &["bin"]) {
+            return self.check(path);
+        }
         self.check_inputs(path)?;
-        if self.force || !path.exists() || has_bytes(path, bytes) {
+        if self.force || !path.exists() || has_bytes(path, parts) {
             return Ok(());
         }
         let message = "a file that belongs to the output would replace another file of its name";
@@ -221,21 +240,24 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
-fn has_bytes(path: &Path, bytes: &[u8]) -> bool {
-    let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == bytes.len() as u64);
+fn has_bytes(path: &Path, parts: &[impl AsRef<[u8]>]) -> bool {
+    let length: usize = parts.iter().map(|part| part.as_ref().len()).sum();
+    let has_length = fs::metadata(path).is_ok_and(|metadata| metadata.len() == length as u64);
     let has_bytes = || -> io::Result<bool> {
-        let mut file = File::open(path)?;
-        let mut block = [0; 1 << 16];
-        let mut rest = bytes;
-        loop {
-            match file.read(&mut block)? {
-                0 => return Ok(rest.is_empty()),
-                length => match rest.strip_prefix(&block[..length]) {
-                    Some(after) => rest = after,
-                    None => return Ok(false),
-                },
+        let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
+        for part in parts {
+            let mut rest = part.as_ref();
+            while !rest.is_empty() {
+                let block = file.fill_buf()?;
+                let length = block.len().min(rest.len());
+                if length == 0 || block[..length] != rest[..length] {
+                    return Ok(false);
+                }
+                file.consume(length);
+                rest = &rest[length..];
             }
         }
+        Ok(true)
     };
     has_length && has_bytes().unwrap_or(false)
 }

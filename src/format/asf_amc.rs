@@ -42,11 +42,19 @@ use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::AsfAmc,
+    name: "Acclaim ASF/AMC",
     description: "Acclaim skeleton and motion",
     extensions: &["amc", "asf"],
     sniff,
     reads_blocks: false,
+    reads: true,
     read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
 
 fn sniff(bytes: &[u8]) -> bool {

@@ -6,12 +6,20 @@ use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bip,
+    name: "BIP",
     description: "3ds Max Biped, which is refused with advice",
     extensions: &["bip"],
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,
     reads_blocks: false,
+    reads: false,
     read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
 
 fn read(_source: &Source<'_>, _options: &ReadOptions) -> Result<Scene> {

@@ -14,16 +14,32 @@
 mod read;
 mod write;
 
-use crate::format::FormatInfo;
+use crate::format::{FormatInfo, WriteOption};
 use crate::scene::Format;
 
 pub use self::write::{BvhOptions, BvhReport, Channels, export, scale_warning, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Bvh,
+    name: "BVH",
     description: "Biovision hierarchy",
     extensions: &["bvh"],
     sniff: read::sniff,
     reads_blocks: true,
+    reads: true,
     read: read::read,
+    write: Some(write::files),
+    options: &[
+        WriteOption::Order,
+        WriteOption::Digits,
+        WriteOption::Channels,
+        WriteOption::OutUnit,
+        WriteOption::OutUp,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: true,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };

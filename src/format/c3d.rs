@@ -34,11 +34,19 @@ use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::C3d,
+    name: "C3D",
     description: "C3D markers",
     extensions: &["c3d"],
     sniff,
     reads_blocks: false,
+    reads: true,
     read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
 
 /// The block size: places in the file are block numbers.

@@ -12,19 +12,37 @@ mod read;
 mod write;
 
 use crate::files::{FBX_HEAD, fbx_provenance};
-use crate::format::FormatInfo;
 use crate::format::provenance::Provenance;
+use crate::format::{FormatInfo, WriteOption};
 use crate::scene::Format;
 
 pub use self::write::{FbxOptions, FbxReport, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion, export, write};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Fbx,
+    name: "FBX",
     description: read::DESCRIPTION,
     extensions: &["fbx"],
     sniff,
     reads_blocks: false,
+    reads: cfg!(feature = "fbx"),
     read: read::read,
+    write: Some(write::files),
+    options: &[
+        WriteOption::Mesh,
+        WriteOption::MaxError,
+        WriteOption::ShellDistance,
+        WriteOption::FbxVersion,
+        WriteOption::FbxRest,
+        WriteOption::Target,
+        WriteOption::Textures,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: false,
+    has_file_meshes: true,
+    states_bones: false,
+    states_origin: true,
 };
 
 /// The user's property of a node with its name in the scene, where the file has another.

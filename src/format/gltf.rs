@@ -19,30 +19,56 @@ mod tracks;
 pub mod vrma;
 mod write;
 
-use crate::format::FormatInfo;
+use crate::format::{FormatInfo, WriteOption};
 use crate::scene::Format;
 
 pub use self::character::Character;
-pub use self::compression::{Achieved, Compression};
+pub use self::compression::Compression;
 pub(crate) use self::file::File;
 pub(crate) use self::tracks::{Bend, Values};
-pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, Renamed, export, write_glb};
+pub use self::write::{BufferPlace, Document, GltfOptions, GltfReport, export, write_glb};
 pub use crate::format::provenance::Provenance;
+pub use crate::format::{Achieved, Renamed};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Gltf,
+    name: "glTF",
     description: "glTF 2.0, skeleton and animation",
     extensions: &["glb", "gltf"],
     sniff: File::sniff,
     reads_blocks: false,
+    reads: true,
     read: read::read,
+    write: Some(write::files),
+    options: &[
+        WriteOption::Mesh,
+        WriteOption::KeepConstant,
+        WriteOption::Embed,
+        WriteOption::Compress,
+        WriteOption::MaxError,
+        WriteOption::ShellDistance,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: true,
 };
 
 pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     format: Format::Vrma,
+    name: "a VRM animation",
     description: "VRM animation 1.0",
     extensions: &["vrma"],
     sniff: vrma::sniff,
     reads_blocks: false,
+    reads: true,
     read: read::read_vrm_animation,
+    write: Some(vrma::files),
+    options: &[WriteOption::Compress, WriteOption::MaxError, WriteOption::ShellDistance],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: true,
+    states_origin: true,
 };

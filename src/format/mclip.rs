@@ -2,7 +2,8 @@
 //!
 //! `docs/compression.md` has their bytes; [`PackedClip`] checks them.
 
-use super::{Failure, FormatInfo, ReadOptions, Source};
+use super::written::{millimetres, unit_warning};
+use super::{Achieved, Failure, FormatInfo, ReadOptions, Source, WriteOption, WriteOptions, Written, WrittenFile};
 use crate::compress::PackedClip;
 use crate::error::{Code, Diagnostic, Result};
 use crate::limits::limit_exceeded;
@@ -11,12 +12,38 @@ use crate::scene::{Format, Scene, UpAxis};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mclip,
+    name: "a packed clip",
     description: "packed clip of this program",
     extensions: &["mclip"],
     sniff: PackedClip::sniff,
     reads_blocks: false,
+    reads: true,
     read,
+    write: Some(write),
+    options: &[
+        WriteOption::MaxError,
+        WriteOption::ShellDistance,
+        WriteOption::Rest,
+        WriteOption::RootMotion,
+    ],
+    has_one_clip: true,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
+
+/// The files of the row, with the first animation.
+fn write(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let (clip, unpacked) = PackedClip::pack(scene, 0, options.bound_or_usual())?;
+    let mut written = Written {
+        notes: vec![format!("error: {} mm at most", millimetres(clip.max_error()))],
+        warnings: Vec::from_iter(unit_warning(scene, "a packed clip")),
+        nodes: scene.nodes.len(),
+        ..Written::of(vec![WrittenFile::new(&options.name, clip.into_bytes())])
+    };
+    Achieved::add(&mut written.error, scene, &unpacked, 1.0);
+    Ok(written)
+}
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
     let clip = PackedClip::new(source.bytes)?;

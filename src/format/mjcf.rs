@@ -36,12 +36,20 @@ use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Mjcf,
+    name: "MJCF",
     description: "robot, for MuJoCo",
     // `.xml` may be anything: the contents decide.
     extensions: &["mjcf"],
     sniff: |bytes| xml::begins_with(bytes, "mujoco"),
     reads_blocks: false,
+    reads: true,
     read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

@@ -30,11 +30,19 @@ use crate::scene::{Format, Scene};
 
 pub(super) const FORMAT: FormatInfo = FormatInfo {
     format: Format::Urdf,
+    name: "URDF",
     description: "robot, for ROS",
     extensions: &["urdf"],
     sniff: |bytes| xml::begins_with(bytes, "robot"),
     reads_blocks: false,
+    reads: true,
     read,
+    write: None,
+    options: &[],
+    has_one_clip: false,
+    has_file_meshes: false,
+    states_bones: false,
+    states_origin: false,
 };
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

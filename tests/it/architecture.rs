@@ -40,6 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),
+    ("export", &["error", "files", "scene", "figure", "compress", "format"]),
     (
         "job",
         &[

@@ -67,7 +67,7 @@ impl Writer {
                     ..FbxOptions::default()
                 };
                 let (bytes, report) = fbx::write(scene, &options)?;
-                (read(&bytes, "a.fbx"), report.max_error.unwrap())
+                (read(&bytes, "a.fbx"), report.achieved.unwrap().max_error)
             }
             Self::Packed => {
                 let clip = PackedClip::encode(scene, 0, bound.clone())?;

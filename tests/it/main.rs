@@ -18,6 +18,7 @@ mod dialects;
 mod edit;
 mod error_bounds;
 mod examples;
+mod exporter;
 #[cfg(feature = "fbx")]
 mod fbx;
 #[cfg(feature = "fbx")]

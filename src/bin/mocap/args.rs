@@ -14,6 +14,7 @@ mod read;
 mod retarget;
 mod robot;
 mod source;
+mod write;
 
 use std::path::PathBuf;
 
@@ -23,18 +24,19 @@ use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
-pub(crate) use self::batch::{BatchArgs, FormatArg, InputArgs, MergeManifestArgs, SpreadArgs};
+pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::edit::EditArgs;
-pub(crate) use self::fbx::{FBX_OPTIONS, FbxArgs, FbxOutArgs, NOT_FBX, NOT_ONE_FILE};
+pub(crate) use self::fbx::{FbxArgs, FbxOutArgs, NOT_ONE_FILE};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::FrameRateArgs;
 pub(crate) use self::retarget::{FeetArg, RetargetArgs};
 pub(crate) use self::robot::{RobotArgs, RobotFormatArg, VerdictArg};
 pub(crate) use self::source::OutArgs;
+pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
@@ -101,16 +103,11 @@ pub(crate) struct ConvertArgs {
     /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
     #[arg(long, value_name = "KIND")]
     pub(crate) mesh: Option<MeshArg>,
-    /// Keep constant tracks in the animation; by default they become part of the rest pose
-    #[arg(long)]
-    pub(crate) keep_constant: bool,
     /// Embed the buffer of a .gltf, instead of writing a .bin beside it
     #[arg(long)]
     pub(crate) embed: bool,
     #[command(flatten)]
-    pub(crate) bvh: BvhArgs,
-    #[command(flatten)]
-    pub(crate) fbx: FbxArgs,
+    pub(crate) write: WriteArgs,
     #[command(flatten)]
     pub(crate) change: ChangeArgs,
     /// Compare the written file with its source, as `mocap verify` does
@@ -121,8 +118,6 @@ pub(crate) struct ConvertArgs {
     /// and files with the same bytes as the output; a BVH file does not say who wrote it. An input is never replaced
     #[arg(long)]
     pub(crate) force: bool,
-    #[command(flatten)]
-    pub(crate) compress: CompressArgs,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]

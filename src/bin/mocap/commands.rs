@@ -27,12 +27,13 @@ pub(crate) mod view;
 use std::io::{self, Write};
 use std::path::Path;
 
-use mocap::fbx::{self, FbxOptions, FbxReport};
+use mocap::fbx::FbxOptions;
 use mocap::figure::{Figure, Humanoid, HumanoidMap, humanoid};
-use mocap::files::{ReplacePolicy, write_file, write_files};
+use mocap::files::{ReplacePolicy, write_files};
+use mocap::gltf::BufferPlace;
 use mocap::job::SourceMap;
 use mocap::scene::{Scene, Topic};
-use mocap::{Code, Conversion, Importer, SkeletonMesh, bvh, gltf};
+use mocap::{Code, Conversion, Exporter, Importer, SkeletonMesh, WrittenFile};
 use serde::Serialize;
 
 use crate::args::FrameRateArgs;
@@ -63,33 +64,19 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
     Ok(())
 }
 
-/// The bytes of a scene in a format: BVH, FBX, glTF with its buffer within, or else GLB; and the images beside it.
-fn scene_bytes(scene: &Scene, format: &str, fbx: &FbxOptions) -> mocap::Result<(Vec<u8>, Vec<ImageFile>)> {
-    let document = || gltf::Document::new(scene, &gltf::GltfOptions::default());
-    let bytes = match format {
-        "bvh" => bvh::write(scene, &bvh::BvhOptions::default())?,
-        "fbx" => {
-            let (bytes, written) = fbx::write(scene, fbx)?;
-            if let Some(words) = fewer_keys(&written) {
-                report::say(&words);
-            }
-            return Ok((bytes, textures_beside(scene, &written)));
-        }
-        "gltf" => document()?.to_embedded()?,
-        _ => document()?.to_glb()?,
-    };
-    Ok((bytes, Vec::new()))
+/// The bytes of a scene in the format of an extension, a .gltf with its buffer within, and the images beside it.
+fn scene_bytes(scene: &Scene, extension: &str, fbx: &FbxOptions) -> mocap::Result<(Vec<u8>, Vec<ImageFile>)> {
+    let exporter = Exporter::new().fbx(fbx.clone()).buffer(BufferPlace::Embedded);
+    let mut written = exporter.write_as(scene, format!("scene.{extension}"))?;
+    written.notes.iter().for_each(|note| report::say(note));
+    let bytes = written.files.pop().map(WrittenFile::into_bytes).unwrap_or_default();
+    let images = written.files.into_iter();
+    let images = images.map(|image| (image.name().to_owned(), image.into_bytes()));
+    Ok((bytes, images.collect()))
 }
 
 /// An image that stands beside an FBX file: its name, and its bytes.
 type ImageFile = (String, Vec<u8>);
-
-fn textures_beside(scene: &Scene, written: &FbxReport) -> Vec<ImageFile> {
-    let images = written.beside.iter();
-    images
-        .map(|(name, texture)| (name.clone(), scene.textures[*texture].bytes.clone()))
-        .collect()
-}
 
 /// Writes a file and the images beside it: all of them or none.
 fn write_with_textures(policy: &ReplacePolicy, output: &Path, bytes: &[u8], images: &[ImageFile]) -> mocap::Result<()> {
@@ -101,17 +88,7 @@ fn write_with_textures(policy: &ReplacePolicy, output: &Path, bytes: &[u8], imag
         .iter()
         .zip(images)
         .map(|(path, (_, bytes))| (path.as_path(), bytes.as_slice()));
-    match images.len() {
-        0 => write_file(output, bytes),
-        _ => write_files(&images.chain([(output, bytes)]).collect::<Vec<_>>()),
-    }
-}
-
-/// How far an FBX file with fewer keys is from the scene.
-fn fewer_keys(written: &FbxReport) -> Option<String> {
-    let most = verify::millimetres(written.max_error?);
-    let FbxReport { keys, curves, .. } = written;
-    Some(format!("{keys} keys in {curves} curves, {most} mm at most"))
+    write_files(&images.chain([(output, bytes)]).collect::<Vec<_>>())
 }
 
 /// The format of an output, in lower case: its extension, or for standard output that of `--to`, or else `default`.

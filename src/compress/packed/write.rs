@@ -17,8 +17,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Trs;
 use crate::scene::{NodeKind, Scene};
 
-/// The packed form of an animation.
-pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<Vec<u8>> {
+/// The packed form of an animation, and what was packed.
+pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Vec<u8>, CompressedClip)> {
     let found = scene.animations.get(animation);
     let animation = found.ok_or_else(|| {
         Diagnostic::new(Code::Unrepresentable, "the scene has no such animation").expected_found(
@@ -39,7 +39,8 @@ pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Resu
         duration: animation.duration,
         clip: &clip,
     };
-    Ok(file.bytes()?)
+    let bytes = file.bytes()?;
+    Ok((bytes, clip))
 }
 
 /// About the bytes of the key frames of a clip; the rest is the same for all clips of a scene.

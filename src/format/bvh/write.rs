@@ -29,6 +29,7 @@ use std::path::Path;
 
 use crate::error::{Diagnostic, Result};
 use crate::files::write_file;
+use crate::format::{WriteOptions, Written, WrittenFile};
 use crate::scene::{RotationOrder, Scene};
 
 /// Which joints have position channels.
@@ -91,6 +92,16 @@ pub fn write(scene: &Scene, options: &BvhOptions) -> Result<Vec<u8>> {
 /// As [`write()`].
 pub fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
     build::scale_warning(scene, options)
+}
+
+/// The files of the row.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let (text, _) = build::text(scene, &options.bvh)?;
+    Ok(Written {
+        warnings: Vec::from_iter(scale_warning(scene, &options.bvh)?),
+        nodes: scene.nodes.len(),
+        ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
+    })
 }
 
 /// Writes `scene` to `path`. After an error the file is unchanged, or absent.

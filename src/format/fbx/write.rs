@@ -48,6 +48,8 @@ use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::{ReplacePolicy, write_file, write_files};
 use crate::format::provenance::Provenance;
+use crate::format::written::millimetres;
+use crate::format::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
 use crate::limits;
 use crate::scene::{Scene, UpAxis};
 
@@ -219,8 +221,9 @@ pub struct FbxReport {
     pub curves: usize,
     /// Keys of all curves.
     pub keys: usize,
-    /// The largest distance of a joint from its place, in metres, where keys were left out.
-    pub max_error: Option<f64>,
+    /// How far the file is from the scene, the largest error of all clips; absent where every key was written. Its
+    /// keys are those of the scene's tracks.
+    pub achieved: Option<Achieved>,
     /// Bytes of the file.
     pub bytes: usize,
     /// What a reader of the file may be wrong about: [`Code::UnknownUnit`] where the unit of the scene is not known.
@@ -310,6 +313,30 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     report.bytes = bytes.len();
     report.warnings.extend(unit_warning(scene));
     Ok((bytes, report))
+}
+
+/// The files of the row.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let options_of_fbx = FbxOptions {
+        error_bound: options.bound(),
+        ..options.fbx.clone()
+    };
+    let (bytes, report) = write(scene, &options_of_fbx)?;
+    let images = report.beside.iter();
+    let images = images.map(|(name, texture)| WrittenFile::new(name, scene.textures[*texture].bytes.clone()));
+    let main = WrittenFile::new(&options.name, bytes);
+    let renamed = report.renamed.into_iter();
+    Ok(Written {
+        notes: Vec::from_iter(report.achieved.as_ref().map(|achieved| {
+            let most = millimetres(achieved.max_error);
+            format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
+        })),
+        warnings: report.warnings,
+        renamed: renamed.map(|(node, from, to)| Renamed { node, from, to }).collect(),
+        error: report.achieved,
+        nodes: scene.nodes.len(),
+        ..Written::of(images.chain([main]).collect())
+    })
 }
 
 /// Writes `scene` to `path`, and its textures beside it where that is asked for. After an error the files are

@@ -11,9 +11,12 @@
 //! of its descendants; this hierarchical error metric is that of the Animation Compression Library (Nicholas
 //! Frechette). The formulas of the filters are those of EXT_meshopt_compression, appendix B.
 
+use std::str::FromStr;
+
 use serde::Serialize;
 
 use crate::compress::Storage;
+use crate::error::{Code, Diagnostic, Error};
 
 /// How the keys of animations are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -32,6 +35,19 @@ pub enum Compression {
 }
 
 impl Compression {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::None, Self::Int16, Self::Meshopt, Self::MeshoptKhr];
+
+    /// The name that users type.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Int16 => "int16",
+            Self::Meshopt => "meshopt",
+            Self::MeshoptKhr => "meshopt-khr",
+        }
+    }
+
     pub(super) fn storage(self) -> Storage {
         match self {
             Self::None => Storage::Float32,
@@ -50,22 +66,20 @@ impl Compression {
     }
 }
 
+/// Parses the name.
+impl FromStr for Compression {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        let named = Self::ALL.into_iter().find(|kind| kind.as_str() == name);
+        named.ok_or_else(|| {
+            let found = format!("\"{name}\"");
+            Diagnostic::new(Code::InvalidValue, format!("{found} is not the name of a compression"))
+                .expected_found(Self::ALL.map(Self::as_str).join(", "), found)
+                .into()
+        })
+    }
+}
+
 pub(super) const EXT: &str = "EXT_meshopt_compression";
 pub(super) const KHR: &str = "KHR_meshopt_compression";
-
-/// The error of a file against the scene that it was written from, measured in double precision on the decoded values,
-/// at the 32-bit times of the file, and with both interpolations of readers: slerp, and nlerp (component by component).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct Achieved {
-    /// The largest distance of a joint or end site from its position in the scene, in metres.
-    pub max_error: f64,
-    /// The root of the mean square of all distances, in metres.
-    pub rms_error: f64,
-    /// The name of the node with the largest distance.
-    pub joint: String,
-    /// The tick of the largest distance.
-    pub tick: f64,
-    /// The number of keys in the file, of all tracks.
-    pub keys: usize,
-}

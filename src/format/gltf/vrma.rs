@@ -22,6 +22,7 @@ use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
+use crate::format::{WriteOptions, Written};
 use crate::retarget::vrm_humanoid;
 use crate::scene::{NodeKind, Scene};
 
@@ -51,6 +52,19 @@ pub fn write(scene: &Scene, options: &VrmaOptions) -> Result<(Vec<u8>, GltfRepor
         ..report
     };
     Ok((bytes, report))
+}
+
+/// The files of the row.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let vrma = VrmaOptions {
+        humanoid: options.humanoid.clone(),
+        gltf: GltfOptions::of(options),
+    };
+    let (document, report) = document(scene, &vrma)?;
+    Ok(Written {
+        files: vec![document.into_glb_file(&options.name)?],
+        ..report.written()
+    })
 }
 
 /// Writes the motions of `scene`, which is in metres with +Y up, to `path`. After an error the file is as before.

@@ -42,8 +42,12 @@ use serde::Serialize;
 
 use super::{Achieved, Compression};
 use crate::compress::ErrorBound;
-use crate::error::{Code, Diagnostic, Result};
+#[cfg(doc)]
+use crate::error::Code;
+use crate::error::{Diagnostic, Result};
 use crate::files::{write_file, write_files};
+use crate::format::written::unit_warning;
+use crate::format::{Renamed, WriteOptions, Written, WrittenFile};
 use crate::scene::Scene;
 
 /// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
@@ -70,8 +74,8 @@ pub struct GltfOptions {
     pub buffer: BufferPlace,
     /// How the keys are stored.
     pub compression: Compression,
-    /// The largest distance of any joint or end site from its position in the scene, in metres, at any whole tick and
-    /// at any key of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
+    /// How far a joint or end site may be from its position in the scene, in metres, at any whole tick and at any key
+    /// of the scene, as a reader decodes it. Within it, keys are removed and numbers are rounded as
     /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
     /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
@@ -85,21 +89,6 @@ impl GltfOptions {
             .clone()
             .or_else(|| is_compressed.then(ErrorBound::default))
     }
-}
-
-/// A node whose name had to change.
-///
-/// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
-/// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
-/// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Renamed {
-    /// Index into [`Scene::nodes`], and into the file's nodes.
-    pub node: usize,
-    /// The name in the scene.
-    pub from: String,
-    /// The name in the file.
-    pub to: String,
 }
 
 /// What was written.
@@ -164,7 +153,7 @@ impl Document {
     /// [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn new(scene: &Scene, options: &GltfOptions) -> Result<Self> {
         let mut document = build::document(scene, options, Content::Scene)?;
-        document.report.warnings.extend(unit_warning(scene));
+        document.report.warnings.extend(unit_warning(scene, "glTF"));
         Ok(document)
     }
 
@@ -184,15 +173,73 @@ impl Document {
     }
 }
 
-/// Says so where the lengths of `scene` are not known to be in metres.
-fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
-    let message = match scene.metadata.metres_per_unit {
-        Some(1.0) => return None,
-        Some(metres) => format!("glTF is in metres, and the scene is in units of {metres} m"),
-        None => "glTF is in metres, and the unit of the scene is not stated".to_owned(),
+impl GltfOptions {
+    /// The part of the options of all writers that is glTF's.
+    pub(super) fn of(options: &WriteOptions) -> Self {
+        let usual = match options.error_bound {
+            Some(_) => Compression::Int16,
+            None => Compression::None,
+        };
+        let compression = options.compression.unwrap_or(usual);
+        Self {
+            keep_constant: options.keep_constant,
+            buffer: options.buffer,
+            compression,
+            error_bound: match compression {
+                Compression::None => options.bound(),
+                _ => Some(options.bound_or_usual()),
+            },
+        }
+    }
+}
+
+impl GltfReport {
+    /// What every format says of its files.
+    pub(super) fn written(&self) -> Written {
+        let dropped = (self.dropped_keys > 0).then(|| {
+            format!(
+                "{} keys were dropped: 32-bit times cannot tell them apart",
+                self.dropped_keys
+            )
+        });
+        Written {
+            notes: Vec::from_iter(left_out(&self.left_out).into_iter().chain(dropped)),
+            warnings: self.warnings.clone(),
+            renamed: self.renamed.clone(),
+            error: self.achieved.clone(),
+            nodes: self.joints,
+            ..Written::default()
+        }
+    }
+}
+
+/// What a VRM animation does not have of its source, in words.
+fn left_out(joints: &[String]) -> Option<String> {
+    const MOST: usize = 8;
+    let (shown, more) = joints.split_at(joints.len().min(MOST));
+    let more = match more.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
     };
-    let help = "convert the scene before: Conversion::new().apply(&mut scene)";
-    Some(Diagnostic::new(Code::UnknownUnit, message).help(help))
+    let names = shown.join(", ");
+    (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
+}
+
+/// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`.
+pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
+    let gltf = GltfOptions::of(options);
+    let document = Document::new(scene, &gltf)?;
+    let written = Written {
+        nodes: scene.nodes.len(),
+        ..document.report.written()
+    };
+    let name = &options.name;
+    let files = match (options.has_extension("gltf"), gltf.buffer) {
+        (false, _) => vec![document.into_glb_file(name)?],
+        (true, BufferPlace::Embedded) => vec![WrittenFile::new(name, document.to_embedded()?)],
+        (true, BufferPlace::Beside) => document.into_text_and_bin_files(name)?,
+    };
+    Ok(Written { files, ..written })
 }
 
 /// The bytes of a `.glb` file. What there is to say about it, [`Document::report`] says.

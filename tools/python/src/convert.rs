@@ -1,17 +1,66 @@
-//! A motion file to animated glTF, to FBX or to a VRM animation.
+//! A motion file in another format.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::scene::UpAxis;
-use mocap::{Conversion, SkeletonMesh, fbx, gltf, vrma};
+use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::ReadOptions;
 use crate::errors::to_python;
 
-/// Reads `source`, converts it to metres with +Y up, and writes `target`; returns the bytes written.
+/// How a file is written, as `mocap/_options.py` has it.
+#[derive(FromPyObject)]
+pub(crate) struct WriteOptions {
+    max_error: Option<f64>,
+    shell_distance: Option<f64>,
+    compress: Option<String>,
+    overwrite: bool,
+}
+
+impl WriteOptions {
+    /// The exporter to `target`, which is made from `sources`.
+    pub(crate) fn exporter(&self, sources: &[&PathBuf], target: &Path) -> PyResult<Exporter> {
+        let extension = target.extension().and_then(|extension| extension.to_str());
+        let row = FormatInfo::of_output(target).ok_or_else(|| {
+            let known = FormatInfo::written_extensions();
+            PyValueError::new_err(format!(
+                "the file must end in {known}, got {:?}",
+                target.display().to_string()
+            ))
+        })?;
+        let given = [
+            (WriteOption::MaxError, self.max_error.is_some()),
+            (WriteOption::ShellDistance, self.shell_distance.is_some()),
+            (WriteOption::Compress, self.compress.is_some()),
+        ];
+        let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
+        if let Some(refusal) = given.find_map(|(option, _)| row.refusal(option, extension.unwrap_or_default())) {
+            return Err(PyValueError::new_err(refusal.message));
+        }
+        let mut exporter = Exporter::new()
+            .replace(ReplacePolicy::new(sources))
+            .overwrite(self.overwrite);
+        if let Some(metres) = self.max_error {
+            exporter = exporter.max_error(metres);
+        }
+        if let Some(metres) = self.shell_distance {
+            exporter = exporter.shell_distance(metres);
+        }
+        if let Some(name) = &self.compress {
+            exporter = exporter.compression(name.parse().map_err(|error: mocap::Error| {
+                let known = error.diagnostic().expected.clone().unwrap_or_default();
+                PyValueError::new_err(format!("compress must be one of {known}, got {name:?}"))
+            })?);
+        }
+        Ok(exporter)
+    }
+}
+
+/// Reads `source`, converts it to metres with +Y up, but for a format that keeps its unit, and writes `target`; returns
+/// the bytes written.
 #[pyfunction]
 pub(crate) fn convert(
     py: Python<'_>,
@@ -21,6 +70,7 @@ pub(crate) fn convert(
     up: Option<&str>,
     fps: Option<f64>,
     read: ReadOptions,
+    write: WriteOptions,
 ) -> PyResult<u64> {
     let up = up_axis(up)?;
     let mut conversion = Conversion::new();
@@ -33,27 +83,30 @@ pub(crate) fn convert(
     if let Some(fps) = fps {
         conversion = conversion.frame_rate(fps);
     }
-    let extension = target.extension().and_then(|extension| extension.to_str());
-    let extension = extension.unwrap_or_default().to_ascii_lowercase();
-    let is_fbx = extension == "fbx";
-    // A skeleton needs no mesh in FBX.
-    let mesh = if is_fbx {
-        SkeletonMesh::Own
-    } else {
-        SkeletonMesh::Skinned
+    let exporter = write.exporter(&[&source], &target)?;
+    let row = FormatInfo::of_output(&target);
+    let keeps_units = row.is_some_and(FormatInfo::keeps_units);
+    if keeps_units && (metres_per_unit.is_some() || up.is_some()) {
+        let message = "unit and up would do nothing: the file keeps the unit and the axes of its source";
+        return Err(PyValueError::new_err(message));
+    }
+    let conversion = conversion.keep_units(keeps_units);
+    // Where the meshes of the file are written, a skeleton needs none.
+    let has_file_meshes = row.is_some_and(|row| row.has_file_meshes);
+    let mesh = match has_file_meshes {
+        true => SkeletonMesh::Own,
+        false => SkeletonMesh::Skinned,
     };
-    let importer = read.importer()?.skeleton_mesh(mesh).gltf_meshes(is_fbx);
+    let importer = read.importer()?.skeleton_mesh(mesh).gltf_meshes(has_file_meshes);
     let written = py.detach(|| {
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
-        Ok(match extension.as_str() {
-            "vrma" => vrma::export(&scene, &target, &vrma::VrmaOptions::default())?.bytes,
-            "fbx" => fbx::export(&scene, &target, &fbx::FbxOptions::default())?.bytes,
-            _ => gltf::export(&scene, &target, &gltf::GltfOptions::default())?.bytes,
-        })
+        exporter.export(&scene, &target)
     });
-    written.map(|bytes| bytes as u64).map_err(|error| to_python(py, &error))
+    written
+        .map(|written| written.len() as u64)
+        .map_err(|error| to_python(py, &error))
 }
 
 /// The axis of this name.

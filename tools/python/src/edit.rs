@@ -1,14 +1,14 @@
 //! Changes of a motion: a step as text, as the command line takes it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
+use mocap::Conversion;
 use mocap::convert::FirstFrame;
 use mocap::edit::{ContactOptions, EditStep};
-use mocap::{Conversion, bvh, fbx, gltf, vrma};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::convert::up_axis;
+use crate::convert::{WriteOptions, up_axis};
 use crate::errors::to_python;
 use crate::scene::Scene;
 
@@ -54,25 +54,12 @@ pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult
     json(&found.map_err(|error| to_python(py, &error))?)
 }
 
-/// Writes a scene as `.glb`, `.gltf`, `.bvh`, `.fbx` or `.vrma`.
+/// Writes a scene in the format of the extension.
 #[pyfunction]
-pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf) -> PyResult<()> {
-    let extension = Path::new(&target).extension().and_then(|extension| extension.to_str());
-    let extension = extension.map(str::to_lowercase).unwrap_or_default();
-    if !["glb", "gltf", "bvh", "fbx", "vrma"].contains(&extension.as_str()) {
-        let message = format!(
-            "the file must end in .glb, .gltf, .bvh, .fbx or .vrma, got {:?}",
-            target.display().to_string()
-        );
-        return Err(PyValueError::new_err(message));
-    }
-    let written = py.detach(|| match extension.as_str() {
-        "bvh" => bvh::export(scene.scene(), &target, &bvh::BvhOptions::default()).map(|_| ()),
-        "fbx" => fbx::export(scene.scene(), &target, &fbx::FbxOptions::default()).map(|_| ()),
-        "vrma" => vrma::export(scene.scene(), &target, &vrma::VrmaOptions::default()).map(|_| ()),
-        _ => gltf::export(scene.scene(), &target, &gltf::GltfOptions::default()).map(|_| ()),
-    });
-    written.map_err(|error| to_python(py, &error))
+pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: WriteOptions) -> PyResult<()> {
+    let exporter = options.exporter(&[], &target)?;
+    let written = py.detach(|| exporter.export(scene.scene(), &target));
+    written.map(drop).map_err(|error| to_python(py, &error))
 }
 
 fn json(value: &impl serde::Serialize) -> PyResult<String> {

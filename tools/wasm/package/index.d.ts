@@ -65,14 +65,19 @@ export interface ConvertOptions {
   root?: "keep" | "inPlace" | "extract";
 }
 
-export interface GlbOptions {
+/** How far a file may be from the scene. */
+export interface ErrorOptions {
+  /** The largest distance of any joint from its position, in metres. */
+  maxError?: number;
+  /** Points at this distance from each joint keep `maxError` too, as a skin does. In metres; default 0, none; in FBX 0.03. */
+  shellDistance?: number;
+}
+
+export interface GlbOptions extends ErrorOptions {
   /** Write constant tracks as animation channels too. */
   keepConstant?: boolean;
+  /** How keys are stored. Default: `"none"`, as 32-bit floats. */
   compress?: "none" | "int16";
-  /** The largest distance of any joint from its place, in metres. */
-  maxError?: number;
-  /** Points at this distance from each joint keep `maxError` too, as a skin does. In metres; default 0, none. */
-  shellDistance?: number;
 }
 
 export interface BvhOptions {
@@ -207,6 +212,7 @@ export interface Written {
   bytes: Uint8Array;
   assumptions: Assumption[];
   warnings: Diagnostic[];
+  /** Of a written format: `nodes`, `notes`, `renamed` and `achieved`, the error. */
   report?: Record<string, unknown>;
 }
 
@@ -232,8 +238,10 @@ export class Scene {
   toGlb(options?: GlbOptions): Uint8Array;
   /** The motion of a humanoid as a VRM animation. */
   toVrma(options?: GlbOptions): Uint8Array;
-  /** The first animation as a packed clip, in metres with +Y up. Joints are at most `maxError` metres from their places: 0.001 by default. */
-  toMclip(options?: { maxError?: number }): Uint8Array;
+  /** The first animation as a packed clip, in metres with +Y up. Joints are at most `maxError` metres from their positions: 0.001 by default. */
+  toMclip(options?: ErrorOptions): Uint8Array;
+  /** As binary FBX in centimetres with +Y up. */
+  toFbx(options?: ErrorOptions): Uint8Array;
   /** In the unit and the axes of the scene. */
   toBvh(options?: BvhOptions): string;
   /** A row for each frame and joint. */
@@ -244,8 +252,11 @@ export class Scene {
   toPlayer(name: string): PlayerClip;
   /** As `mocap dump --raw --json`. */
   toJson(): string;
-  /** As those above, with warnings and assumptions. */
-  write(format: "glb" | "vrma" | "mclip" | "bvh" | "csv" | "json" | "png", options?: GlbOptions | BvhOptions): Written;
+  /**
+   * As those above, with warnings and assumptions: "csv", "json", "png", or the extension of a written format, as
+   * `mocap formats` lists them. A `.gltf` has its buffer within. An option that has no effect on the format is an error.
+   */
+  write(format: string, options?: GlbOptions | BvhOptions): Written;
   free(): void;
   [Symbol.dispose](): void;
 }

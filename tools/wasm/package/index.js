@@ -247,6 +247,10 @@ export class Scene {
     return this.#write("mclip", options).bytes;
   }
 
+  toFbx(options = {}) {
+    return this.#write("fbx", options).bytes;
+  }
+
   toBvh(options = {}) {
     return decoder.decode(this.#write("bvh", options).bytes);
   }

@@ -1,14 +1,13 @@
 //! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's
 //! default.
 
-use mocap::compress::ErrorBound;
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
-use mocap::gltf::{Compression, GltfOptions};
+use mocap::gltf::Compression;
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
-use mocap::{Conversion, Importer, Limits, SkeletonMesh, bvh};
+use mocap::{Conversion, Diagnostic, Exporter, FormatInfo, Importer, Limits, SkeletonMesh, WriteOption, bvh};
 use serde::Deserialize;
 
 use crate::failure::Failure;
@@ -207,27 +206,25 @@ impl ConvertOptions {
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
 pub(crate) struct WriteOptions {
     keep_constant: bool,
-    compress: Compress,
+    compress: Option<Compress>,
     max_error: Option<f64>,
-    shell_distance: f64,
+    shell_distance: Option<f64>,
     order: Option<RotationOrder>,
     digits: Option<usize>,
-    channels: ChannelCount,
+    channels: Option<ChannelCount>,
     /// What a picture calls the clip.
     pub(crate) name: Option<String>,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "camelCase")]
 enum Compress {
-    #[default]
     None,
     Int16,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+#[derive(Clone, Copy, Deserialize)]
 enum ChannelCount {
-    #[default]
     #[serde(rename = "auto")]
     Auto,
     #[serde(rename = "3")]
@@ -237,33 +234,44 @@ enum ChannelCount {
 }
 
 impl WriteOptions {
-    pub(crate) fn gltf(&self) -> GltfOptions {
-        GltfOptions {
-            keep_constant: self.keep_constant,
-            compression: match self.compress {
-                Compress::None => Compression::None,
-                Compress::Int16 => Compression::Int16,
-            },
-            error_bound: self
-                .max_error
-                .map(|bound| ErrorBound::new(bound).shell_distance(self.shell_distance)),
-            ..GltfOptions::default()
+    pub(crate) fn exporter(&self) -> Exporter {
+        let mut exporter = Exporter::new().keep_constant(self.keep_constant).bvh(self.bvh());
+        exporter = exporter.compression(match self.compress {
+            None | Some(Compress::None) => Compression::None,
+            Some(Compress::Int16) => Compression::Int16,
+        });
+        if let Some(metres) = self.max_error {
+            exporter = exporter.max_error(metres);
         }
+        if let Some(metres) = self.shell_distance {
+            exporter = exporter.shell_distance(metres);
+        }
+        exporter
     }
 
-    /// Of a packed clip, in metres.
-    pub(crate) fn largest_error(&self) -> f64 {
-        self.max_error.unwrap_or(ErrorBound::default().max_error)
+    /// Why an option that was given has no effect on a format.
+    pub(crate) fn refusal(&self, row: &FormatInfo, extension: &str) -> Option<Diagnostic> {
+        let given = [
+            (WriteOption::KeepConstant, self.keep_constant),
+            (WriteOption::Compress, self.compress.is_some()),
+            (WriteOption::MaxError, self.max_error.is_some()),
+            (WriteOption::ShellDistance, self.shell_distance.is_some()),
+            (WriteOption::Order, self.order.is_some()),
+            (WriteOption::Digits, self.digits.is_some()),
+            (WriteOption::Channels, self.channels.is_some()),
+        ];
+        let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
+        given.find_map(|(option, _)| row.refusal(option, extension))
     }
 
-    pub(crate) fn bvh(&self) -> bvh::BvhOptions {
+    fn bvh(&self) -> bvh::BvhOptions {
         bvh::BvhOptions {
             order: self.order,
             digits: self.digits,
             channels: match self.channels {
-                ChannelCount::Auto => bvh::Channels::Auto,
-                ChannelCount::Three => bvh::Channels::Three,
-                ChannelCount::Six => bvh::Channels::Six,
+                None | Some(ChannelCount::Auto) => bvh::Channels::Auto,
+                Some(ChannelCount::Three) => bvh::Channels::Three,
+                Some(ChannelCount::Six) => bvh::Channels::Six,
             },
         }
     }

@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
-use mocap::compress::PackedClip;
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, contacts};
 use mocap::figure::{self, Figure};
-use mocap::gltf;
+use mocap::gltf::{self, BufferPlace};
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
-use mocap::{Code, Conversion, Error, Importer, MemoryFile, Scene, SkeletonMesh, bvh, vrma};
+use mocap::{Code, Conversion, Error, Format, FormatInfo, Importer, MemoryFile, Scene, SkeletonMesh};
 use serde::{Deserialize, Serialize};
 
 use crate::answer::SceneAt;
@@ -59,25 +58,13 @@ enum Request {
     View { scene: u32, name: String },
     /// A packed clip, to be sampled.
     OpenClip { files: Vec<String> },
-    /// A scene as a file.
+    /// A scene as a file: by the extension of a written format, or as csv, json or png.
     Write {
         scene: u32,
-        format: Output,
+        format: String,
         #[serde(default)]
         options: WriteOptions,
     },
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Output {
-    Glb,
-    Bvh,
-    Vrma,
-    Mclip,
-    Csv,
-    Json,
-    Png,
 }
 
 /// The JSON and the bytes of an answer.
@@ -115,7 +102,7 @@ pub(crate) fn answer(
             let (file, _) = memory_files(&names, files)?;
             Ok((json(&clips.open(file.bytes)?)?, Vec::new()))
         }
-        Request::Write { scene, format, options } => write(scenes.get(scene)?, format, &options),
+        Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options),
     }
 }
 
@@ -223,79 +210,82 @@ fn on_skeleton(entry: &Entry) -> Result<(Scene, Vec<Assumption>), Error> {
 
 /// What is said about a file that was written.
 #[derive(Default, Serialize)]
-struct Written<'a> {
+struct Said {
     assumptions: Vec<Assumption>,
-    warnings: &'a [mocap::Diagnostic],
+    warnings: Vec<mocap::Diagnostic>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    report: Option<&'a gltf::GltfReport>,
+    report: Option<WriterReport>,
 }
 
-fn write(entry: &Entry, format: Output, options: &WriteOptions) -> Result<Answer, Failure> {
+/// What the writer of a format says of its files.
+#[derive(Serialize)]
+struct WriterReport {
+    nodes: usize,
+    notes: Vec<String>,
+    renamed: Vec<gltf::Renamed>,
+    achieved: Option<gltf::Achieved>,
+}
+
+fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, Failure> {
     let scene = &entry.scene;
     match format {
-        Output::Glb => {
-            if let Some(character) = &entry.character {
-                let added = std::iter::zip(&scene.animations, &entry.provenance);
-                let bytes = character.with_clips(added, false)?;
-                return Ok((json(&Written::default())?, bytes));
-            }
-            let (scene, assumptions) = on_skeleton(entry)?;
-            let document = gltf::Document::new(&scene, &options.gltf())?;
-            let written = Written {
-                assumptions,
-                warnings: &document.report().warnings,
-                report: Some(document.report()),
-            };
-            Ok((json(&written)?, document.to_glb()?))
-        }
-        Output::Vrma => {
-            let (scene, assumptions) = on_skeleton(entry)?;
-            let options = vrma::VrmaOptions {
-                humanoid: entry.humanoid.clone(),
-                gltf: options.gltf(),
-            };
-            let (bytes, report) = vrma::write(&scene, &options)?;
-            let written = Written {
-                assumptions,
-                warnings: &report.warnings,
-                report: Some(&report),
-            };
-            Ok((json(&written)?, bytes))
-        }
-        Output::Mclip => {
-            let (scene, assumptions) = on_skeleton(entry)?;
-            let clip = PackedClip::encode(&scene, 0, options.largest_error())?;
-            let written = Written {
-                assumptions,
-                ..Written::default()
-            };
-            Ok((json(&written)?, clip.bytes().to_vec()))
-        }
-        Output::Bvh => {
-            let options = options.bvh();
-            let warnings = Vec::from_iter(bvh::scale_warning(scene, &options)?);
-            let written = Written {
-                warnings: &warnings,
-                ..Written::default()
-            };
-            Ok((json(&written)?, bvh::write(scene, &options)?))
-        }
-        Output::Csv => {
+        "csv" => {
             let motion = arrays::arrays(scene, &ArrayOptions::default())?;
-            let written = Written {
+            let said = Said {
                 assumptions: motion.header.provenance.assumptions.clone(),
-                ..Written::default()
+                ..Said::default()
             };
-            Ok((json(&written)?, csv::write(&motion).into_bytes()))
+            Ok((json(&said)?, csv::write(&motion).into_bytes()))
         }
-        Output::Json => Ok((json(&Written::default())?, json(&SceneView::new(scene))?)),
-        Output::Png => {
+        "json" => Ok((json(&Said::default())?, json(&SceneView::new(scene))?)),
+        "png" => {
             let origin = scene.metadata.origin.as_ref().map_or("", |origin| origin.stem());
             let name = options.name.as_deref().unwrap_or(origin);
             let drawing = render::sheet(&[Clip { name, scene }], &SheetOptions::default());
-            Ok((json(&Written::default())?, drawing.to_png()?))
+            Ok((json(&Said::default())?, drawing.to_png()?))
         }
+        extension => write_format(entry, extension, options),
     }
+}
+
+/// A file of a written format.
+fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Result<Answer, Failure> {
+    let name = format!("scene.{extension}");
+    let Some(row) = FormatInfo::of_output(name.as_ref()) else {
+        let known = FormatInfo::written_extensions();
+        return Err(Failure::argument(format!(
+            "the format must be csv, json, png, or an extension of {known} without the dot, got {extension:?}"
+        )));
+    };
+    if let Some(refusal) = options.refusal(row, extension) {
+        return Err(mocap::Error::from(refusal).into());
+    }
+    if let (Format::Gltf, Some(character)) = (row.format, &entry.character) {
+        let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
+        let bytes = character.with_clips(added, false)?;
+        return Ok((json(&Said::default())?, bytes));
+    }
+    let (scene, assumptions) = match row.keeps_units() {
+        true => (entry.scene.clone(), Vec::new()),
+        false => on_skeleton(entry)?,
+    };
+    // The page gets one file.
+    let mut exporter = options.exporter().buffer(BufferPlace::Embedded);
+    if let Some(humanoid) = &entry.humanoid {
+        exporter = exporter.humanoid(humanoid.clone());
+    }
+    let mut written = exporter.write_as(&scene, name)?;
+    let said = Said {
+        assumptions,
+        warnings: std::mem::take(&mut written.warnings),
+        report: Some(WriterReport {
+            nodes: written.nodes,
+            notes: std::mem::take(&mut written.notes),
+            renamed: std::mem::take(&mut written.renamed),
+            achieved: written.error.take(),
+        }),
+    };
+    Ok((json(&said)?, written.into_bytes()?))
 }
 
 /// As `mocap view` puts it in a page.

@@ -1,10 +1,9 @@
 //! Options of commands that take many files.
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::ValueEnum;
-
+use super::OutputFormat;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
 
@@ -17,7 +16,7 @@ pub(crate) struct BatchArgs {
     pub(crate) out_dir: Option<PathBuf>,
     /// Format of the outputs
     #[arg(long, value_name = "FORMAT", default_value = "glb")]
-    pub(crate) to: FormatArg,
+    pub(crate) to: OutputFormat,
     /// Skip files that were converted with the same options, according to the manifest, and are unchanged
     #[arg(long, requires = "out_dir")]
     pub(crate) resume: bool,
@@ -57,39 +56,6 @@ pub(crate) struct SpreadArgs {
 impl SpreadArgs {
     pub(crate) fn progress(&self) -> ProgressArg {
         if self.quiet { ProgressArg::None } else { self.progress }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum FormatArg {
-    Glb,
-    Gltf,
-    Bvh,
-    Fbx,
-    Vrma,
-    /// A packed clip, which plays without being unpacked: docs/compression.md
-    Mclip,
-}
-
-impl FormatArg {
-    pub(crate) fn extension(self) -> &'static str {
-        match self {
-            Self::Glb => "glb",
-            Self::Gltf => "gltf",
-            Self::Bvh => "bvh",
-            Self::Fbx => "fbx",
-            Self::Vrma => "vrma",
-            Self::Mclip => "mclip",
-        }
-    }
-
-    /// The format that the extension of `path` names.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?;
-        let formats = Self::value_variants().iter().copied();
-        formats
-            .into_iter()
-            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 }
 

@@ -1,9 +1,13 @@
 //! Options of compression, and its largest error.
 
 use clap::ValueEnum;
+use mocap::WriteOption;
 use mocap::compress::ErrorBound;
 use mocap::gltf::Compression;
 use mocap::job::Length;
+
+use super::{Given, OutputFormat};
+use crate::Failure;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Smaller files")]
@@ -33,14 +37,41 @@ pub(crate) enum CompressArg {
     MeshoptKhr,
 }
 
-impl CompressArgs {
-    pub(crate) fn compression(&self) -> Compression {
-        match (self.compress, self.max_error) {
-            (None | Some(CompressArg::None), None) | (Some(CompressArg::None), Some(_)) => Compression::None,
-            (None, Some(_)) | (Some(CompressArg::Int16), _) => Compression::Int16,
-            (Some(CompressArg::Meshopt), _) => Compression::Meshopt,
-            (Some(CompressArg::MeshoptKhr), _) => Compression::MeshoptKhr,
+impl From<CompressArg> for Compression {
+    fn from(arg: CompressArg) -> Self {
+        match arg {
+            CompressArg::None => Self::None,
+            CompressArg::Int16 => Self::Int16,
+            CompressArg::Meshopt => Self::Meshopt,
+            CompressArg::MeshoptKhr => Self::MeshoptKhr,
         }
+    }
+}
+
+impl CompressArgs {
+    /// Refuses a largest error that the format cannot keep, and a shell without a largest error.
+    pub(crate) fn check(&self, given: &Given, format: OutputFormat) -> Result<(), Failure> {
+        let row = format.row();
+        // Only 32-bit floats lose nothing.
+        let is_exact = row.takes(WriteOption::Compress) && self.compress == Some(CompressArg::None);
+        if self.max_error() == Some(0.0) && !is_exact {
+            let exact = match row.takes(WriteOption::Compress) {
+                true => "name a length above 0, or --compress none",
+                false => "name a length above 0, or leave it out",
+            };
+            let message = format!(
+                "--max-error 0: {} cannot be exact with fewer keys or bits; {exact}",
+                row.name
+            );
+            return Err(Failure::Usage(message));
+        }
+        // A format that does not say how keys are stored always has a largest error, or takes none.
+        let has_bound = self.max_error.is_some() || self.compress.is_some_and(|kind| kind != CompressArg::None);
+        if row.takes(WriteOption::Compress) && !has_bound {
+            let why = "it needs a largest error; add --max-error 1mm, or leave it out";
+            given.refuse(&["shell-distance"], why)?;
+        }
+        Ok(())
     }
 
     /// The largest error in metres, where one is named.
@@ -48,24 +79,13 @@ impl CompressArgs {
         self.max_error.map(Length::to_metres)
     }
 
-    /// The shell distance in metres; 0 where none is named.
-    pub(crate) fn shell_distance(&self) -> f64 {
-        self.shell_distance.map_or(0.0, Length::to_metres)
+    /// The shell distance in metres, where one is named.
+    pub(crate) fn shell_distance(&self) -> Option<f64> {
+        self.shell_distance.map(Length::to_metres)
     }
 
     /// The largest error in metres, including the default.
     pub(crate) fn tolerance(&self) -> f64 {
         self.max_error().unwrap_or(ErrorBound::default().max_error)
-    }
-
-    /// The bound that glTF keeps; `None` where every key stays.
-    pub(crate) fn bound_of_keys(&self) -> Option<ErrorBound> {
-        let is_asked_for = self.max_error.is_some() || self.compression() != Compression::None;
-        is_asked_for.then(|| self.error_bound())
-    }
-
-    /// The same with its shell.
-    pub(crate) fn error_bound(&self) -> ErrorBound {
-        ErrorBound::new(self.tolerance()).shell_distance(self.shell_distance())
     }
 }

@@ -1,14 +1,14 @@
 //! Options of the FBX writer.
 
-use std::path::Path;
-
 use clap::ValueEnum;
-use mocap::compress::ErrorBound;
 use mocap::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
 
+use std::path::Path;
+
+use mocap::compress::ErrorBound;
 use mocap::job::Length;
 
-use super::Given;
+use super::{Given, OutputFormat, refuse_options};
 use crate::{Failure, streams};
 
 #[derive(Debug, clap::Args)]
@@ -28,12 +28,6 @@ pub(crate) struct FbxArgs {
     textures: TexturesArg,
 }
 
-/// The names of these options.
-pub(crate) const FBX_OPTIONS: [&str; 4] = ["fbx-version", "fbx-rest", "target", "textures"];
-
-/// Why they are refused for another format.
-pub(crate) const NOT_FBX: &str = "it applies to FBX; write .fbx, or leave it out";
-
 /// Why standard output has no textures beside it.
 pub(crate) const NOT_ONE_FILE: &str = "standard output is one file; name a file, not -, or leave it out";
 
@@ -52,42 +46,46 @@ pub(crate) struct FbxOutArgs {
 impl FbxOutArgs {
     /// The options of an output in a format, unless one of them would do nothing there.
     pub(crate) fn options(&self, given: &Given, format: &str, output: &Path) -> Result<FbxOptions, Failure> {
-        if format != "fbx" {
-            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
-            given.refuse(
-                &["max-error"],
-                "here it applies to FBX; mocap convert removes keys from glTF",
-            )?;
+        if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(format)) {
+            refuse_options(given, format)?;
+            let is_fbx = format.row().has_file_meshes;
+            if !is_fbx {
+                given.refuse(
+                    &["max-error"],
+                    "here it applies to FBX; mocap convert removes keys from glTF",
+                )?;
+            }
         }
-        let reason = streams::is_standard(output).then_some(NOT_ONE_FILE);
+        if streams::is_standard(output) {
+            self.fbx.check_one_file(NOT_ONE_FILE)?;
+        }
         let max_error = self.max_error.map(Length::to_metres);
-        self.fbx.check(max_error, reason)?;
-        Ok(self.fbx.options(max_error))
+        if max_error == Some(0.0) {
+            let message = "--max-error 0: FBX cannot be exact with fewer keys; name a length above 0, or leave it out";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        Ok(FbxOptions {
+            error_bound: max_error.map(ErrorBound::new),
+            ..self.fbx.options()
+        })
     }
 }
 
 impl FbxArgs {
-    /// Refuses a largest error of 0, and files beside the output for a `reason`.
-    pub(crate) fn check(&self, max_error: Option<f64>, reason: Option<&str>) -> Result<(), Failure> {
-        if let Some(reason) = reason.filter(|_| self.textures == TexturesArg::Beside) {
-            return Err(Failure::Usage(format!("--textures beside: {reason}")));
-        }
-        match max_error {
-            Some(0.0) => Err(Failure::Usage(
-                "--max-error 0: keys of an FBX cannot be removed without an error; name a length above 0, or leave it out"
-                    .to_owned(),
-            )),
-            _ => Ok(()),
+    /// Refuses files beside the output, for a `reason`.
+    pub(crate) fn check_one_file(&self, reason: &str) -> Result<(), Failure> {
+        match self.textures {
+            TexturesArg::Beside => Err(Failure::Usage(format!("--textures beside: {reason}"))),
+            TexturesArg::Embedded => Ok(()),
         }
     }
 
-    pub(crate) fn options(&self, max_error: Option<f64>) -> FbxOptions {
+    pub(crate) fn options(&self) -> FbxOptions {
         let target = self.target.map(FbxTarget::from);
         let options = target.map(FbxOptions::of_target).unwrap_or_default();
         FbxOptions {
             version: self.fbx_version.into(),
             rest: self.fbx_rest.map_or(options.rest, FbxRest::from),
-            error_bound: max_error.map(ErrorBound::new),
             textures: self.textures.into(),
             ..options
         }

@@ -1,18 +1,17 @@
-//! `mocap convert`: a motion file to animated glTF, to BVH, to FBX or to a VRM animation.
+//! `mocap convert`: a motion file in another format.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use mocap::compress::PackedClip;
 use mocap::figure::humanoid;
-use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
-use mocap::gltf::{self, Achieved, BufferPlace, Compression, Renamed};
+use mocap::files::{ReplacePolicy, remove_unfinished};
+use mocap::gltf::{Achieved, BufferPlace, Provenance, Renamed};
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
 use mocap::verify::{Verification, Verifier};
-use mocap::{Diagnostic, SkeletonMesh, bvh, fbx, vrma};
+use mocap::{Diagnostic, Exporter, Format, FormatInfo, SkeletonMesh, WriteOption, Written};
 
-use super::{change, fewer_keys, import_to_resample, textures_beside, verify, write_with_textures};
-use crate::args::{CompressArg, ConvertArgs, FBX_OPTIONS, FormatArg, Given, NOT_FBX, NOT_ONE_FILE};
+use super::{change, import_to_resample, verify};
+use crate::args::{CompressArg, CompressArgs, ConvertArgs, Given, NOT_ONE_FILE, OutputFormat};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report, streams};
@@ -30,7 +29,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
             let message = "standard input has no name to name the output after: mocap convert - OUT, or - for OUT";
             return Err(Failure::Usage(message.to_owned()));
         }
-        [input] => (input, input.with_extension(args.batch.to.extension())),
+        [input] => (input, input.with_extension(args.batch.to.extension)),
         [input, output] => (input, output.clone()),
         _ => {
             return Err(Failure::Usage(
@@ -42,20 +41,17 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         let message = format!("{} is a folder; name an output folder: -o FOLDER", input.display());
         return Err(Failure::Usage(message));
     }
-    let format = match FormatArg::of(&output) {
+    let format = match OutputFormat::of(&output) {
         Some(format) => format,
         None if streams::is_standard(&output) => args.batch.to,
         None => {
-            let message = format!(
-                "{} should end in .glb, .gltf, .mclip, .bvh, .fbx or .vrma",
-                output.display()
-            );
-            return Err(Failure::Usage(message));
+            let known = FormatInfo::written_extensions();
+            return Err(Failure::Usage(format!("{} should end in {known}", output.display())));
         }
     };
-    refuse_unused(args, given, format)?;
+    let wanted = Wanted::new(args, given, format)?;
     if streams::is_standard(&output) {
-        return to_standard_output(args, input, format);
+        return to_standard_output(&wanted, input);
     }
     if streams::is_standard(input) && args.verify {
         return Err(Failure::Usage(
@@ -63,93 +59,79 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         ));
     }
     let policy = ReplacePolicy::new([input]).force(args.force);
-    let converted = convert(args, input, &output, &policy, &|| false, Round::Alone)?;
+    let converted = convert(&wanted, input, &output, &policy, &|| false, Round::Alone)?;
     report::warnings(Some(input), &converted.warnings);
     if !args.batch.spread.quiet {
         tell(input, &output, &converted);
     }
     match &converted.verification {
-        Some(verification) => verify::require(verification, args.compress.tolerance()),
+        Some(verification) => verify::require(verification, args.write.compress.tolerance()),
         None => Ok(()),
     }
 }
 
+/// What is asked for of an output.
+pub(crate) struct Wanted<'a> {
+    args: &'a ConvertArgs,
+    format: OutputFormat,
+    exporter: Exporter,
+}
+
+impl<'a> Wanted<'a> {
+    /// What `args` ask for in a format, unless one of them does nothing there.
+    pub(crate) fn new(args: &'a ConvertArgs, given: &Given, format: OutputFormat) -> Result<Self, Failure> {
+        let is_standard = args.paths.get(1).is_some_and(|output| streams::is_standard(output));
+        let one_file = match (&args.batch.out_dir, is_standard) {
+            (Some(_), _) => {
+                Some("textures of many files could have one name; convert one file at a time, or leave it out")
+            }
+            (None, true) => Some(NOT_ONE_FILE),
+            (None, false) => None,
+        };
+        let exporter = args.write.exporter(given, format, one_file)?;
+        refuse_unused(args, given, format)?;
+        let exporter = match args.embed || (is_standard && args.batch.out_dir.is_none()) {
+            true => exporter.buffer(BufferPlace::Embedded),
+            false => exporter,
+        };
+        Ok(Self { args, format, exporter })
+    }
+
+    /// The files of a scene under the name of `output`.
+    fn files(&self, scene: &Scene, output: &Path) -> mocap::Result<Written> {
+        let exporter = match self.format.row().states_bones {
+            // The conversion has refused a map whose names are not those of joints.
+            true => match humanoid(scene).with_map(scene, self.args.map.bones_here()) {
+                Ok(humanoid) => &self.exporter.clone().humanoid(humanoid),
+                Err(_) => &self.exporter,
+            },
+            false => &self.exporter,
+        };
+        exporter.write_as(scene, output)
+    }
+}
+
 /// Converts one file to standard output.
-fn to_standard_output(args: &ConvertArgs, input: &Path, format: FormatArg) -> Result<(), Failure> {
+fn to_standard_output(wanted: &Wanted<'_>, input: &Path) -> Result<(), Failure> {
+    let Wanted { args, format, .. } = wanted;
     if args.verify {
         return Err(Failure::Usage(
             "--verify reads the output again: name a file, not -".to_owned(),
         ));
     }
-    let is_bvh = matches!(format, FormatArg::Bvh);
-    let mut scene = import(args, input, Some(format))?;
-    let mut decisions = change::apply(&mut scene, args, is_bvh, None).map_err(|error| error.with_path(input))?;
-    let (bytes, mut warnings) = match format {
-        FormatArg::Bvh => {
-            let warning = bvh::scale_warning(&scene, &args.bvh.options())?;
-            (bvh::write(&scene, &args.bvh.options())?, Vec::from_iter(warning))
-        }
-        FormatArg::Glb | FormatArg::Gltf => {
-            let document = gltf::Document::new(&scene, &gltf_options(args))?;
-            let bytes = match format {
-                FormatArg::Gltf => document.to_embedded()?,
-                _ => document.to_glb()?,
-            };
-            (bytes, document.report().warnings.clone())
-        }
-        FormatArg::Fbx => {
-            let (bytes, written) = fbx::write(&scene, &args.fbx.options(args.compress.max_error()))?;
-            decisions.extend(fewer_keys(&written));
-            (bytes, written.warnings)
-        }
-        FormatArg::Mclip => (packed(args, &scene)?.bytes().to_vec(), Vec::new()),
-        FormatArg::Vrma => {
-            let (bytes, written) = vrma::write(&scene, &vrma_options(args, &scene))?;
-            decisions.extend(left_out(&written.left_out));
-            (bytes, written.warnings)
-        }
-    };
-    scene.warnings.append(&mut warnings);
+    let mut scene = import(args, input, *format)?;
+    let keeps_units = format.row().keeps_units();
+    let mut decisions = change::apply(&mut scene, args, keeps_units, None).map_err(|error| error.with_path(input))?;
+    let mut written = wanted.files(&scene, &Path::new("scene").with_extension(format.extension))?;
+    scene.warnings.append(&mut written.warnings);
+    decisions.append(&mut written.notes);
     report::warnings(Some(input), &scene.warnings);
     if !args.batch.spread.quiet {
         for decision in decisions {
             report::say(&decision);
         }
     }
-    streams::write(Path::new("-"), &bytes)
-}
-
-fn gltf_options(args: &ConvertArgs) -> gltf::GltfOptions {
-    gltf::GltfOptions {
-        keep_constant: args.keep_constant,
-        buffer: if args.embed {
-            BufferPlace::Embedded
-        } else {
-            BufferPlace::Beside
-        },
-        compression: args.compress.compression(),
-        error_bound: args.compress.bound_of_keys(),
-    }
-}
-
-fn vrma_options(args: &ConvertArgs, scene: &Scene) -> vrma::VrmaOptions {
-    vrma::VrmaOptions {
-        // The conversion has refused a map whose names are not those of joints.
-        humanoid: humanoid(scene).with_map(scene, args.map.bones_here()).ok(),
-        gltf: gltf_options(args),
-    }
-}
-
-/// What a VRM animation does not have of its source, in words.
-fn left_out(joints: &[String]) -> Option<String> {
-    const MOST: usize = 8;
-    let (shown, more) = joints.split_at(joints.len().min(MOST));
-    let more = match more.len() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    let names = shown.join(", ");
-    (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
+    streams::write(Path::new("-"), &written.into_bytes()?)
 }
 
 /// Refuses options that do not go together.
@@ -160,100 +142,27 @@ pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
-fn choice(args: &ConvertArgs, format: Option<FormatArg>) -> Option<String> {
-    match (args.compress.compress, args.compress.max_error()) {
-        (None, Some(_)) if matches!(format, Some(FormatArg::Mclip | FormatArg::Fbx)) => None,
+fn choice(compress: &CompressArgs, format: OutputFormat) -> Option<String> {
+    match (compress.compress, compress.max_error()) {
+        (None, Some(_)) if !format.row().takes(WriteOption::Compress) => None,
         (None, Some(_)) => {
             Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
         }
         (Some(kind), None) if kind != CompressArg::None => Some(format!(
             "max-error: {} mm, because none was named",
-            verify::millimetres(args.compress.tolerance())
+            verify::millimetres(compress.tolerance())
         )),
         _ => None,
     }
 }
 
-/// A packed clip of the first animation.
-fn packed(args: &ConvertArgs, scene: &Scene) -> mocap::Result<PackedClip<'static>> {
-    PackedClip::encode(scene, 0, args.compress.error_bound())
-}
-
-/// Refuses options that change nothing in an output of this format.
-pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg) -> Result<(), Failure> {
-    let reason = match (&args.batch.out_dir, args.paths.get(1)) {
-        (Some(_), _) => Some("textures of many files could have one name; convert one file at a time, or leave it out"),
-        (None, Some(output)) if streams::is_standard(output) => Some(NOT_ONE_FILE),
-        _ => None,
-    };
+/// Refuses options of reading that change nothing in an output of this format.
+fn refuse_unused(args: &ConvertArgs, given: &Given, format: OutputFormat) -> Result<(), Failure> {
     let out = &args.change.out;
-    let is_exact = matches!(format, FormatArg::Fbx) || args.compress.compression() == Compression::None;
-    if args.compress.max_error() == Some(0.0) && !is_exact {
-        return Err(Failure::Usage(
-            "--max-error 0: integer formats cannot be exact; name a length above 0, or --compress none".to_owned(),
-        ));
-    }
+    let row = format.row();
     let moves_over_ground = args.change.in_place || args.change.root_motion;
-    let (converts_unit, converts_up) = match format {
-        FormatArg::Bvh => {
-            given.refuse(&["mesh"], "BVH has no meshes; write .glb or .gltf, or leave it out")?;
-            given.refuse(&["keep-constant"], "BVH has a row for every frame; leave it out")?;
-            given.refuse(&["embed"], "only .gltf has a buffer of its own; leave it out")?;
-            let why = "it applies to glTF; for fewer digits in BVH use --digits";
-            given.refuse(&["compress", "max-error", "shell-distance"], why)?;
-            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
-            (out.metres_per_unit().is_some(), out.up().is_some() || moves_over_ground)
-        }
-        FormatArg::Fbx => {
-            let why = "it applies to BVH; write .bvh, or leave it out";
-            given.refuse(&["order", "digits", "channels"], why)?;
-            let why = "FBX is written in centimetres with +Y up, and states both; leave it out";
-            given.refuse(&["out-unit", "out-up"], why)?;
-            given.refuse(
-                &["keep-constant", "embed", "compress", "shell-distance"],
-                "it applies to glTF; write .glb, or leave it out",
-            )?;
-            args.fbx.check(args.compress.max_error(), reason)?;
-            (true, true)
-        }
-        FormatArg::Mclip => {
-            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
-            let why = "it applies to BVH; write .bvh, or leave it out";
-            given.refuse(&["order", "digits", "channels"], why)?;
-            let why = "a packed clip is in metres with +Y up; for another unit or axis write .bvh";
-            given.refuse(&["out-unit", "out-up"], why)?;
-            let why = "it applies to glTF; a packed clip has a form of its own, and no meshes; leave it out";
-            given.refuse(&["mesh", "keep-constant", "embed", "compress"], why)?;
-            (true, true)
-        }
-        FormatArg::Glb | FormatArg::Gltf | FormatArg::Vrma => {
-            given.refuse(&FBX_OPTIONS, NOT_FBX)?;
-            let why = "it applies to BVH; write .bvh, or leave it out";
-            given.refuse(&["order", "digits", "channels"], why)?;
-            if args.compress.max_error().is_none() && args.compress.compression() == Compression::None {
-                let why = "it needs a largest error; add --max-error 1mm, or leave it out";
-                given.refuse(&["shell-distance"], why)?;
-            }
-            let why = "glTF is in metres with +Y up; for another unit or axis write .bvh";
-            given.refuse(&["out-unit", "out-up"], why)?;
-            if let FormatArg::Vrma = format {
-                given.refuse(&["mesh"], "a VRM animation has no meshes; write .glb, or leave it out")?;
-                let why = "a VRM animation has rotations alone, and the way of the hips; leave it out";
-                given.refuse(&["keep-constant", "root-motion"], why)?;
-                given.refuse(
-                    &["rest"],
-                    "the rest pose of a VRM animation is the T-pose; leave it out",
-                )?;
-            }
-            if let FormatArg::Glb | FormatArg::Vrma = format {
-                given.refuse(
-                    &["embed"],
-                    "a .glb or .vrma holds its buffer; write .gltf, or leave it out",
-                )?;
-            }
-            (true, true)
-        }
-    };
+    let converts_unit = !row.keeps_units() || out.metres_per_unit().is_some();
+    let converts_up = !row.keeps_units() || out.up().is_some() || moves_over_ground;
     if !converts_unit {
         let why = "BVH does not state its unit, and lengths are kept; name the unit of the output with --out-unit";
         given.refuse(&["unit"], why)?;
@@ -264,8 +173,7 @@ pub(crate) fn refuse_unused(args: &ConvertArgs, given: &Given, format: FormatArg
     }
     let finds_unit = converts_unit && args.source.metres_per_unit().is_none();
     let finds_up = converts_up && args.source.up().is_none();
-    let has_bones = matches!(format, FormatArg::Vrma);
-    if !finds_unit && !finds_up && !has_bones {
+    if !finds_unit && !finds_up && !row.states_bones {
         given.refuse(
             &["map"],
             "only a unit or an up axis that is searched for comes from the bones",
@@ -302,7 +210,6 @@ pub(crate) struct Converted {
     choice: Option<String>,
     decisions: Vec<String>,
     renamed: Vec<Renamed>,
-    dropped_keys: usize,
     bytes: usize,
     achieved: Option<Achieved>,
     /// The largest distance of a joint from its place, in metres, where keys or bits were left out.
@@ -316,28 +223,21 @@ pub(crate) struct Converted {
 /// Converts one file, without printing anything. An existing file at `output` is replaced if `policy` allows it or if
 /// it `is_known` as an output of a former run.
 pub(crate) fn convert(
-    args: &ConvertArgs,
+    wanted: &Wanted<'_>,
     input: &Path,
     output: &Path,
     policy: &ReplacePolicy,
     is_known: &dyn Fn() -> bool,
     round: Round<'_>,
 ) -> mocap::Result<Converted> {
-    let format = FormatArg::of(output);
-    let is_bvh = matches!(format, Some(FormatArg::Bvh));
-    let is_packed = matches!(format, Some(FormatArg::Mclip));
-    // Whether a BVH file or a packed clip may be replaced depends on the bytes of the output.
+    let Wanted { args, format, .. } = wanted;
+    let row = format.row();
     policy.check_inputs(output)?;
-    if !is_bvh && !is_packed {
+    // Whether a file that does not say who wrote it may be replaced depends on the bytes of the output.
+    if row.states_origin {
         policy.check(output)?;
     }
-    if matches!(format, Some(FormatArg::Gltf)) && !args.embed {
-        policy.check(&output.with_extension("bin"))?;
-    }
-    if args.batch.out_dir.is_none() {
-        remove_unfinished(output);
-    }
-    let mut scene = import(args, input, format)?;
+    let mut scene = import(args, input, *format)?;
     let skeleton = match round {
         Round::Alone => String::new(),
         Round::First | Round::Last(_) => skeleton_hash(&scene),
@@ -346,7 +246,7 @@ pub(crate) fn convert(
         Round::Last(axes) => axes.get(&skeleton).copied(),
         Round::Alone | Round::First => None,
     };
-    let applied = change::apply(&mut scene, args, is_bvh, of_others);
+    let applied = change::apply(&mut scene, args, row.keeps_units(), of_others);
     let mut decisions = applied.map_err(|error| error.with_path(input))?;
     let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
     let guesses: Vec<Assumption> = scene.metadata.assumptions.iter().filter(is_space).cloned().collect();
@@ -359,68 +259,37 @@ pub(crate) fn convert(
             ..Converted::default()
         });
     }
-    let mut plain_bytes = None;
-    let mut written = gltf::GltfReport::default();
-    let mut hash = None;
-    let mut of_fbx = None;
-    if is_bvh {
-        let text = bvh::write(&scene, &args.bvh.options())?;
-        if !is_known() {
-            policy.check_bytes(output, &text)?;
-        }
-        write_file(output, &text)?;
-        written.bytes = text.len();
-        written
-            .warnings
-            .extend(bvh::scale_warning(&scene, &args.bvh.options())?);
-        hash = args.batch.out_dir.is_some().then(|| sha256_of(&text));
-    } else if matches!(format, Some(FormatArg::Vrma)) {
-        written = vrma::export(&scene, output, &vrma_options(args, &scene)).map_err(|error| error.with_path(input))?;
-        decisions.extend(left_out(&written.left_out));
-    } else if is_packed {
-        let clip = packed(args, &scene).map_err(|error| error.with_path(input))?;
-        if !is_known() {
-            policy.check_bytes(output, clip.bytes())?;
-        }
-        write_file(output, clip.bytes())?;
-        written.bytes = clip.bytes().len();
-        decisions.push(format!("error: {} mm at most", verify::millimetres(clip.max_error())));
-        hash = args.batch.out_dir.is_some().then(|| sha256_of(clip.bytes()));
-    } else if matches!(format, Some(FormatArg::Fbx)) {
-        let options = args.fbx.options(args.compress.max_error());
-        let (bytes, report) = fbx::write(&scene, &options).map_err(|error| error.with_path(input))?;
-        write_with_textures(policy, output, &bytes, &textures_beside(&scene, &report))?;
-        decisions.extend(fewer_keys(&report));
-        of_fbx = report.max_error;
-        (written.bytes, written.warnings) = (report.bytes, report.warnings);
-        let renamed = report.renamed.into_iter();
-        written.renamed = renamed.map(|(node, from, to)| Renamed { node, from, to }).collect();
-    } else {
-        written = gltf::export(&scene, output, &gltf_options(args))?;
-        // For `tell` alone, which says nothing where `--quiet` is.
-        if written.achieved.is_some() && args.batch.out_dir.is_none() && !args.batch.spread.quiet {
-            let plain = gltf::GltfOptions {
-                keep_constant: args.keep_constant,
-                ..gltf::GltfOptions::default()
-            };
-            plain_bytes = Some(gltf::Document::new(&scene, &plain)?.glb_len()?);
-        }
+    let mut written = wanted.files(&scene, output).map_err(|error| error.with_path(input))?;
+    match !row.states_origin && is_known() {
+        true => written.save(output, &policy.clone().force(true))?,
+        false => written.save(output, policy)?,
     }
-    let nodes = match format {
-        Some(FormatArg::Vrma) => written.joints,
-        _ => scene.nodes.len(),
-    };
+    let bytes = written.len();
+    let is_of_many = args.batch.out_dir.is_some();
+    // Not before, because a `.gltf` that is left says whose its buffer is.
+    if !is_of_many {
+        remove_unfinished(output);
+    }
+    let hash = (is_of_many && !row.states_origin)
+        .then(|| written.files.last().map(|file| sha256_of(&file.bytes())))
+        .flatten();
+    // The bytes of a long take are better gone before what follows.
+    written.files.clear();
+    // For `tell` alone, which says nothing where `--quiet` is.
+    let compares = row.format == Format::Gltf && written.error.is_some() && !is_of_many && !args.batch.spread.quiet;
+    let plain_bytes = compares
+        .then(|| {
+            let plain = Exporter::new().keep_constant(args.write.keep_constant);
+            Ok::<_, mocap::Error>(plain.write(&scene, Format::Gltf)?.len())
+        })
+        .transpose()?;
+    decisions.append(&mut written.notes);
     let frames = scene.animations.first().map_or(0, Animation::frame_count);
-    let of_one_clip = match format {
-        Some(FormatArg::Bvh) => Some("BVH"),
-        Some(FormatArg::Mclip) => Some("a packed clip"),
-        _ => None,
-    };
-    if let (Some(output), [first, _, ..]) = (of_one_clip, scene.animations.as_slice()) {
+    if let (true, [first, _, ..]) = (row.has_one_clip, scene.animations.as_slice()) {
         let count = scene.animations.len();
         decisions.push(format!(
-            "clip: 0 \"{}\" of {count}, because {output} has one; --clip takes another",
-            first.name
+            "clip: 0 \"{}\" of {count}, because {} has one; --clip takes another",
+            first.name, row.name
         ));
     }
     let mut warnings = std::mem::take(&mut scene.warnings);
@@ -428,9 +297,7 @@ pub(crate) fn convert(
     // A BVH file does not say how it was made.
     let verifier = args.verify.then(|| {
         let importer = args.read.importer();
-        Verifier::new()
-            .importer(importer)
-            .provenance(gltf::Provenance::of(&scene))
+        Verifier::new().importer(importer).provenance(Provenance::of(&scene))
     });
     // The keys of a long take are better gone before the file is read back.
     drop(scene);
@@ -441,15 +308,15 @@ pub(crate) fn convert(
         warnings,
         verification: verifier.map(|verifier| verifier.files(input, output)).transpose()?,
         hash,
-        choice: choice(args, format),
+        choice: choice(&args.write.compress, *format),
         decisions,
         renamed: written.renamed,
-        dropped_keys: written.dropped_keys,
-        bytes: written.bytes,
-        max_error: of_fbx.or(written.achieved.as_ref().map(|achieved| achieved.max_error)),
-        achieved: written.achieved,
+        bytes,
+        max_error: written.error.as_ref().map(|error| error.max_error),
+        // What other formats have to say of it is one of their notes.
+        achieved: written.error.filter(|_| row.takes(WriteOption::Compress)),
         plain_bytes,
-        nodes,
+        nodes: written.nodes,
         frames,
     })
 }
@@ -486,12 +353,6 @@ fn tell(input: &Path, output: &Path, converted: &Converted) {
             renamed.from, renamed.to
         ));
     }
-    if converted.dropped_keys > 0 {
-        report::say(&format!(
-            "{} keys were dropped: 32-bit times cannot tell them apart",
-            converted.dropped_keys
-        ));
-    }
     report::say(&format!(
         "{} -> {}: {nodes} nodes, {frames} frames, {bytes} bytes",
         input.display(),
@@ -522,12 +383,12 @@ fn smaller(achieved: &Achieved, bytes: usize, plain_bytes: Option<usize>) -> Str
     text
 }
 
-/// Imports a file for an output in a format. FBX has the meshes of the file; a skeleton needs none there.
-fn import(args: &ConvertArgs, input: &Path, format: Option<FormatArg>) -> mocap::Result<Scene> {
-    let is_fbx = matches!(format, Some(FormatArg::Fbx));
+/// Imports a file for an output in a format. Where that has the meshes of the file, a skeleton needs none.
+fn import(args: &ConvertArgs, input: &Path, format: OutputFormat) -> mocap::Result<Scene> {
+    let has_file_meshes = format.row().has_file_meshes;
     let mesh = match args.mesh {
         Some(mesh) => mesh.into(),
-        None if is_fbx => SkeletonMesh::Own,
+        None if has_file_meshes => SkeletonMesh::Own,
         None => SkeletonMesh::Skinned,
     };
     // Many files keep all threads busy, a thread a file.
@@ -537,7 +398,7 @@ fn import(args: &ConvertArgs, input: &Path, format: Option<FormatArg>) -> mocap:
     };
     let importer = || {
         let importer = args.read.importer().skeleton_mesh(mesh).threads(threads);
-        importer.gltf_meshes(is_fbx)
+        importer.gltf_meshes(has_file_meshes)
     };
     import_to_resample(importer, input, args.change.frames.fps)
 }

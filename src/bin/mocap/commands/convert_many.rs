@@ -5,7 +5,7 @@ use std::path::Path;
 
 use mocap::scene::{Confidence, Topic, UpAxis};
 
-use super::convert::Round;
+use super::convert::{Round, Wanted};
 use super::{convert, verify};
 use crate::Failure;
 use crate::args::{ConvertArgs, Given};
@@ -16,7 +16,7 @@ use crate::batch::outputs::Output;
 /// Converts what the arguments name into `folder`.
 pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<(), Failure> {
     convert::check(args)?;
-    convert::refuse_unused(args, given, args.batch.to)?;
+    let wanted = Wanted::new(args, given, args.batch.to)?;
     let many = Many {
         paths: &args.paths,
         folder,
@@ -27,24 +27,29 @@ pub(crate) fn run(args: &ConvertArgs, folder: &Path, given: &Given) -> Result<()
         force: args.force,
         options: given.options.clone(),
     };
-    many.run(&mut Convert { args, axes: None })
+    many.run(&mut Convert {
+        args,
+        wanted,
+        axes: None,
+    })
 }
 
 struct Convert<'a> {
     args: &'a ConvertArgs,
+    wanted: Wanted<'a>,
     /// The up axes of skeletons, once the clips that stand have told them.
     axes: Option<BTreeMap<String, UpAxis>>,
 }
 
 impl Work for Convert<'_> {
     fn extension(&self) -> &str {
-        self.args.batch.to.extension()
+        self.args.batch.to.extension
     }
 
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
         let round = self.axes.as_ref().map_or(Round::First, Round::Last);
         let is_known = || output.is_known();
-        let converted = convert::convert(self.args, file, &output.path, output.policy, &is_known, round);
+        let converted = convert::convert(&self.wanted, file, &output.path, output.policy, &is_known, round);
         let converted = converted.map_err(|error| error.to_string())?;
         if converted.waits {
             return Ok(Made::Waits);
@@ -54,7 +59,7 @@ impl Work for Convert<'_> {
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output_sha256 = converted.hash;
         record.max_error = converted.max_error;
-        let allowed = self.args.compress.tolerance();
+        let allowed = self.args.write.compress.tolerance();
         if let Some(verification) = converted.verification.filter(|found| !found.is_within(allowed)) {
             // It is written, and it is not what it should be.
             record.output = Some(output.name.to_owned());

@@ -60,8 +60,7 @@ pub(super) fn write(
             .map(|bound| Reduced::new(scene, animation, space, placed, bound))
             .transpose()?;
         if let Some(reduced) = &reduced {
-            let largest = report.max_error.unwrap_or(0.0);
-            report.max_error = Some(f64::max(largest, reduced.error()));
+            reduced.add_error(scene, &mut report.achieved);
         }
         let duration = limits::not_negative(Code::Unrepresentable, "the duration in ticks", animation.duration)?;
         let end = time(duration, rate);

@@ -8,6 +8,7 @@ use super::skeleton::Placed;
 use super::space::Space;
 use crate::compress::{self, CompressedClip, ErrorBound, EulerAngles, Track, reduce_curves};
 use crate::error::Result;
+use crate::format::Achieved;
 use crate::scene::{Animation, Scene};
 
 /// What a track moves.
@@ -97,9 +98,9 @@ impl<'a> Reduced<'a> {
         })
     }
 
-    /// The largest distance of a joint or of its skin from its place, in metres.
-    pub(super) fn error(&self) -> f64 {
-        self.clip.error.max * self.metres
+    /// Adds the error of the clip to that of others, in metres.
+    pub(super) fn add_error(&self, scene: &Scene, sum: &mut Option<Achieved>) {
+        Achieved::add(sum, scene, &self.clip, self.metres);
     }
 
     /// The curves of a part of a node that has any; `None` where every key stays.

@@ -7,7 +7,7 @@ use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::Property;
 
-use super::super::compression::{Achieved, Compression};
+use super::super::compression::Compression;
 use super::super::meshopt::{self, Filter};
 use super::buffer::{Buffer, Usage};
 use super::rest::Rest;
@@ -16,6 +16,7 @@ use super::values::{Value, is_constant, nearly_constant_scale, rounded_unit, wit
 use super::{GltfOptions, GltfReport};
 use crate::compress::{CompressedClip, KeyFrames, RotationFormat, Track, TranslationFormat, compress};
 use crate::error::{Code, Diagnostic, Result};
+use crate::format::Achieved;
 use crate::limits::positive;
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
@@ -149,20 +150,7 @@ fn compressed(scene: &Scene, animation: &scene::Animation, options: &GltfOptions
 impl GltfReport {
     /// Adds the error of one more animation.
     fn add_error(&mut self, scene: &Scene, clip: &CompressedClip) {
-        let achieved = self.achieved.get_or_insert_default();
-        achieved.keys += clip.key_count();
-        achieved.rms_error = achieved.rms_error.max(clip.error.rms);
-        if clip.error.max > achieved.max_error || achieved.joint.is_empty() {
-            *achieved = Achieved {
-                max_error: clip.error.max,
-                joint: scene
-                    .nodes
-                    .get(clip.error.node)
-                    .map_or_else(String::new, |node| node.name.clone()),
-                tick: clip.error.tick,
-                ..*achieved
-            };
-        }
+        Achieved::add(&mut self.achieved, scene, clip, 1.0);
     }
 }
 

@@ -12,6 +12,7 @@ use gltf::json::Root;
 use super::{Document, text};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::write_file_with;
+use crate::format::WrittenFile;
 
 /// Bytes before the first chunk of a `.glb` file, and before what is in a chunk.
 const GLB_HEADER: usize = 12;
@@ -51,6 +52,44 @@ impl Document {
             })?;
             file.flush()
         })
+    }
+
+    /// A `.glb` file; its buffer is not copied.
+    pub(in crate::format::gltf) fn into_glb_file(self, name: &str) -> Result<WrittenFile> {
+        let json = self.glb()?.json.into_owned();
+        let padding = |length: usize| length.next_multiple_of(4) - length;
+        let chunk = |bytes: usize| match bytes {
+            0 => 0,
+            bytes => CHUNK_HEADER + bytes.next_multiple_of(4),
+        };
+        let length = GLB_HEADER + chunk(json.len()) + chunk(self.bin.len());
+        // A file of more than 4 GiB was refused above.
+        let number = |number: usize| (number as u32).to_le_bytes();
+        let mut head = Vec::with_capacity(length - self.bin.len());
+        head.extend(b"glTF");
+        head.extend(number(2));
+        head.extend(number(length));
+        head.extend(number(json.len().next_multiple_of(4)));
+        head.extend(b"JSON");
+        let spaces = padding(json.len());
+        head.extend(json);
+        head.resize(head.len() + spaces, b' ');
+        if self.bin.is_empty() {
+            return Ok(WrittenFile::new(name, head));
+        }
+        head.extend(number(self.bin.len().next_multiple_of(4)));
+        head.extend(b"BIN\0");
+        let zeros = vec![0; padding(self.bin.len())];
+        let parts = [head, self.bin, zeros].into_iter().filter(|part| !part.is_empty());
+        Ok(WrittenFile::of_parts(name, parts.collect()))
+    }
+
+    /// A `.gltf` file after the `.bin` of its buffer, which has the same name, and is absent where it is empty.
+    pub(in crate::format::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<WrittenFile>> {
+        let bin_name = Path::new(name).with_extension("bin").to_string_lossy().into_owned();
+        let text = WrittenFile::new(name, self.to_text_and_bin(&bin_name)?.0);
+        let bin = (!self.bin.is_empty()).then(|| WrittenFile::new(bin_name, self.bin));
+        Ok(bin.into_iter().chain([text]).collect())
     }
 
     /// The parts of a `.glb` file.

@@ -18,7 +18,7 @@ from typing import Any, Literal
 from . import _mocap, edit
 from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
 from ._mocap import ArrowTable, Node
-from ._options import Axis, Contacts, Options, ReadOptions, Unit, changed, metres
+from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, changed, metres
 from ._retarget import Retargeted, add_motions, retarget
 from ._robot import Robot, RobotMotion
 from ._scene import Motion, Scene
@@ -40,6 +40,7 @@ __all__ = [
     "Robot",
     "RobotMotion",
     "Scene",
+    "WriteOptions",
     "add_motions",
     "convert",
     "edit",
@@ -82,23 +83,32 @@ def convert(
     unit: Unit | float | None = None,
     up: Axis | None = None,
     fps: float | None = None,
+    max_error: float | None = None,
+    shell_distance: float | None = None,
+    compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
+    overwrite: bool = False,
     **options: Any,
 ) -> int:
-    """Writes a motion file as animated glTF, ``.glb`` or ``.gltf``, as FBX, ``.fbx``, or as a VRM animation, ``.vrma``,
-    with +Y up; returns the bytes written.
+    """Writes a motion file in the format of the target's extension, as ``mocap formats`` lists them; returns the bytes
+    written. glTF, VRM animations and packed clips are in metres with +Y up, FBX says what it is in, and BVH keeps the
+    unit and the axes of its source.
 
     Args:
         source: The motion file.
-        target: The file to write; it is whole or absent.
+        target: The file to write; it is whole or absent. A file that may be somebody's source is not replaced.
         unit: Unit of length of the source, by name or as metres in one; what it says, else a guess, if ``None``.
         up: The axis of the source that points up; a guess if ``None``.
         fps: Frames per second to write; the source's own frames if ``None``.
+        max_error, shell_distance, compress, overwrite: The fields of :class:`WriteOptions`.
         options: The fields of :class:`ReadOptions`.
 
     Raises:
         MocapError: Where the source cannot be read or the target cannot be written.
+        ValueError: Where the extension is that of no written format, or an option has no effect on it.
     """
-    return _mocap.convert(source, target, metres(unit), up, fps, changed(ReadOptions(), options, "unit", "up", "fps"))
+    write = WriteOptions(max_error, shell_distance, compress, overwrite)
+    read = changed(ReadOptions(), options, "unit", "up", "fps", "max_error", "shell_distance", "compress", "overwrite")
+    return _mocap.convert(source, target, metres(unit), up, fps, read, write)
 
 
 def table(

@@ -36,6 +36,24 @@ class ReadOptions:
 
 
 @dataclass(frozen=True)
+class WriteOptions:
+    """How to write a file.
+
+    Attributes:
+        max_error: The largest distance of a joint from its position, in metres; keys and bits are removed within it.
+            ``None`` keeps every key, but for ``.mclip``, which has 0.001.
+        shell_distance: Points at this distance from each joint, in metres, keep ``max_error`` too, as a skin does.
+        compress: How glTF stores keys: ``"none"``, ``"int16"``, ``"meshopt"`` or ``"meshopt-khr"``.
+        overwrite: Replace a file that may be somebody's source; an input is never replaced.
+    """
+
+    max_error: float | None = None
+    shell_distance: float | None = None
+    compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None
+    overwrite: bool = False
+
+
+@dataclass(frozen=True)
 class Contacts:
     """What counts as a foot that stands on the ground: low and slow at once.
 

@@ -22,7 +22,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from . import _mocap
-from ._options import Axis, Unit, metres
+from ._options import Axis, Unit, WriteOptions, changed, metres
 from ._scene import Scene
 
 __all__ = [
@@ -211,10 +211,19 @@ def contacts(
     return found
 
 
-def write(scene: Scene, target: str | os.PathLike[str]) -> None:
-    """Writes the scene as ``.glb``, ``.gltf``, ``.bvh``, ``.fbx`` or ``.vrma``; the file is whole or absent, and an existing one is
-    replaced.
+def write(scene: Scene, target: str | os.PathLike[str], **options: Any) -> None:
+    """Writes the scene in the format of the target's extension, as ``mocap formats`` lists them; the file is whole or
+    absent. A file that may be somebody's source is not replaced.
 
-    glTF and FBX record the steps; BVH has no place for them.
+    glTF and FBX record the steps; BVH and ``.mclip`` have no field for them.
+
+    Args:
+        scene: The scene.
+        target: The file to write.
+        options: The fields of :class:`mocap.WriteOptions`.
+
+    Raises:
+        MocapError: Where the target cannot be written.
+        ValueError: Where the extension is that of no written format, or an option has no effect on it.
     """
-    _mocap.write(scene._native, target)
+    _mocap.write(scene._native, target, changed(WriteOptions(), options))

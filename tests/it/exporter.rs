@@ -1,0 +1,268 @@
+//! `Exporter`: every written format by its row in the table, and by nothing else.
+
+use std::fs;
+use std::path::Path;
+
+use mocap::files::{ReplacePolicy, SOURCE_EXTENSIONS};
+use mocap::gltf::{BufferPlace, Provenance};
+use mocap::scene::NodeKind;
+use mocap::verify::Verifier;
+use mocap::{Code, Conversion, Exporter, FORMATS, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
+
+use crate::program::Folder;
+
+/// Each written format with each of its extensions.
+fn written() -> Vec<(&'static FormatInfo, &'static str)> {
+    let rows = FORMATS.iter().filter(|row| row.writes());
+    let written: Vec<_> = rows
+        .flat_map(|row| row.extensions.iter().map(move |extension| (row, *extension)))
+        .collect();
+    assert!(written.len() >= 6, "{}", written.len());
+    written
+}
+
+/// A motion as each format takes it: all but those that keep the file's unit are in metres with +Y up.
+fn read(path: &str, row: &FormatInfo) -> Scene {
+    let mesh = match row.has_file_meshes {
+        true => SkeletonMesh::Own,
+        false => SkeletonMesh::Skinned,
+    };
+    let mut scene = Importer::new().skeleton_mesh(mesh).import(path).unwrap();
+    Conversion::new()
+        .keep_units(row.keeps_units())
+        .apply(&mut scene)
+        .unwrap();
+    scene
+}
+
+/// The fixtures that a new written format must hold: it needs no test of its own to be read back within 0.02 mm, as
+/// `verify` computes it, which has kinematics of its own.
+#[test]
+fn every_written_format_holds_the_motion_of_every_small_fixture() {
+    const SMALL: u64 = 100_000;
+    let folder = tempfile::tempdir().unwrap();
+    let mut count = 0;
+    let mut files: Vec<_> = fs::read_dir("fixtures/real")
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .collect();
+    files.sort_by_key(|file| file.path());
+    for file in files {
+        let path = file.path();
+        let is_motion = path
+            .extension()
+            .is_some_and(|extension| extension == "bvh" || extension == "amc");
+        let Ok(scene) = Importer::new().import(&path) else {
+            continue;
+        };
+        if !is_motion || file.metadata().unwrap().len() > SMALL || scene.animations.is_empty() {
+            continue;
+        }
+        for (row, extension) in written() {
+            let scene = read(path.to_str().unwrap(), row);
+            let output = folder.path().join("take").with_extension(extension);
+            let what = format!("{} as .{extension}", path.display());
+            let written = match Exporter::new().overwrite(true).export(&scene, &output) {
+                Ok(written) => written,
+                // A VRM animation is of a humanoid, and a packed clip has no scales that change.
+                Err(error) if [Code::NotHumanoid, Code::Unrepresentable].contains(&error.code()) => continue,
+                Err(error) => panic!("{what}: {error}"),
+            };
+            assert!(written.files.iter().all(|file| !file.is_empty()), "{what}");
+            let again = Importer::new().import(&output).unwrap();
+            assert_eq!(again.metadata.format, Some(row.format), "{what}");
+            // BVH has no scales, and says so.
+            if !written.warnings.is_empty() {
+                continue;
+            }
+            let verifier = Verifier::new().provenance(Provenance::of(&scene));
+            let verified = verifier
+                .files(&path, &output)
+                .unwrap_or_else(|error| panic!("{what}: {error}"));
+            let allowed = written.error.map_or(2e-5, |error| error.max_error + 2e-5);
+            assert!(verified.max_error <= allowed, "{what}: {verified:?}");
+            count += 1;
+        }
+    }
+    assert!(count > 60, "{count}");
+}
+
+/// Bytes in memory are those on the disk, and so are the names.
+#[test]
+fn what_is_written_in_memory_is_what_is_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    for (row, extension) in written() {
+        let scene = read("fixtures/real/cmu_short.bvh", row);
+        let path = folder.path().join("take").with_extension(extension);
+        let exporter = Exporter::new().max_error(0.001);
+        let exported = exporter.export(&scene, &path).unwrap();
+        assert_eq!(exporter.write_as(&scene, &path).unwrap(), exported, ".{extension}");
+        for file in &exported.files {
+            let found = fs::read(folder.path().join(file.name())).unwrap();
+            assert_eq!((found.len(), &found[..]), (file.len(), &*file.bytes()), ".{extension}");
+            assert_eq!(file.parts().collect::<Vec<_>>().concat(), found);
+        }
+        assert_eq!(exported.files.last().unwrap().name(), format!("take.{extension}"));
+        let again = Importer::new().import(&path).unwrap();
+        let bones = again.nodes.iter().filter(|node| node.kind != NodeKind::Group);
+        assert_eq!(exported.nodes, bones.count(), ".{extension}");
+        let bound = exported.error.as_ref().map(|error| error.max_error);
+        assert_eq!(bound.is_some(), row.takes(WriteOption::MaxError), ".{extension}");
+        assert!(
+            bound.is_none_or(|error| error > 0.0 && error <= 0.001),
+            ".{extension}: {bound:?}"
+        );
+        // Two files are no stream.
+        let count = exported.files.len();
+        assert_eq!(exported.into_bytes().is_ok(), count == 1, ".{extension}");
+    }
+    let scene = read("fixtures/real/cmu_short.bvh", FormatInfo::of(Format::Gltf));
+    let embedded = Exporter::new().buffer(BufferPlace::Embedded);
+    let text = embedded.write_as(&scene, "take.gltf").unwrap().into_bytes().unwrap();
+    assert_eq!(
+        Importer::new().read(&text, "take.gltf").unwrap().nodes.len(),
+        scene.nodes.len()
+    );
+}
+
+#[test]
+fn an_output_in_no_written_format_is_an_error() {
+    let scene = read("fixtures/real/lecture_Test.bvh", FormatInfo::of(Format::Bvh));
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["take.amc", "take.c3d", "take.xyz", "take"] {
+        let path = folder.path().join(name);
+        let error = Exporter::new().export(&scene, &path).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownFormat, "{name}");
+        let expected = error.diagnostic().expected.as_deref().unwrap();
+        assert_eq!(expected, FormatInfo::written_extensions(), "{name}");
+        assert!(!path.exists(), "{name}");
+    }
+    let unwritten = FORMATS.iter().filter(|row| !row.writes());
+    for row in unwritten {
+        let error = Exporter::new().write(&scene, row.format).unwrap_err();
+        assert_eq!(error.code(), Code::UnknownFormat, "{}", row.format);
+    }
+}
+
+/// A file that may be somebody's work stays as it is, whatever its format, unless it is asked for.
+#[test]
+fn an_export_replaces_only_what_is_known_as_an_output() {
+    let folder = tempfile::tempdir().unwrap();
+    for (row, extension) in written() {
+        let [scene, other] = ["lecture_Test", "cmu_short"].map(|name| read(&format!("fixtures/real/{name}.bvh"), row));
+        let path = folder.path().join("take").with_extension(extension);
+        fs::write(&path, "somebody's work").unwrap();
+        let refused = |exporter: &Exporter, scene: &Scene| exporter.export(scene, &path).map(drop).unwrap_err().code();
+        // The lecture's arm is no humanoid.
+        let scene = if row.states_bones { &other } else { &scene };
+        assert_eq!(refused(&Exporter::new(), scene), Code::OutputExists, ".{extension}");
+        assert_eq!(fs::read(&path).unwrap(), b"somebody's work", ".{extension}");
+        Exporter::new().overwrite(true).export(scene, &path).unwrap();
+        // The same again, and where the file says who wrote it, another.
+        Exporter::new().export(scene, &path).unwrap();
+        let again = Exporter::new().export(&other, &path);
+        assert_eq!(again.is_ok(), row.states_origin || row.states_bones, ".{extension}");
+        // An input is never replaced.
+        let inputs = Exporter::new().replace(ReplacePolicy::new([&path])).overwrite(true);
+        assert_eq!(refused(&inputs, &other), Code::OutputIsInput, ".{extension}");
+    }
+    // What may be replaced is known for every format that is read.
+    for extension in FORMATS.iter().flat_map(|row| row.extensions) {
+        assert!(SOURCE_EXTENSIONS.contains(extension), "{extension}");
+    }
+}
+
+/// The name of an option with a value that it takes, and others that it needs.
+fn given(option: WriteOption) -> String {
+    let value = match option {
+        WriteOption::Mesh => "none",
+        WriteOption::Compress => "int16",
+        WriteOption::MaxError => "1mm",
+        WriteOption::ShellDistance => "5cm --max-error 1mm",
+        WriteOption::Order => "XYZ",
+        WriteOption::Digits => "3",
+        WriteOption::Channels => "6",
+        WriteOption::FbxVersion => "7.4",
+        WriteOption::FbxRest => "pre-rotation",
+        WriteOption::Target => "unity",
+        WriteOption::Textures => "beside",
+        WriteOption::OutUnit => "m",
+        WriteOption::OutUp => "z",
+        WriteOption::Rest => "frame:1",
+        _ => "",
+    };
+    format!("--{option} {value}").trim_end().to_owned()
+}
+
+/// What `convert` takes and refuses is what the rows say.
+#[test]
+fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let mut counts = [0, 0];
+    for (row, extension) in written() {
+        for option in WriteOption::ALL {
+            let arguments = format!("convert cmu_short.bvh new.{extension} --force {}", given(option));
+            match row.refusal(option, extension) {
+                Some(refusal) => {
+                    assert!(
+                        refusal.message.starts_with(&format!("--{option} has no effect on ")),
+                        "{refusal:?}"
+                    );
+                    // Of two options that have no effect, the first is named.
+                    let is_alone = option != WriteOption::ShellDistance || row.takes(WriteOption::MaxError);
+                    let reason = if is_alone {
+                        refusal.message.as_str()
+                    } else {
+                        " has no effect on "
+                    };
+                    folder.refuses(&arguments, 2, reason);
+                    counts[0] += 1;
+                }
+                None => {
+                    folder.succeeds(&arguments);
+                    counts[1] += 1;
+                }
+            }
+        }
+    }
+    assert!(counts.into_iter().all(|count| count > 30), "{counts:?}");
+}
+
+/// What is written stands in the row alone: the program's lists are made from it.
+#[test]
+fn the_lists_of_the_program_are_those_of_the_table() {
+    let folder = Folder::of_real(&["cmu_short.bvh"]);
+    let list = String::from_utf8(folder.run("formats").stdout).unwrap();
+    let help = String::from_utf8(folder.run("convert --help").stdout).unwrap();
+    for row in FORMATS {
+        let line = list
+            .lines()
+            .find(|line| line.starts_with(&format!("{:<8}  ", row.format.as_str())))
+            .unwrap();
+        assert_eq!(line.contains("write"), row.writes(), "{line}");
+        assert_eq!(line.contains("read"), row.reads, "{line}");
+        for extension in row.extensions {
+            assert!(line.contains(&format!(".{extension}")), "{line}");
+            let is_value = help
+                .lines()
+                .any(|line| line.trim_start().starts_with(&format!("- {extension}:")));
+            assert_eq!(is_value, row.writes(), "{extension}\n{help}");
+        }
+    }
+    folder.refuses("convert cmu_short.bvh new.xyz", 2, &FormatInfo::written_extensions());
+    for (_, extension) in written() {
+        folder.succeeds(&format!("convert cmu_short.bvh -o folder --to {extension}"));
+        assert!(
+            Path::new(&folder.path("folder"))
+                .join(format!("cmu_short.{extension}"))
+                .exists()
+        );
+        let bytes = folder.run(&format!("convert cmu_short.bvh - --to {extension}")).stdout;
+        assert!(
+            Importer::new()
+                .read(&bytes, Path::new("take").with_extension(extension))
+                .is_ok(),
+            "{extension}"
+        );
+    }
+}
