@@ -7,17 +7,22 @@
 //! editing" (2002), which lengthens bones where a leg is too short; here the hips give way so that legs keep the length
 //! that they have, above all those that are nearly straight, whose knees a millimetre moves by centimetres.
 
+mod follow;
 mod hips;
+mod hold;
 mod knee;
 mod leg;
 mod shift;
 mod sole;
 mod step;
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use serde::Serialize;
 
-use self::leg::LegTrack;
+use self::follow::Follow;
+pub(crate) use self::follow::Followed;
+use self::hold::Hold;
+use self::leg::Foot;
 pub(crate) use self::sole::SolePoint;
 pub use self::step::FootLock;
 use super::body::{Body, Leg, and_below, mover};
@@ -89,33 +94,6 @@ pub struct FootLockReport {
     pub farthest_out_of_reach: [f32; 2],
 }
 
-/// The feet of another body, which those of a retargeted motion follow.
-pub(crate) struct Followed<'a> {
-    /// The contacts of its motion.
-    pub(crate) contacts: &'a DetectedContacts,
-    /// How high feet go in units of the scene, where they go a metre high on the other body.
-    pub(crate) units_per_metre: f32,
-    /// From a way over the ground there to the way here: how many times as long, and turned how.
-    pub(crate) scale: f32,
-    pub(crate) turn: Quat,
-    /// The height of the floor along the up axis, in units of the scene.
-    pub(crate) floor: f32,
-    /// The length of a leg, likewise.
-    pub(crate) leg: f32,
-    /// What of the left and of the right foot stays above the floor, parents before children.
-    pub(crate) soles: [Vec<SolePoint>; 2],
-}
-
-/// What feet in contact do.
-#[derive(Clone, Copy)]
-enum Feet<'a> {
-    /// They are held where they are. Other joints move by `limit` at most, in units of the scene.
-    Held {
-        limit: f32,
-    },
-    Following(&'a Followed<'a>),
-}
-
 /// The distance from a goal that counts as out of reach, in metres.
 const OUT_OF_REACH: f32 = 0.001;
 
@@ -142,22 +120,22 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         positive(Code::InvalidValue, "largest-change", change)?;
     }
     let body = Body::new(scene, options.humanoid.as_ref())?;
-    let mut held = Held::new(scene, animation, &body, &[])?;
-    let detected = |held: &Held| detect(scene, &held.frames, &body, &options.contacts);
+    let mut legs = Legs::new(scene, animation, &body, &[])?;
+    let detected = |legs: &Legs| detect(scene, &legs.frames, &body, &options.contacts);
     let contacts = match &options.known {
         Some(known) => {
-            held.check(known)?;
+            legs.check(known)?;
             known.clone()
         }
-        None => detected(&held),
+        None => detected(&legs),
     };
     let rests = match options.known {
         // Contacts may be those of another body, whose floor is elsewhere.
-        Some(_) => detected(&held).floor,
+        Some(_) => detected(&legs).floor,
         None => contacts.floor,
     };
     let floor = options.floor.unwrap_or(rests);
-    let leg = held.leg_length(scene) * body.metres;
+    let leg = legs.length(scene) * body.metres;
     // One below the feet is far from none of them.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
@@ -168,15 +146,13 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     let limit = options
         .largest_change
         .map_or(f32::INFINITY, |metres| metres as f32 / body.metres);
-    let report = held.lock(
-        scene,
-        &body,
-        &contacts,
-        floor / body.metres,
-        options.blend,
-        Feet::Held { limit },
-    );
-    held.write(scene, animation);
+    let (blend, floor) = (legs.frames.frames_in(options.blend), floor / body.metres);
+    let hold = |leg| Hold::new(scene, &body, leg, &contacts);
+    let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
+    let report = legs.change(scene, &body, floor, &mut feet, |feet, shifts| {
+        hips::spare_knees(feet, shifts, body.up, floor, blend, limit)
+    });
+    legs.write(scene, animation);
     Ok(report)
 }
 
@@ -195,23 +171,20 @@ pub(crate) fn follow_feet(
         .flatten()
         .filter_map(|point| point.pivot)
         .collect();
-    let mut held = Held::new(scene, animation, &body, &pivots)?;
-    held.check(followed.contacts)?;
-    let blend = FootLockOptions::default().blend;
-    let report = held.lock(
-        scene,
-        &body,
-        followed.contacts,
-        followed.floor,
-        blend,
-        Feet::Following(followed),
-    );
-    held.write(scene, animation);
+    let mut legs = Legs::new(scene, animation, &body, &pivots)?;
+    legs.check(followed.contacts)?;
+    let blend = legs.frames.frames_in(FootLockOptions::default().blend);
+    let follow = |leg| Follow::new(scene, &body, leg, followed);
+    let mut feet: Vec<Follow> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
+    let report = legs.change(scene, &body, followed.floor, &mut feet, |feet, shifts| {
+        hips::follow(feet, &shifts, body.up, blend)
+    });
+    legs.write(scene, animation);
     Ok(report)
 }
 
 /// The frames of a motion whose legs are to be changed.
-struct Held {
+struct Legs {
     frames: Frames,
     legs: Vec<(Side, Leg)>,
     /// The node that carries the figure.
@@ -222,7 +195,7 @@ struct Held {
     moved: bool,
 }
 
-impl Held {
+impl Legs {
     fn new(scene: &Scene, animation: usize, body: &Body, pivots: &[NodeId]) -> Result<Self> {
         let hips = body.humanoid.joint(HumanoidBone::Hips);
         let legs: Option<Vec<_>> = Side::ALL
@@ -261,7 +234,7 @@ impl Held {
     }
 
     /// The length of the longer leg at rest.
-    fn leg_length(&self, scene: &Scene) -> f32 {
+    fn length(&self, scene: &Scene) -> f32 {
         let rest = Pose::rest(scene);
         let length = |(_, leg): &(Side, Leg)| {
             let [thigh, knee, ankle] = [leg.thigh, leg.knee, leg.ankle].map(|node| rest.position(node));
@@ -280,104 +253,79 @@ impl Held {
             .into())
     }
 
-    /// Changes the frames. `floor` is in units of the scene, `blend` in seconds.
-    fn lock(
+    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` finds the shifts of the hips and
+    /// completes those of the feet, of which it gets what is known.
+    fn change<F: Foot>(
         &mut self,
         scene: &Scene,
         body: &Body,
-        contacts: &DetectedContacts,
         floor: f32,
-        blend: f64,
-        feet: Feet<'_>,
+        feet: &mut [F],
+        hips: impl FnOnce(&mut [F], Vec<Vec<Option<Vec3>>>) -> Vec<Vec3>,
     ) -> FootLockReport {
-        let up = body.up;
-        let followed = match feet {
-            Feet::Following(followed) => Some(followed),
-            Feet::Held { .. } => None,
-        };
-        let blend = self.frames.frames_in(blend);
-        let legs = std::mem::take(&mut self.legs).into_iter();
-        let mut tracks: Vec<LegTrack> = legs
-            .map(|(side, leg)| LegTrack::new(scene, body, side, leg, contacts, followed))
-            .collect();
+        let (up, metres) = (body.up, body.metres);
         let mut pose = Pose::rest(scene);
         for frame in 0..self.frames.len() {
             self.frames.pose(frame, &mut pose);
-            for track in &mut tracks {
-                track.see(frame, &mut pose, up, floor);
+            for foot in &mut *feet {
+                foot.see(frame, &mut pose, up, floor);
             }
         }
-        let held: Vec<_> = tracks
-            .iter()
-            .map(|track| track.held(up, self.frames.rate as f32))
-            .collect();
-        let carried = match feet {
-            Feet::Following(_) => hips::follow(&mut tracks, &held, up, blend),
-            Feet::Held { limit } => hips::spare_knees(&mut tracks, held, up, floor, blend, limit),
-        };
+        let rate = self.frames.rate as f32;
+        let known = feet.iter().map(|foot| foot.known_shifts(up, rate)).collect();
+        let carried = hips(feet, known);
         let heights = || carried.iter().map(|carried| carried.dot(up));
+        let slide = |feet: &[F]| feet.iter().map(|foot| foot.slide(up)).sum::<f64>() * f64::from(metres);
         let mut report = FootLockReport {
-            slide_before: tracks.iter().map(|track| track.slide(up)).sum::<f64>() * f64::from(body.metres),
-            contacts: tracks.iter().map(LegTrack::contacts).sum(),
-            deepest_before: tracks.iter().map(|track| track.deepest(floor)).fold(0.0, f32::max) * body.metres,
-            hips_lowered: heights().map(|height| -height).fold(0.0, f32::max) * body.metres,
-            hips_raised: heights().fold(0.0, f32::max) * body.metres,
+            slide_before: slide(feet),
+            contacts: feet.iter().map(|foot| foot.leg().contacts()).sum(),
+            deepest_before: feet.iter().map(|foot| foot.leg().deepest(floor)).fold(0.0, f32::max) * metres,
+            hips_lowered: heights().map(|height| -height).fold(0.0, f32::max) * metres,
+            hips_raised: heights().fold(0.0, f32::max) * metres,
             ..FootLockReport::default()
         };
-        self.apply(scene, body, &mut tracks, &carried, floor, &mut report);
-        report.slide_after = tracks.iter().map(|track| track.slide(up)).sum::<f64>() * f64::from(body.metres);
+        self.apply(scene, body, feet, &carried, floor, &mut report);
+        report.slide_after = slide(feet);
         report
     }
 
-    fn apply(
+    /// Moves the hips by `carried` and the feet by their shifts, and adds to the report what that changed.
+    fn apply<F: Foot>(
         &mut self,
         scene: &Scene,
         body: &Body,
-        tracks: &mut [LegTrack],
+        feet: &mut [F],
         carried: &[Vec3],
         floor: f32,
         report: &mut FootLockReport,
     ) {
-        let (up, metres) = (body.up, body.metres);
         let mut pose = Pose::rest(scene);
         let mut before = pose.clone();
         for (frame, &carried) in carried.iter().enumerate() {
             self.frames.pose(frame, &mut pose);
-            let is_changed = |track: &LegTrack| {
-                track.shifts[frame] != Vec3::ZERO || track.is_below(frame, floor) || track.follows(frame)
-            };
-            if carried == Vec3::ZERO && !tracks.iter().any(is_changed) {
-                tracks.iter_mut().for_each(|track| track.place(frame, &pose));
+            if carried == Vec3::ZERO && !feet.iter().any(|foot| foot.is_changed(frame, floor)) {
+                feet.iter_mut()
+                    .for_each(|foot| foot.leg_mut().replace_points(frame, &pose));
                 continue;
             }
             before.clone_from(&pose);
             if carried != Vec3::ZERO {
                 self.carry(scene, frame, &mut pose, carried);
             }
-            for (side, track) in tracks.iter_mut().enumerate() {
-                let ankle = track.leg.ankle;
-                let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
-                let mut place = track.ankle[frame] + track.shifts[frame];
-                let way = place - pose.position(track.leg.thigh);
-                let rise = hips::rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0);
-                place += up * rise.min(track.slack());
-                let goal = Goal::at(place).with_rotation(rotation);
-                let missed = two_bone(&mut pose, [track.leg.thigh, track.leg.knee, ankle], &goal, None) * metres;
-                track.turn(frame, &mut pose, up, floor);
-                for node in [track.leg.thigh, track.leg.knee].iter().chain(&track.foot) {
-                    self.frames.set_rotation_of(frame, *node, &pose);
-                }
+            for (side, foot) in feet.iter_mut().enumerate() {
+                let missed = self.place(foot, frame, (&before, &mut pose), body, floor);
                 if missed > OUT_OF_REACH {
                     report.out_of_reach[side] += 1;
                     report.farthest_out_of_reach[side] = report.farthest_out_of_reach[side].max(missed);
                 }
-                report.largest_shift = report.largest_shift.max(track.shifts[frame].length() * metres);
-                track.place(frame, &pose);
+                let shift = foot.leg().shifts[frame].length() * body.metres;
+                report.largest_shift = report.largest_shift.max(shift);
+                foot.leg_mut().replace_points(frame, &pose);
             }
             for index in 0..scene.nodes.len() {
                 let node = NodeId::new(index);
-                let change = pose.position(node).distance(before.position(node)) * metres;
-                if change > report.largest_other_change && !tracks.iter().any(|track| track.foot.contains(&node)) {
+                let change = pose.position(node).distance(before.position(node)) * body.metres;
+                if change > report.largest_other_change && !feet.iter().any(|foot| foot.leg().foot.contains(&node)) {
                     report.largest_other_change = change;
                     report.largest_other_joint.clone_from(&scene.nodes[index].name);
                 }
@@ -385,8 +333,33 @@ impl Held {
         }
     }
 
+    /// Brings one foot to its goal in a frame. Returns how far it is from there, in metres.
+    fn place<F: Foot>(
+        &mut self,
+        foot: &F,
+        frame: usize,
+        (before, pose): (&Pose, &mut Pose),
+        body: &Body,
+        floor: f32,
+    ) -> f32 {
+        let (leg, up) = (foot.leg(), body.up);
+        let [thigh, knee, ankle] = [leg.leg.thigh, leg.leg.knee, leg.leg.ankle];
+        let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
+        let mut position = leg.ankle[frame] + leg.shifts[frame];
+        let offset = position - pose.position(thigh);
+        let rise = hips::rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0);
+        position += up * rise.min(foot.slack());
+        let goal = Goal::at(position).with_rotation(rotation);
+        let missed = two_bone(pose, [thigh, knee, ankle], &goal, None) * body.metres;
+        foot.turn(frame, pose, up, floor);
+        for node in [thigh, knee].iter().chain(&leg.foot) {
+            self.frames.set_rotation_of(frame, *node, pose);
+        }
+        missed
+    }
+
     /// Moves the whole figure in a frame.
-    fn carry(&mut self, scene: &Scene, frame: usize, pose: &mut Pose, way: Vec3) {
+    fn carry(&mut self, scene: &Scene, frame: usize, pose: &mut Pose, offset: Vec3) {
         let Some(trs) = self.frames.get(frame, self.mover) else {
             return;
         };
@@ -395,7 +368,7 @@ impl Held {
             pose.node_to_world[parent.index()].inverse()
         });
         self.moved = true;
-        let translation = trs.translation + to_parent.transform_vector3(way);
+        let translation = trs.translation + to_parent.transform_vector3(offset);
         self.frames.set(frame, self.mover, Trs { translation, ..trs });
         pose.node_to_parent[self.mover.index()].w_axis = translation.extend(1.0);
         pose.update_below(self.mover);

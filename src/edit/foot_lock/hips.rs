@@ -2,24 +2,26 @@
 
 use glam::{Mat3, Vec3};
 
-use super::leg::{LegTrack, Lift};
+use super::follow::{Follow, Lift};
+use super::hold::Hold;
+use super::leg::Foot;
 use super::shift;
 
 /// The shifts of the hips that let legs follow others without bending: as the feet on the ground are shifted, made
 /// smooth. Completes the shifts of the feet.
-pub(super) fn follow(tracks: &mut [LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
-    let mut carried = carried(tracks, held, up, blend);
-    for (track, held) in tracks.iter_mut().zip(held) {
-        track.follow(held, up, blend, &carried);
+pub(super) fn follow(feet: &mut [Follow], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+    let mut carried = carried(feet, held, up, blend);
+    for (foot, held) in feet.iter_mut().zip(held) {
+        foot.shift(held, up, blend, &carried);
     }
-    let lowered = shift::envelope(&needed_lowering(tracks, &carried, up), blend);
+    let lowered = shift::envelope(&needed_lowering(feet, &carried, up), blend);
     for (carried, lowered) in carried.iter_mut().zip(lowered) {
         *carried -= up * lowered;
     }
     carried
 }
 
-fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
+fn carried(feet: &[Follow], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = held.first().map_or(0, Vec::len);
     let mean = |values: &mut dyn Iterator<Item = (f32, Vec3)>| {
         let (weights, sum) = values.fold((0.0, Vec3::ZERO), |(weights, sum), (weight, value)| {
@@ -29,7 +31,7 @@ fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usi
     };
     let over_ground = |frame: usize| mean(&mut held.iter().filter_map(|held| Some((1.0, held[frame]?))));
     let height = |frame: usize| {
-        let lifts = tracks.iter().filter_map(|track| track.lifts().get(frame));
+        let lifts = feet.iter().filter_map(|foot| foot.lifts().get(frame));
         mean(&mut lifts.map(|lift| (lift.weight, up * Lift::asked(lift))))
     };
     let over_ground = shift::filled((0..frames).map(over_ground));
@@ -39,30 +41,31 @@ fn carried(tracks: &[LegTrack], held: &[Vec<Option<Vec3>>], up: Vec3, blend: usi
 }
 
 /// For each frame how far the hips must come down for both legs to reach.
-fn needed_lowering(tracks: &[LegTrack], carried: &[Vec3], up: Vec3) -> Vec<f32> {
-    let of_leg = |track: &LegTrack, frame: usize, carried: Vec3| {
-        if carried == Vec3::ZERO && track.shifts[frame] == Vec3::ZERO {
+fn needed_lowering(feet: &[Follow], carried: &[Vec3], up: Vec3) -> Vec<f32> {
+    let of_leg = |foot: &Follow, frame: usize, carried: Vec3| {
+        let leg = &foot.leg;
+        if carried == Vec3::ZERO && leg.shifts[frame] == Vec3::ZERO {
             return 0.0;
         }
-        let goal = track.ankle[frame] + track.shifts[frame];
-        let way = goal - track.thigh[frame] - carried + up * track.slack();
-        rise_to_reach(way, track.reach(frame), up).unwrap_or(0.0)
+        let goal = leg.ankle[frame] + leg.shifts[frame];
+        let offset = goal - leg.thigh[frame] - carried + up * foot.slack();
+        rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0)
     };
     let of_frame = |(frame, carried): (usize, &Vec3)| {
-        let legs = tracks.iter().map(|track| of_leg(track, frame, *carried));
+        let legs = feet.iter().map(|foot| of_leg(foot, frame, *carried));
         legs.fold(0.0, f32::max)
     };
     carried.iter().enumerate().map(of_frame).collect()
 }
 
-/// The least height by which the end of `way` must rise to be within `reach`; `None` where no height is enough.
-pub(super) fn rise_to_reach(way: Vec3, reach: f32, up: Vec3) -> Option<f32> {
-    let beyond = way.length_squared() - reach * reach;
+/// The least height by which the end of `offset` must rise to be within `reach`; `None` where no height is enough.
+pub(super) fn rise_to_reach(offset: Vec3, reach: f32, up: Vec3) -> Option<f32> {
+    let beyond = offset.length_squared() - reach * reach;
     if beyond <= 0.0 {
         return Some(0.0);
     }
-    // |way + h up| = reach, for the smaller h.
-    let along = way.dot(up);
+    // |offset + h up| = reach, for the smaller h.
+    let along = offset.dot(up);
     let square = along * along - beyond;
     (along < 0.0 && square >= 0.0).then(|| -along - square.sqrt())
 }
@@ -70,23 +73,23 @@ pub(super) fn rise_to_reach(way: Vec3, reach: f32, up: Vec3) -> Option<f32> {
 /// The shifts of the hips that let knees stay near to where they are, where feet are held. Where that is farther than
 /// `limit`, the feet that ask for it give way: they keep a part of their slide. Completes the shifts of the feet.
 pub(super) fn spare_knees(
-    tracks: &mut [LegTrack],
+    feet: &mut [Hold],
     mut held: Vec<Vec<Option<Vec3>>>,
     up: Vec3,
     floor: f32,
     blend: usize,
     limit: f32,
 ) -> Vec<Vec3> {
-    let lifts: Vec<[Vec<f32>; 2]> = tracks.iter().map(|track| track.lifts_onto(up, floor, blend)).collect();
+    let lifts: Vec<[Vec<f32>; 2]> = feet.iter().map(|foot| foot.lifts_onto(up, floor, blend)).collect();
     let mut lifted: Vec<Vec<f32>> = lifts.iter().map(|[wanted, _]| wanted.clone()).collect();
     let mut kept: Vec<Vec<f32>> = lifted.iter().map(|lifted| vec![1.0; lifted.len()]).collect();
     let contacts: Vec<Vec<[usize; 2]>> = held.iter().map(|held| runs(held)).collect();
-    let mut carried = balanced(tracks, &held, &lifted, up, blend);
+    let mut carried = balanced(feet, &held, &lifted, up, blend);
     let is_limited = limit.is_finite();
     for _ in 0..if is_limited { ROUNDS } else { 0 } {
-        let [left, right, hips] = changes(tracks, &carried);
-        // By how much a shift is to be multiplied where the change is `most`.
-        let share = |most: f32| (BELOW * limit / most).clamp(0.5, 1.0);
+        let [left, right, hips] = changes(feet, &carried);
+        // By how much a shift is to be multiplied where the largest change is `change`.
+        let factor = |change: f32| (BELOW * limit / change).clamp(0.5, 1.0);
         if [&left, &right, &hips]
             .into_iter()
             .flatten()
@@ -95,19 +98,19 @@ pub(super) fn spare_knees(
             break;
         }
         for (side, knee) in [left, right].into_iter().enumerate() {
-            let most: Vec<f32> = knee.iter().zip(&hips).map(|(knee, hips)| knee.max(*hips)).collect();
+            let largest: Vec<f32> = knee.iter().zip(&hips).map(|(knee, hips)| knee.max(*hips)).collect();
             for &[start, end] in &contacts[side] {
-                let around = start.saturating_sub(blend)..(end + blend).min(most.len());
-                let most = most[around].iter().copied().fold(0.0, f32::max);
-                if most > limit {
+                let around = start.saturating_sub(blend)..(end + blend).min(largest.len());
+                let change = largest[around].iter().copied().fold(0.0, f32::max);
+                if change > limit {
                     let shifts = held[side][start..end].iter_mut().flatten();
-                    shifts.for_each(|shift| *shift *= share(most));
+                    shifts.for_each(|shift| *shift *= factor(change));
                 }
             }
             let [wanted, least] = &lifts[side];
             for (frame, kept) in kept[side].iter_mut().enumerate() {
-                if wanted[frame] > 0.0 && most[frame] > limit {
-                    *kept *= share(most[frame]);
+                if wanted[frame] > 0.0 && largest[frame] > limit {
+                    *kept *= factor(largest[frame]);
                 }
             }
             let given_up: Vec<f32> = kept[side].iter().map(|kept| 1.0 - kept).collect();
@@ -116,15 +119,15 @@ pub(super) fn spare_knees(
                 *lifted = least[frame] + (1.0 - given_up[frame]) * (wanted[frame] - least[frame]).max(0.0);
             }
         }
-        carried = balanced(tracks, &held, &lifted, up, blend);
+        carried = balanced(feet, &held, &lifted, up, blend);
     }
-    for track in tracks {
-        track.land_softly(up, floor, quarter(blend));
+    for foot in feet {
+        foot.land_softly(up, floor, quarter(blend));
     }
     carried
 }
 
-/// How often the shifts are made smaller at most to keep a limit, and what share of it they aim at.
+/// How often the shifts are made smaller at most to keep a limit, and what fraction of it they aim at.
 const ROUNDS: usize = 10;
 const BELOW: f32 = 0.98;
 
@@ -145,10 +148,10 @@ fn runs(known: &[Option<Vec3>]) -> Vec<[usize; 2]> {
 }
 
 /// How far the left and the right knee and the hips go from where they were, frame by frame.
-fn changes(tracks: &[LegTrack], carried: &[Vec3]) -> [Vec<f32>; 3] {
+fn changes(feet: &[Hold], carried: &[Vec3]) -> [Vec<f32>; 3] {
     let knee = |side: usize| {
         let change =
-            |(frame, carried): (usize, &Vec3)| tracks.get(side).map_or(0.0, |t| t.knee_change(frame, *carried));
+            |(frame, carried): (usize, &Vec3)| feet.get(side).map_or(0.0, |foot| foot.leg.knee_change(frame, *carried));
         carried.iter().enumerate().map(change).collect()
     };
     [
@@ -158,21 +161,15 @@ fn changes(tracks: &[LegTrack], carried: &[Vec3]) -> [Vec<f32>; 3] {
     ]
 }
 
-/// The shifts of the hips with the least squares of themselves and of the ways by which the knees of feet on the ground
-/// go aside, made smooth. Completes the shifts of the feet.
-fn balanced(
-    tracks: &mut [LegTrack],
-    held: &[Vec<Option<Vec3>>],
-    lifted: &[Vec<f32>],
-    up: Vec3,
-    blend: usize,
-) -> Vec<Vec3> {
+/// The shifts of the hips with the least squares of themselves and of how far the knees of feet on the ground go
+/// aside, made smooth. Completes the shifts of the feet.
+fn balanced(feet: &mut [Hold], held: &[Vec<Option<Vec3>>], lifted: &[Vec<f32>], up: Vec3, blend: usize) -> Vec<Vec3> {
     let frames = lifted.first().map_or(0, Vec::len);
     let still = vec![Vec3::ZERO; frames];
     // A foot begins to count before it is on the ground.
     let mut importance: Vec<Vec<f32>> = Vec::new();
-    for ((track, held), lifted) in tracks.iter_mut().zip(held).zip(lifted) {
-        track.shift(held, lifted, up, blend, &still);
+    for ((foot, held), lifted) in feet.iter_mut().zip(held).zip(lifted) {
+        foot.shift(held, lifted, up, blend, &still);
         let counts = held
             .iter()
             .zip(lifted)
@@ -182,19 +179,19 @@ fn balanced(
     }
     let of_frame = |frame: usize| {
         let (mut matrix, mut right) = (Mat3::IDENTITY, Vec3::ZERO);
-        for (track, importance) in tracks.iter().zip(&importance) {
-            let direction = (track.ankle[frame] - track.thigh[frame]).normalize_or_zero();
-            let column = direction * importance[frame] * track.bend_rate(frame).powi(2);
+        for (foot, importance) in feet.iter().zip(&importance) {
+            let direction = (foot.leg.ankle[frame] - foot.leg.thigh[frame]).normalize_or_zero();
+            let column = direction * importance[frame] * foot.leg.bend_rate(frame).powi(2);
             matrix += Mat3::from_cols(column * direction.x, column * direction.y, column * direction.z);
-            right += column * direction.dot(track.shifts[frame]);
+            right += column * direction.dot(foot.leg.shifts[frame]);
         }
         matrix.inverse() * right
     };
     let hips: Vec<Vec3> = (0..frames).map(of_frame).collect();
     let hips = shift::smooth(&hips, quarter(blend));
-    for ((track, held), lifted) in tracks.iter_mut().zip(held).zip(lifted) {
-        track.shift(held, lifted, up, blend, &hips);
-        track.spare_knee(&hips, up, quarter(blend));
+    for ((foot, held), lifted) in feet.iter_mut().zip(held).zip(lifted) {
+        foot.shift(held, lifted, up, blend, &hips);
+        foot.leg.spare_knee(&hips, up, quarter(blend));
     }
     hips
 }

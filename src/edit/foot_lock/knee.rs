@@ -9,10 +9,10 @@ use crate::ik::two_bone_rotations;
 /// What a change of the height of a foot costs against one of its knee.
 const HEIGHT_COST: f32 = 10.0;
 
-/// The share of the thigh's length by which the knee of a straight leg is aside at least where its rate counts.
+/// The fraction of the thigh's length by which the knee of a straight leg is aside at least where its rate counts.
 const STRAIGHT: f32 = 0.01;
 
-/// The share of a leg's length below which the direction to its ankle is not known.
+/// The fraction of a leg's length below which the direction to its ankle is not known.
 const NO_REACH: f32 = 1e-6;
 
 impl LegTrack {
@@ -34,7 +34,7 @@ impl LegTrack {
         (along * (1.0 - along / reach) / aside).abs()
     }
 
-    /// How far the knee moves if the hips are shifted by `carried` and the foot goes to its new place.
+    /// How far the knee moves if the hips are shifted by `carried` and the foot goes to its goal.
     pub(super) fn knee_change(&self, frame: usize, carried: Vec3) -> f32 {
         if carried == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO {
             return 0.0;
@@ -48,26 +48,26 @@ impl LegTrack {
     /// Raises or lowers a foot a little where the knee of a nearly straight leg would otherwise go aside: a millimetre
     /// of height is centimetres there. `carried` is how the hips are shifted.
     pub(super) fn spare_knee(&mut self, carried: &[Vec3], up: Vec3, radius: usize) {
-        let ways = (0..self.shifts.len())
+        let to_ankle = (0..self.shifts.len())
             .map(|frame| self.ankle[frame] + self.shifts[frame] - self.thigh[frame] - carried[frame]);
-        let ways: Vec<Vec3> = ways.collect();
-        let change = |(frame, way): (usize, &Vec3)| {
+        let to_ankle: Vec<Vec3> = to_ankle.collect();
+        let change = |(frame, offset): (usize, &Vec3)| {
             let bones = self.bones(frame);
             let before = self.ankle[frame].distance(self.thigh[frame]);
-            let change = aside(bones, way.length()) - aside(bones, before);
-            let rate = (self.bend_rate(frame) * way.normalize_or_zero().dot(up)).powi(2);
+            let change = aside(bones, offset.length()) - aside(bones, before);
+            let rate = (self.bend_rate(frame) * offset.normalize_or_zero().dot(up)).powi(2);
             change * HEIGHT_COST / (HEIGHT_COST + rate)
         };
-        let changes: Vec<f32> = ways.iter().enumerate().map(change).collect();
+        let changes: Vec<f32> = to_ankle.iter().enumerate().map(change).collect();
         for (frame, change) in shift::smooth(&changes, radius).into_iter().enumerate() {
             if carried[frame] == Vec3::ZERO && self.shifts[frame] == Vec3::ZERO && change == 0.0 {
                 continue;
             }
-            let (bones, way) = (self.bones(frame), ways[frame]);
+            let (bones, offset) = (self.bones(frame), to_ankle[frame]);
             let before = self.ankle[frame].distance(self.thigh[frame]);
             let reach = reach(bones, aside(bones, before) + change);
-            let along = way.dot(up);
-            let square = along * along - way.length_squared() + reach * reach;
+            let along = offset.dot(up);
+            let square = along * along - offset.length_squared() + reach * reach;
             if along < 0.0 && square >= 0.0 {
                 self.shifts[frame] += up * (-along - square.sqrt());
             }

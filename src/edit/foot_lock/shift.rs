@@ -46,8 +46,8 @@ pub(super) fn complete(known: &[Option<Vec3>], blend: usize) -> Vec<Vec3> {
     shifts
 }
 
-/// The place whose largest distance from all `points` is the least, nearly: the centre of their smallest sphere, by the
-/// steps of Bădoiu and Clarkson (2003).
+/// The position whose largest distance from all `points` is the least, nearly: the centre of their smallest sphere, by
+/// the steps of Bădoiu and Clarkson (2003).
 pub(super) fn middle(points: &[Vec3]) -> Vec3 {
     let mut middle = points.first().copied().unwrap_or_default();
     for step in 1..=64 {
@@ -116,8 +116,8 @@ pub(super) fn filled(known: impl Iterator<Item = Option<Vec3>>) -> Vec<Vec3> {
         let Some(value) = value else { continue };
         let (start, from) = last.map_or((0, value), |(frame, value)| (frame + 1, value));
         let steps = (frame + 1 - start) as f32;
-        for (step, place) in filled[start..frame].iter_mut().enumerate() {
-            *place = from + (value - from) * ((step + 1) as f32 / steps);
+        for (step, between) in filled[start..frame].iter_mut().enumerate() {
+            *between = from + (value - from) * ((step + 1) as f32 / steps);
         }
         last = Some((frame, value));
     }

@@ -9,9 +9,9 @@ use crate::scene::{NodeId, NodeKind, Scene};
 /// A point of a foot that stays above the floor.
 #[derive(Clone, Debug)]
 pub(crate) struct SolePoint {
-    /// The node whose place it is; `None` for one on the sole.
+    /// The node at whose position it is; `None` for a point on the sole.
     pub(crate) node: Option<NodeId>,
-    /// The nodes with which it moves: the share of each, and where the point is in its space.
+    /// The nodes with which it moves: the weight of each, and the position of the point in its space.
     pub(crate) parts: Vec<(NodeId, f32, Vec3)>,
     /// How high it is above the floor where the figure stands.
     pub(crate) height: f32,
@@ -33,12 +33,12 @@ impl SolePoint {
         }
     }
 
-    pub(super) fn place(&self, pose: &Pose) -> Vec3 {
+    pub(super) fn position(&self, pose: &Pose) -> Vec3 {
         if let Some(node) = self.node {
             return pose.position(node);
         }
-        let part = |(node, share, place): &(NodeId, f32, Vec3)| {
-            *share * pose.node_to_world[node.index()].transform_point3(*place)
+        let part = |(node, fraction, position): &(NodeId, f32, Vec3)| {
+            *fraction * pose.node_to_world[node.index()].transform_point3(*position)
         };
         self.parts.iter().map(part).sum()
     }
@@ -56,28 +56,28 @@ pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f3
     for point in points {
         let Some(pivot) = point.pivot else { continue };
         let here = pose.position(pivot);
-        let way = point.place(pose) - here;
+        let offset = point.position(pose) - here;
         let wanted = floor + point.height - here.dot(up);
-        if way.dot(up) < wanted && wanted < way.length() {
-            turn_to_height(pose, pivot, way, up, wanted, point.most);
+        if offset.dot(up) < wanted && wanted < offset.length() {
+            turn_to_height(pose, pivot, offset, up, wanted, point.most);
         }
     }
 }
 
-/// Turns a joint so that the end of `way`, which begins at the joint, comes to a height above it, or by the angle
-/// `most`.
-pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, way: Vec3, up: Vec3, height: f32, most: f32) {
-    let length = way.length();
+/// Rotates a joint so that the end of `offset`, which begins at the joint, comes to a height above it; by at most
+/// `largest` radians.
+pub(super) fn turn_to_height(pose: &mut Pose, joint: NodeId, offset: Vec3, up: Vec3, height: f32, largest: f32) {
+    let length = offset.length();
     let angle = |height: f32| f64::from(height / length).clamp(-1.0, 1.0).asin();
-    if let Some(axis) = way.cross(up).as_dvec3().try_normalize() {
-        let most = f64::from(most);
-        let turn = (angle(height) - angle(way.dot(up))).clamp(-most, most);
-        pose.rotate(joint, DQuat::from_axis_angle(axis, turn).as_quat());
+    if let Some(axis) = offset.cross(up).as_dvec3().try_normalize() {
+        let largest = f64::from(largest);
+        let rotation = (angle(height) - angle(offset.dot(up))).clamp(-largest, largest);
+        pose.rotate(joint, DQuat::from_axis_angle(axis, rotation).as_quat());
     }
 }
 
 /// The largest angle by which a point is turned up smoothly, in radians.
-const MOST_RAISED: f32 = 2.5;
+const LARGEST_RAISE: f32 = 2.5;
 
 /// How a joint of the foot turns to bring a point up: about an axis across the foot, so that toes which point straight
 /// down go forwards.
@@ -85,7 +85,7 @@ pub(super) struct Hinge {
     node: NodeId,
     pivot: NodeId,
     ankle: NodeId,
-    /// In each frame the rotation of the pivot, where it is, and the way from there to the point.
+    /// In each frame the rotation of the pivot, its position, and the offset from there to the point.
     seen: Vec<(Quat, Vec3, Vec3)>,
     /// The axis in the space of the pivot, summed over all frames.
     axis: Vec3,
@@ -108,7 +108,7 @@ impl Hinge {
     pub(super) fn see(&mut self, pose: &Pose, up: Vec3) {
         let rotation = Trs::from_matrix(pose.node_to_world[self.pivot.index()]).rotation;
         let (here, point) = (pose.position(self.pivot), pose.position(self.node));
-        // The flatter the foot, the longer is its way over the ground, and the surer the axis.
+        // The flatter the foot, the longer it is over the ground, and the surer the axis.
         self.axis += rotation.inverse() * (point - pose.position(self.ankle)).cross(up);
         self.seen.push((rotation, here, point - here));
     }
@@ -116,10 +116,10 @@ impl Hinge {
     /// Finds the angles that keep the point above `floor`, a height for each frame, and makes them smooth.
     pub(super) fn land_softly(&mut self, up: Vec3, floor: impl Fn(usize) -> f32, radius: usize) {
         let Some(axis) = self.axis.try_normalize() else { return };
-        let needed = |(frame, (rotation, here, way)): (usize, &(Quat, Vec3, Vec3))| {
+        let needed = |(frame, (rotation, here, offset)): (usize, &(Quat, Vec3, Vec3))| {
             let axis = rotation * axis;
-            let along = way.project_onto_normalized(axis);
-            let across = way - along;
+            let along = offset.project_onto_normalized(axis);
+            let across = offset - along;
             let wanted = floor(frame) - (here + along).dot(up);
             least_angle([across.dot(up), axis.cross(across).dot(up)], wanted)
         };
@@ -139,13 +139,13 @@ impl Hinge {
     }
 }
 
-/// The least angle from 0 on at which a cos + b sin is `wanted` or more, or at which it is the most.
+/// The least angle from 0 on at which a cos + b sin is `wanted` or more, or at which it is the largest.
 fn least_angle([a, b]: [f32; 2], wanted: f32) -> f32 {
-    let most = a.hypot(b);
-    if a >= wanted || most <= f32::EPSILON {
+    let largest = a.hypot(b);
+    if a >= wanted || largest <= f32::EPSILON {
         return 0.0;
     }
     let top = b.atan2(a).rem_euclid(std::f32::consts::TAU);
-    let angle = (top - (wanted / most).min(1.0).acos()).rem_euclid(std::f32::consts::TAU);
-    if angle < MOST_RAISED { angle } else { 0.0 }
+    let angle = (top - (wanted / largest).min(1.0).acos()).rem_euclid(std::f32::consts::TAU);
+    if angle < LARGEST_RAISE { angle } else { 0.0 }
 }

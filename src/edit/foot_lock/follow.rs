@@ -1,0 +1,264 @@
+//! A foot that follows that of another body: as high above the floor, at rest where that is at rest, and in steps that
+//! are as long in proportion.
+
+use glam::{Quat, Vec3};
+
+use super::leg::{ContactTrack, Foot, LegTrack};
+use super::sole::{SolePoint, turn_to_height, turn_up};
+use crate::edit::body::{Body, Leg};
+use crate::edit::contacts::DetectedContacts;
+use crate::figure::{HumanoidBone, Side};
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+
+/// As fractions of the leg: a foot of the motion that is followed is on the ground below the first height, and in the
+/// air above the second.
+const ON_THE_GROUND: f32 = 0.04;
+const IN_THE_AIR: f32 = 0.12;
+
+/// How far above its goal a foot may stay before the hips come down for it, as a fraction of the leg.
+const SLACK: f32 = 0.01;
+
+/// The largest angle by which a foot turns to follow another, in radians.
+const LARGEST_TURN: f32 = 0.6;
+
+/// The time in which a foot that is held on a sliding source gives way, in seconds.
+const GIVES_WAY: f32 = 2.0;
+
+/// The feet of another body, which those of a retargeted motion follow.
+pub(crate) struct Followed<'a> {
+    /// The contacts of its motion.
+    pub(crate) contacts: &'a DetectedContacts,
+    /// How high feet go in units of the scene, where they go a metre high on the other body.
+    pub(crate) units_per_metre: f32,
+    /// From an offset over the ground there to the offset here: how many times as long, and turned how.
+    pub(crate) scale: f32,
+    pub(crate) turn: Quat,
+    /// The height of the floor along the up axis, in units of the scene.
+    pub(crate) floor: f32,
+    /// The length of a leg, in units of the scene.
+    pub(crate) leg: f32,
+    /// What of the left and of the right foot stays above the floor, parents before children.
+    pub(crate) soles: [Vec<SolePoint>; 2],
+}
+
+/// A foot that follows another.
+pub(super) struct Follow {
+    pub(super) leg: LegTrack,
+    /// The points of the followed foot, in the order of `leg.points`.
+    sources: Vec<SourceTrack>,
+    /// How high above its rest a point of the followed foot may be that is near to the ground, in metres.
+    low: f32,
+    /// How high the points of contact are to be, frame by frame.
+    heights: Vec<Heights>,
+    /// The vertical shifts, frame by frame.
+    lifts: Vec<Lift>,
+}
+
+/// A point of contact of the followed foot over time.
+struct SourceTrack {
+    /// Its steps over the ground, as long as they are here.
+    steps: Vec<Vec3>,
+    /// How high it is above where it rests there, in metres.
+    above_rest: Vec<f32>,
+}
+
+/// How high the points of contact are to be above where they rest.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heights {
+    ankle: f32,
+    ball: Option<f32>,
+    /// 1 on the ground, 0 in the air.
+    weight: f32,
+}
+
+/// A vertical shift of a foot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Lift {
+    /// The shift that makes it as high as the followed foot.
+    wanted: f32,
+    /// The shift from which on nothing of it is below the floor.
+    least: f32,
+    /// 1 on the ground, 0 in the air.
+    pub(super) weight: f32,
+}
+
+impl Lift {
+    /// The shift of a foot on the ground.
+    pub(super) fn asked(&self) -> f32 {
+        self.wanted.max(self.least)
+    }
+}
+
+impl Follow {
+    pub(super) fn new(scene: &Scene, body: &Body, (side, leg): (Side, Leg), followed: &Followed<'_>) -> Self {
+        let contacts = followed.contacts;
+        let sole = followed.soles[usize::from(side == Side::Right)].clone();
+        let stands = |sole: &[SolePoint], node: NodeId, _: f32| {
+            let point = sole.iter().find(|point| point.node == Some(node));
+            point.map_or(0.0, |point| point.height)
+        };
+        let leg = LegTrack::new(scene, body, (side, leg), contacts, sole, stands);
+        let sources = leg.points.iter().filter_map(|point| {
+            let source = contacts.point(point.bone.on(side))?;
+            let step = |pair: &[Vec3]| followed.turn * (pair[1] - pair[0]) * followed.scale;
+            let steps = source.places.windows(2).map(step);
+            Some(SourceTrack {
+                steps: steps.map(|step| step.reject_from_normalized(body.up)).collect(),
+                above_rest: source.above_rest.clone(),
+            })
+        });
+        Self {
+            sources: sources.collect(),
+            leg,
+            low: ON_THE_GROUND * followed.leg / followed.units_per_metre,
+            heights: heights(side, followed),
+            lifts: Vec::new(),
+        }
+    }
+
+    fn rest_of(&self, node: NodeId) -> f32 {
+        let point = self.leg.points.iter().find(|point| point.node == node);
+        point.map_or(0.0, |point| point.rest)
+    }
+
+    /// The weight of the followed foot in a frame: 1 on the ground, 0 in the air.
+    fn weight(&self, frame: usize) -> f32 {
+        self.heights.get(frame).map_or(0.0, |heights| heights.weight)
+    }
+
+    /// The points of contact, with the steps of the followed foot from a frame to the next, and how high it is.
+    fn steps(&self, frame: usize) -> impl Iterator<Item = (&ContactTrack, Vec3, f32)> {
+        let points = self.leg.points.iter().zip(&self.sources);
+        points.filter_map(move |(point, source)| Some((point, *source.steps.get(frame)?, source.above_rest[frame])))
+    }
+
+    /// The point that rests in a frame and in the next, with the step of the followed foot: the slowest.
+    fn slowest_at_rest(&self, frame: usize) -> Option<(&ContactTrack, Vec3)> {
+        let points = self.leg.points.iter().zip(&self.sources);
+        let steps = points.map(|(point, source)| (point, source.steps.get(frame).copied().unwrap_or_default()));
+        let resting = steps.filter(|(point, _)| point.rests(frame));
+        resting.min_by(|(_, a), (_, b)| a.length().total_cmp(&b.length()))
+    }
+
+    /// How the shift changes from a frame to the next. A foot at rest is held, and one that is near to the ground moves
+    /// as that which is followed. `held` is how far it has been held back from following.
+    fn change(&self, frame: usize, up: Vec3, held: &mut Vec3, gives_way: f32) -> Vec3 {
+        if let Some((point, followed)) = self.slowest_at_rest(frame) {
+            // A body whose feet slide all the time would leave its feet behind.
+            let back = *held * gives_way;
+            *held -= followed + back;
+            return -point.step(frame, up) - back;
+        }
+        let low = self.steps(frame).filter(|(_, _, height)| *height < self.low);
+        let slowest = low.min_by(|(_, a, _), (_, b, _)| a.length().total_cmp(&b.length()));
+        let lowest = || self.steps(frame).min_by(|(_, _, a), (_, _, b)| a.total_cmp(b));
+        let point = slowest.or_else(lowest);
+        point.map_or(Vec3::ZERO, |(point, step, _)| step - point.step(frame, up))
+    }
+
+    /// The vertical shifts.
+    pub(super) fn lifts(&self) -> &[Lift] {
+        &self.lifts
+    }
+
+    /// Sets the shifts of the foot, which is carried along with the hips.
+    pub(super) fn shift(&mut self, known: &[Option<Vec3>], up: Vec3, blend: usize, carried: &[Vec3]) {
+        self.leg.complete(known, up, blend, carried);
+        for ((shift, lift), carried) in self.leg.shifts.iter_mut().zip(&self.lifts).zip(carried) {
+            let height = lift.weight * lift.wanted + (1.0 - lift.weight) * carried.dot(up);
+            *shift += carried.reject_from_normalized(up) + up * height.max(lift.least);
+        }
+    }
+}
+
+impl Foot for Follow {
+    fn leg(&self) -> &LegTrack {
+        &self.leg
+    }
+
+    fn leg_mut(&mut self) -> &mut LegTrack {
+        &mut self.leg
+    }
+
+    fn see(&mut self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
+        self.leg.see_joints(pose, up);
+        if let Some(follow) = self.heights.get(frame).copied() {
+            let ankle = self.leg.leg.ankle;
+            let wanted = floor + self.rest_of(ankle) + follow.ankle - pose.position(ankle).dot(up);
+            let lift = follow.weight * wanted;
+            self.turn(frame, pose, up, floor - lift);
+            let sole = self.leg.sole.iter();
+            let depths = sole.map(|point| floor + point.height - point.position(pose).dot(up));
+            self.lifts.push(Lift {
+                wanted,
+                least: depths.fold(f32::NEG_INFINITY, f32::max),
+                weight: follow.weight,
+            });
+        }
+        self.leg.see_points(pose);
+    }
+
+    /// Turns the foot so that its ball is as high above the ankle as that of the followed foot, and so that nothing of
+    /// it is below the floor.
+    fn turn(&self, frame: usize, pose: &mut Pose, up: Vec3, floor: f32) {
+        let ankle = self.leg.leg.ankle;
+        if let Some(follow) = self.heights.get(frame)
+            && let Some(ball) = follow.ball
+            && let Some(point) = self.leg.points.iter().find(|point| point.node != ankle)
+            && follow.weight > 0.0
+        {
+            let to_ball = pose.position(point.node) - pose.position(ankle);
+            let wanted = point.rest + ball - self.rest_of(ankle) - follow.ankle;
+            let height = to_ball.dot(up);
+            let goal = height + follow.weight * (wanted - height);
+            turn_to_height(pose, ankle, to_ball, up, goal, LARGEST_TURN);
+        }
+        turn_up(pose, &self.leg.sole, up, floor);
+    }
+
+    /// The point that is the slowest of the followed foot, if both rest.
+    fn resting(&self, frame: usize) -> Option<&ContactTrack> {
+        self.slowest_at_rest(frame).map(|(point, _)| point)
+    }
+
+    fn known_shifts(&self, up: Vec3, frames_per_second: f32) -> Vec<Option<Vec3>> {
+        let gives_way = (1.0 / (GIVES_WAY * frames_per_second)).min(1.0);
+        let is_low = |frame: usize| self.leg.rests(frame) || self.weight(frame) == 1.0;
+        let change = |frame: usize, held: &mut Vec3| self.change(frame, up, held, gives_way);
+        let mean = |shifts: &[Vec3]| shifts.iter().sum::<Vec3>() / shifts.len() as f32;
+        self.leg.shifts_of_runs(is_low, change, mean)
+    }
+
+    fn turns(&self, frame: usize) -> bool {
+        self.weight(frame) > 0.0
+    }
+
+    fn slack(&self) -> f32 {
+        SLACK * self.leg.length
+    }
+}
+
+/// How high the points of contact of one foot are to be, frame by frame, in units of the scene.
+fn heights(side: Side, followed: &Followed<'_>) -> Vec<Heights> {
+    let above = |bone: HumanoidBone| followed.contacts.point(bone.on(side)).map(|point| &point.above_rest);
+    let (ankle, ball) = (above(HumanoidBone::LeftFoot), above(HumanoidBone::LeftToes));
+    let height = |track: Option<&Vec<f32>>, frame: usize| {
+        Some((track?.get(frame)? * followed.units_per_metre).max(0.0)).filter(|height| height.is_finite())
+    };
+    let (near, far) = (ON_THE_GROUND * followed.leg, IN_THE_AIR * followed.leg);
+    let of_frame = |frame: usize| {
+        let Some(ankle) = height(ankle, frame) else {
+            return Heights::default();
+        };
+        let ball = height(ball, frame);
+        let lowest = ball.map_or(ankle, |ball| ball.min(ankle));
+        let t = ((far - lowest) / (far - near)).clamp(0.0, 1.0);
+        Heights {
+            ankle,
+            ball,
+            weight: t * t * (3.0 - 2.0 * t),
+        }
+    };
+    (0..followed.contacts.frames).map(of_frame).collect()
+}
