@@ -146,7 +146,7 @@ impl Header {
 /// let motion = arrays(&scene, &ArrayOptions::default())?;
 /// assert_eq!((motion.frames, motion.joints().len()), (10, 4));
 /// assert_eq!(motion.joints()[1].name, "Elbow");
-/// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and turned by 5 degrees.
+/// // The elbow in frame 0: 2 from the shoulder, which is at (0.1, 0, 0) and rotated by 5 degrees.
 /// let elbow = &motion.positions[3..6];
 /// assert!((f64::from(elbow[0]) - (0.1 + 2.0 * 5f64.to_radians().cos())).abs() < 1e-6);
 /// # Ok::<(), mocap::Error>(())

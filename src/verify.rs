@@ -9,9 +9,9 @@
 //! the unit is taken from the lengths of the links, the up axis from what fits the first frame better, and the motion
 //! is said to be whole.
 //!
-//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the places of those that stand
-//! on bones alone, and how each of them has turned since the first frame. A joint that is left out and moves has a part
-//! in both.
+//! A VRM animation has only the bones of a humanoid, in another rest pose. Compared are the positions of those that
+//! stand on bones alone, and how each of them has rotated since the first frame. A joint that is left out and moves has
+//! a part in both.
 //!
 //! A motion that was put on another skeleton cannot be compared so, and is refused.
 //!
@@ -54,7 +54,7 @@ pub struct Verification {
     pub frames: usize,
     /// Joints and end sites that were compared.
     pub joints: usize,
-    /// The largest distance of a joint from its place in the source, in metres.
+    /// The largest distance of a joint from its position in the source, in metres.
     pub max_error: f64,
     /// The root of the mean square of all distances, in metres.
     pub rms_error: f64,
@@ -81,7 +81,7 @@ pub struct Verification {
 }
 
 impl Verification {
-    /// Whether the file is what its source is: nothing was found, and no joint is farther from its place, in metres,
+    /// Whether the file is what its source is: nothing was found, and no joint is farther from its position, in metres,
     /// than allowed.
     pub fn is_within(&self, max_error: f64) -> bool {
         // A NaN is not within anything.
@@ -99,12 +99,12 @@ pub struct VerifiedClip {
     pub name: String,
     /// Frames that were compared.
     pub frames: usize,
-    /// The largest distance of a joint from its place in the source, in metres.
+    /// The largest distance of a joint from its position in the source, in metres.
     pub max_error: f64,
 }
 
-/// What a motion lost by another frame rate: how far the joints are from their places at the frames of the source, up
-/// to the last frame of the file.
+/// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
+/// up to the last frame of the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Resampling {
@@ -118,11 +118,11 @@ pub struct Resampling {
     pub worst: Option<Worst>,
 }
 
-/// The place and the time of the largest distance.
+/// Where and when the largest distance is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Worst {
-    /// The clip, by its place in the source.
+    /// The index of the clip in the source.
     pub clip: usize,
     /// The joint, by its name in the source.
     pub joint: String,

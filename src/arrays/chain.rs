@@ -30,7 +30,7 @@ pub(super) struct Chain<'a> {
 /// A node that is wanted, or one above it.
 struct Link<'a> {
     node: NodeId,
-    /// The place of its parent in the chain.
+    /// The index of its parent in the chain.
     parent: Option<usize>,
     /// What moves it. Tracks with one key are read when the chain is made.
     positions: Option<&'a Keys<Vec3>>,
@@ -62,7 +62,7 @@ impl<'a> Chain<'a> {
                 has_children[parent.index()] = true;
             }
         }
-        // Nodes that are left out have no place among the links.
+        // Nodes that are left out are not among the links.
         let mut places = vec![None; scene.nodes.len()];
         let mut links = Vec::with_capacity(scene.nodes.len());
         for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| is_wanted[*index]) {
@@ -84,7 +84,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// The place of a wanted node in the chain, for the methods below.
+    /// The index of a wanted node in the chain, for the methods below.
     pub(super) fn place(&self, node: NodeId) -> usize {
         self.links.partition_point(|link| link.node < node)
     }

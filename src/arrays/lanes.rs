@@ -18,7 +18,7 @@ const PARTS: usize = 4;
 pub(super) struct Rotations([single::Quaternions; PARTS]);
 
 impl Rotations {
-    /// The same rotation in every frame.
+    /// One rotation for every frame.
     pub(super) fn splat(rotation: Quat) -> Self {
         Self([single::Quaternions::all(rotation.to_array()); PARTS])
     }
@@ -39,7 +39,7 @@ impl Rotations {
 pub(super) struct Transforms([single::Transforms; PARTS]);
 
 impl Transforms {
-    /// The same transform in every frame.
+    /// One transform for every frame.
     pub(super) fn splat(matrix: Mat4) -> Self {
         let [x, y, z, origin] = [matrix.x_axis, matrix.y_axis, matrix.z_axis, matrix.w_axis]
             .map(|column| single::Vectors::all(column.truncate().to_array()));

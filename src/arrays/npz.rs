@@ -72,8 +72,8 @@ pub fn write_robot(motion: &RobotMotion) -> Vec<u8> {
         .expect("an archive in memory that may be larger than 4 GiB takes what is written")
 }
 
-/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the place of the base, its rotation as w, x, y
-/// and z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
+/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as w,
+/// x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
 pub fn write_qpos(motion: &RobotMotion) -> Vec<u8> {
     let shape = [motion.frames(), 7 + motion.dof_names.len()];
     let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));

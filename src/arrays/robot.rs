@@ -2,7 +2,7 @@
 //!
 //! The pickle is that of GMR: a dictionary with `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z
 //! w), `dof_pos` (frames x joints) and `dof_names`; `local_body_pos` and `link_body_list` are `None`. A row of the
-//! table is that of the LAFAN1 set for Unitree's robots: the place of the base, its rotation as x, y, z and w, the
+//! table is that of the LAFAN1 set for Unitree's robots: the position of the base, its rotation as x, y, z and w, the
 //! joints.
 
 use std::fmt::Write;

@@ -23,7 +23,7 @@ pub enum Rotation {
     Matrix,
     /// Degrees about x, y and z, each from -180 to 180, in the joint's
     /// [`rotation_order`](crate::arrays::Joint::rotation_order), or X Y Z without one. Relative to the parent these are
-    /// the file's own angles, up to whole turns and the second solution of Euler angles.
+    /// the file's own angles, up to whole revolutions and the second solution of Euler angles.
     #[serde(rename = "euler")]
     Euler,
 }

@@ -6,7 +6,7 @@ use super::drawing::{Color, Drawing, Point};
 use super::figure::{DrawnClip, Link, Side};
 use super::theme;
 
-/// An orthographic camera: equal lengths are equal in all places.
+/// An orthographic camera: equal lengths are drawn equal everywhere.
 #[derive(Clone, Copy)]
 pub(super) struct Camera {
     world_to_camera: Quat,
@@ -84,10 +84,10 @@ impl Extent {
     }
 }
 
-/// Width of a bone at its widest, as a share of its length, and of the figure's reach at most.
+/// Width of a bone at its widest, as a fraction of its length, and of the figure's reach at most.
 const BONE_WIDTH: f32 = 0.17;
 const WIDEST_BONE: f32 = 0.065;
-/// Radius of a joint, as a share of the figure's reach.
+/// Radius of a joint, as a fraction of the figure's reach.
 const JOINT_RADIUS: f32 = 0.013;
 
 /// Paints the bones from back to front. Each is a pointer to the child with two sides of different brightness.

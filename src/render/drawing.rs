@@ -19,7 +19,7 @@ impl Color {
         }
     }
 
-    /// Interpolates from this colour to `other`; `share` is from 0 to 1.
+    /// Interpolates from this colour to `other`; `share` is the fraction, from 0 to 1.
     #[must_use]
     pub(super) fn mix(self, other: Self, share: f32) -> Self {
         let mut rgb = self.rgb;

@@ -320,7 +320,7 @@ mod tests {
             scene: &moved,
         };
         assert_eq!(DrawnClip::new(clip).root, 1);
-        // With a turn of its own it is a part of the figure.
+        // With a rotation of its own it is a part of the figure.
         let mut still = moved.animations[0].channels[0].clone();
         still.node_name = "still".to_owned();
         still.node = Some(NodeId(0));

@@ -278,7 +278,7 @@ impl<'a> TPoseFigure<'a> {
         }
     }
 
-    /// Where the next bone of an arm begins; of the last bone its own place.
+    /// Where the next bone of an arm begins; of the last bone its own position.
     fn end_of(&self, bone: HumanoidBone) -> Vec3 {
         let next = HumanoidBone::ALL.iter().filter(|next| next.parent() == Some(bone));
         let next = next.into_iter().find_map(|next| self.figure.humanoid.joint(*next));

@@ -95,8 +95,8 @@ struct PageData {
 
 /// A page that plays `clips` together, side by side or overlaid.
 ///
-/// The keys of a clip that take more than 4 MiB are packed. The page states how far that puts a joint from its place in
-/// the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person.
+/// The keys of a clip that take more than 4 MiB are packed. The page states how far that puts a joint from its position
+/// in the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person.
 ///
 /// ```
 /// use mocap::render::{Clip, PageClip, page};
@@ -199,7 +199,7 @@ pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
         "downloads" => downloads.as_str().into(),
         // The drop page has buttons and a panel of its own here.
         "buttons" | "desk" => "".into(),
-        unknown => unreachable!("the page has no place called {unknown}"),
+        unknown => unreachable!("the page has no placeholder called {unknown}"),
     });
     (page, report)
 }

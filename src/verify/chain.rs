@@ -10,7 +10,7 @@ use crate::format::gltf::{Bend, File, Values};
 use crate::pose::Binding;
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 
-/// How far a joint that keeps its place may be from it, as a share of its way to its parent.
+/// How far a joint that keeps its position may be from it, as a fraction of its distance to its parent.
 const SAME_PLACE: f64 = 1e-5;
 
 /// How far the cosine of half the angle between two rotations that are one may be from 1.

@@ -88,7 +88,7 @@ pub(super) struct Change {
     pub(super) has_root_motion: bool,
     /// Metres in a unit of the file, where it was converted to one.
     pub(super) out_metres_per_unit: Option<f64>,
-    /// Where only the bones of a humanoid are left: how the figure was turned, and by which way it was moved.
+    /// Where only the bones of a humanoid are left: how the figure was rotated, and by which offset it was moved.
     pub(super) humanoid: Option<(DQuat, DVec3)>,
     /// The steps that change times, in their order.
     times: Vec<AppliedStep>,
@@ -199,11 +199,11 @@ impl Change {
         }
     }
 
-    /// The part of a way in the file that is over the ground.
-    pub(super) fn over_ground(&self, way: DVec3) -> DVec3 {
+    /// The part of an offset in the file that is over the ground.
+    pub(super) fn over_ground(&self, offset: DVec3) -> DVec3 {
         match self.up.1 {
-            UpAxis::Y | UpAxis::NegY => DVec3::new(way.x, 0.0, way.z),
-            UpAxis::Z | UpAxis::NegZ => DVec3::new(way.x, way.y, 0.0),
+            UpAxis::Y | UpAxis::NegY => DVec3::new(offset.x, 0.0, offset.z),
+            UpAxis::Z | UpAxis::NegZ => DVec3::new(offset.x, offset.y, 0.0),
         }
     }
 }

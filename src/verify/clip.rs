@@ -9,7 +9,7 @@ use super::{Finding, FindingKind, Output, Worst};
 use crate::error::Result;
 use crate::scene::{NodeKind, Scene};
 
-/// How far from a joint the points are that tell how it is turned, in metres: about as far as the skin around it.
+/// How far from a joint the points are that show its rotation, in metres: about as far as the skin around it.
 pub(super) const SKIN: f64 = 0.03;
 
 /// Which clip of the source is which of the file. A source without a clip is a skeleton at rest, and so is a file.
@@ -147,8 +147,8 @@ impl Compared<'_> {
                     }
                     let mut expected = places[a];
                     if self.change.in_place {
-                        let way = places[root_of[a]] - start[root_of[a]];
-                        expected -= self.change.over_ground(way);
+                        let offset = places[root_of[a]] - start[root_of[a]];
+                        expected -= self.change.over_ground(offset);
                     }
                     let error = expected.distance(there[b].w_axis.truncate()) * self.metres;
                     errors.add(error, || Worst {
@@ -167,7 +167,7 @@ impl Compared<'_> {
         errors
     }
 
-    /// How far a point on the skin is off by the turn of its joint since the first frame. The joints may stand
+    /// How far a point on the skin is off by the rotation of its joint since the first frame. The joints may stand
     /// otherwise at rest.
     fn turn_since(&self, ours: (&DMat4, &DMat4), theirs: (&DMat4, &DMat4)) -> f64 {
         let since = |(first, now): (&DMat4, &DMat4)| rotation_of(now) * rotation_of(first).inverse();
@@ -178,7 +178,7 @@ impl Compared<'_> {
         off.fold(0.0, f64::max)
     }
 
-    /// How far a point on the skin is off by the turn of its joint.
+    /// How far a point on the skin is off by the rotation of its joint.
     fn turn(&self, ours: &DMat4, theirs: &DMat4) -> f64 {
         let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
         let off = axes(ours).into_iter().zip(axes(theirs)).map(|(ours, theirs)| {

@@ -1,5 +1,5 @@
 //! Reads `.csv` files as this crate's `fk` writes them, without the code that writes them: a comment with the header as
-//! JSON, the names of the columns, and a row for each frame and joint, in the way of RFC 4180.
+//! JSON, the names of the columns, and a row for each frame and joint, as in RFC 4180.
 
 use serde::Deserialize;
 

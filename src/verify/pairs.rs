@@ -12,24 +12,24 @@ const MOST_NAMES: usize = 8;
 
 /// The joints that two skeletons have in common.
 pub(super) struct Pairs {
-    /// The places in the source and in the file.
+    /// The indices in the source and in the file.
     pub(super) list: Vec<(usize, usize)>,
-    /// Of every joint of the source and of the file, its place in the list.
+    /// Of every joint of the source and of the file, its index in the list.
     of_ours: Vec<Option<usize>>,
     of_theirs: Vec<Option<usize>>,
 }
 
 /// Which pairs can be compared in a file that has only some joints of its source.
 pub(super) struct Rigid {
-    /// Those whose place depends on no other joint.
+    /// Those whose position depends on no other joint.
     pub(super) has_place: Vec<bool>,
-    /// Those that no other joint has a part in turning.
+    /// Those whose rotation depends on no other joint.
     pub(super) has_turn: Vec<bool>,
 }
 
 impl Pairs {
-    /// The same name, of several of one name the first is the first. Names that no two joints share may also differ in
-    /// case and in all that is neither letter nor digit.
+    /// Pairs joints of equal names, several of one name in their order. A name that only one joint has may also differ
+    /// in case and in all that is neither letter nor digit.
     ///
     /// # Errors
     /// Where there is no pair.
@@ -121,7 +121,7 @@ impl Pairs {
                     .iter()
                     .any(|joint| joint.kind == NodeKind::Group && joint.name == name)
             };
-            // The joint for the way over the ground stands above the first root.
+            // The joint for the path over the ground stands above the first root.
             let mut added = usize::from(has_root_motion);
             let extra = theirs.joints.iter().zip(&self.of_theirs).filter(|(joint, pair)| {
                 let is_extra =
@@ -142,7 +142,7 @@ impl Pairs {
 
     /// What can be compared where a file has only some joints of its source, each with another rest pose.
     pub(super) fn rigid(&self, ours: &Skeleton, theirs: &Skeleton) -> Rigid {
-        // A joint whose way from the one above in a pair is that of the rest pose, at all times.
+        // A joint whose offset from the one above in a pair is that of the rest pose, at all times.
         let is_attached = |&(a, b): &(usize, usize)| {
             let above = self.above(ours, &self.of_ours, a);
             let mut between = std::iter::successors(ours.joints[a].parent, |joint| ours.joints[*joint].parent)

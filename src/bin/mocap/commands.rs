@@ -121,7 +121,7 @@ fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(
     streams::write(output, bytes)
 }
 
-/// The same for an output with images beside it.
+/// Writes an output with the images beside it, as the policy allows.
 fn write_whole_output(
     policy: &ReplacePolicy,
     output: &Path,

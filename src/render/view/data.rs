@@ -31,7 +31,7 @@ pub(super) struct Description {
     frames_per_block: usize,
     /// Ids of the elements that hold the blocks of the keys.
     pub(super) blocks: Vec<String>,
-    /// How far packing the keys put a joint from its place in the file at most, in metres; 0 where they are exact.
+    /// How far packing the keys put a joint from its position in the file at most, in metres; 0 where they are exact.
     packing_error: f64,
     /// The id of the element that holds the GLB.
     pub(super) glb: Option<String>,
@@ -210,7 +210,7 @@ fn measure(clip: &Clip<'_>, in_body: &[bool], guesses: &Survey) -> Size {
         let middle = 0.5 * (low + high);
         reach = body().map(|position| position.distance(middle)).fold(reach, f32::max);
     }
-    // A lone joint, or many in one place, look like one in a figure of a metre.
+    // A lone joint, or many at one position, look like one in a figure of a metre.
     let reach = f64::from(reach) * metres_per_unit;
     Size {
         reach: if reach > 0.0 && reach.is_finite() { reach } else { 1.0 },

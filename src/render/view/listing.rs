@@ -97,7 +97,7 @@ pub fn listing(title: &str, entries: &[ListingEntry]) -> String {
         "title" => escape(&visible(title)).into(),
         "count" => count.as_str().into(),
         "entries" => entries.iter().map(ListingEntry::html).collect::<String>().into(),
-        unknown => unreachable!("the page has no place called {unknown}"),
+        unknown => unreachable!("the page has no placeholder called {unknown}"),
     })
 }
 

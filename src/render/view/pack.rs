@@ -25,10 +25,10 @@ const BLOCK_BYTES: usize = 1 << 20;
 /// Half a step in a component of a rotation: two bytes a frame hold it over the range from -1 to 1.
 const ROTATION_PRECISION: f64 = 1.0 / 65_000.0;
 
-/// Half a step in a translation, as a share of the figure's reach, and in a scale.
+/// Half a step in a translation, as a fraction of the figure's reach, and in a scale.
 const LINEAR_PRECISION: f64 = 1e-5;
 
-/// The largest distance of a joint from its place in the file, as a share of the figure's reach.
+/// The largest distance of a joint from its position in the file, as a fraction of the figure's reach.
 const MAX_ERROR: f64 = 1e-4;
 
 /// A component of a rotation is left out only where it stays above this.
@@ -65,7 +65,7 @@ type Row = Vec<f32>;
 pub(super) struct Packed {
     pub(super) frames_per_block: usize,
     pub(super) blocks: Vec<Vec<u8>>,
-    /// The largest distance of a joint in any frame from its place in the file, in the file's unit.
+    /// The largest distance of a joint in any frame from its position in the file, in the file's unit.
     pub(super) max_error: f64,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Tracks<'a> {
         self.pack_above(EXACT_BYTES, reach)
     }
 
-    /// The same, exact up to so many bytes.
+    /// Packs all of them; keys of up to so many bytes stay exact.
     fn pack_above(&self, exact_bytes: usize, reach: f64) -> Packed {
         let components: usize = self.tracks.iter().map(|track| track.part.components()).sum();
         let frames_per_block = (BLOCK_BYTES / (2 * components).max(1)).clamp(64, 1 << 16);
@@ -281,7 +281,7 @@ impl<'a> ErrorMetric<'a> {
         }
     }
 
-    /// The largest distance of a joint from its place in the file.
+    /// The largest distance of a joint from its position in the file.
     fn largest(&mut self, tracks: &[Track<'_>], rows: &[Vec<Row>], frames: Range<usize>) -> f64 {
         let Some((binding, animation)) = &self.source else {
             return 0.0;

@@ -1,6 +1,6 @@
 //! The skin of a clip for a page: vertices, faces and bones as one block of bytes, and textures as they are.
 //!
-//! The block has, one after another, for all meshes together: positions (3 floats), places on the texture (2 floats)
+//! The block has, one after another, for all meshes together: positions (3 floats), texture coordinates (2 floats)
 //! and the offset matrices of the bones (16 floats, column by column); weights (4 of 16 bits, which sum to 65,535),
 //! bones (4 of 16 bits) and corners of triangles (32 bits); unit normals (4 bytes, signed, the last unused). `skin.js`
 //! reads it.
@@ -49,7 +49,7 @@ struct Part {
     count: usize,
     /// Linear.
     color: [f32; 4],
-    /// The place in `textures`, or -1.
+    /// The index in `textures`, or -1.
     texture: i64,
     alpha: &'static str,
     cutoff: f32,
@@ -62,7 +62,7 @@ pub(super) struct TextureBlock {
     /// The id of the element that holds the file of the image; `page` sets it.
     pub(super) id: String,
     media_type: &'static str,
-    /// Its place in the scene.
+    /// Its index in the scene.
     #[serde(skip)]
     pub(super) source: usize,
 }

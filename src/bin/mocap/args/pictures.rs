@@ -67,7 +67,7 @@ pub(crate) struct SheetArgs {
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width)]
     pub(crate) width: u32,
-    /// Draw the T-pose of each skeleton in place of its motion
+    /// Draw the T-pose of each skeleton instead of its motion
     #[arg(long, conflicts_with = "poses")]
     pub(crate) t_pose: bool,
     #[command(flatten)]

@@ -7,7 +7,7 @@ use mocap::job::Reading;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Reading")]
 pub(crate) struct FrameRateArgs {
-    /// Frames per second, in place of the file's own
+    /// Frames per second, instead of the file's own
     #[arg(long, value_name = "RATE")]
     fps: Option<f64>,
     #[command(flatten)]

@@ -84,9 +84,9 @@ impl RobotArgs {
 pub(crate) enum RobotFormatArg {
     /// NumPy arrays: fps, root_pos, root_rot (x y z w), dof_pos, dof_names
     Npz,
-    /// The same as a pickle, as GMR writes it
+    /// A pickle of these arrays, as GMR writes it
     Pkl,
-    /// Rows: place and rotation (x y z w) of the base, joints
+    /// Rows: position and rotation (x y z w) of the base, joints
     Csv,
     /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
     Qpos,

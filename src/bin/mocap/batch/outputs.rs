@@ -23,7 +23,8 @@ pub(crate) struct Output<'a> {
 }
 
 impl Output<'_> {
-    /// Whether a former run has written the file that is there, according to the manifest, and it has not changed since.
+    /// Whether a former run has written the file that is there, according to the manifest, and it has not changed
+    /// since.
     pub(crate) fn is_known(&self) -> bool {
         let written = self.written;
         written.is_some_and(|written| sha256(&self.path).is_ok_and(|found| found == written))
@@ -68,7 +69,7 @@ impl KnownOutputs {
     }
 }
 
-/// The output of every input, both as relative paths: with the new extension in place of the old, or behind it where
+/// The output of every input, both as relative paths: with the new extension instead of the old, or behind it where
 /// two inputs would get the same output.
 pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
     // An entry that cannot be read has no output, so that it does not change the name of another output.

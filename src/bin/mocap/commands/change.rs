@@ -39,7 +39,7 @@ pub(crate) fn apply(
             confidence: Some(Confidence::Likely),
         });
     }
-    // What the reader had to assume, and what of the file has no place in a scene.
+    // What the reader had to assume, and what of the file a scene cannot hold.
     let mut words: Vec<String> = scene.metadata.assumptions.iter().map(Assumption::to_string).collect();
     let mut conversion = conversion(args).keep_units(keeps_units);
     if let Some(up) = of_others {

@@ -72,7 +72,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         match &body {
             Some(body) => {
                 let moved = on_body(&mut read, body, args.map.bones_here(), file)?;
-                // A robot is shown beside the source, a character in its place.
+                // A robot is shown beside the source, a character instead of it.
                 if let Target::Robot(_) = body.retargeting.target() {
                     clips.push(read);
                 }
@@ -350,7 +350,7 @@ fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
 /// The limbs of the second clip against those of the first, where both are humanoids with the same frames. A rest pose
 /// before the first, which `mocap retarget` leaves out, is left out.
 fn compare(source: &mut Read, target: &Read, bones: HumanoidMap) -> mocap::Result<Option<Vec<LimbAngles>>> {
-    /// As a share: frame rates of one take are written with few digits.
+    /// As a fraction: frame rates of one take are written with few digits.
     const SAME_RATE: f64 = 1e-3;
     let Ok(retargeter) = retargeter(source, target) else {
         return Ok(None);
