@@ -12,7 +12,7 @@ use super::{
     Blend, Concat, Despike, Fill, FootLock, InBetween, Layer, Loop, Mirror, Smooth, Step, StepInfo, StepInput, Warp,
     text,
 };
-use crate::error::{Error, Result};
+use crate::error::{Code, Diagnostic, Error, Result};
 use crate::scene::Scene;
 
 /// Declares [`EditStep`] and [`StepReport`] from one list of the types that are steps.
@@ -118,7 +118,7 @@ impl EditStep {
     /// Applies the step to a scene, and records it in [`Metadata::steps`](crate::scene::Metadata::steps).
     ///
     /// # Errors
-    /// Those of the step; [`Code::InvalidValue`](crate::Code::InvalidValue) without a second motion that it needs.
+    /// Those of the step; [`Code::InvalidValue`](Code::InvalidValue) without a second motion that it needs.
     /// `scene` is then unchanged.
     pub fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<EditReport> {
         let changed = self.report(scene, input)?;
@@ -144,13 +144,35 @@ impl EditStep {
     /// ```
     ///
     /// # Errors
-    /// [`Code::UnknownOption`](crate::Code::UnknownOption) for a step or an option that does not exist,
-    /// [`Code::InvalidValue`](crate::Code::InvalidValue) for a value that an option does not take.
+    /// [`Code::UnknownOption`](Code::UnknownOption) for a step or an option that does not exist,
+    /// [`Code::InvalidValue`](Code::InvalidValue) for a value that an option does not take.
     pub fn from_value(value: &Value) -> Result<Self> {
         match value {
             Value::String(text) => text.parse(),
             value => text::from_object(value),
         }
+    }
+}
+
+impl EditStep {
+    /// The steps of a JSON list, each as [`from_value`](Self::from_value) reads it.
+    ///
+    /// ```
+    /// use mocap::edit::EditStep;
+    ///
+    /// let steps = EditStep::list_from_json(r#"["mirror", {"step": "smooth", "cut-off": 8}]"#)?;
+    /// assert_eq!(steps[1].to_string(), "smooth:cut-off=8.0,filter=butterworth");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`from_value`](Self::from_value), and [`Code::InvalidValue`](Code::InvalidValue) for another text.
+    pub fn list_from_json(text: &str) -> Result<Vec<Self>> {
+        let list: Vec<Value> = serde_json::from_str(text).map_err(|error| {
+            let message = format!("steps must be a JSON list, such as [\"mirror\", \"smooth:cut-off=8\"]: {error}");
+            Diagnostic::new(Code::InvalidValue, message)
+        })?;
+        list.iter().map(Self::from_value).collect()
     }
 }
 

@@ -103,15 +103,15 @@ impl<'a> StepInput<'a> {
 
     /// The second motion of a step that takes one: its first animation. It must have the same joints.
     #[must_use]
-    pub fn other(mut self, other: &'a Scene) -> Self {
-        self.other = Some(other);
+    pub fn other(mut self, other: impl Into<Option<&'a Scene>>) -> Self {
+        self.other = other.into();
         self
     }
 
     /// The bones where the caller knows them. Default: those that [`humanoid`](crate::figure::humanoid()) finds.
     #[must_use]
-    pub fn humanoid(mut self, humanoid: &'a Humanoid) -> Self {
-        self.humanoid = Some(humanoid);
+    pub fn humanoid(mut self, humanoid: impl Into<Option<&'a Humanoid>>) -> Self {
+        self.humanoid = humanoid.into();
         self
     }
 

@@ -86,7 +86,12 @@ impl Provenance {
         let onto_steps = std::mem::replace(&mut metadata.steps, self.steps.clone());
         metadata.origin.clone_from(&self.source);
         metadata.root_offset.clone_from(&self.root_offset);
-        if let Some(AppliedStep::Retarget { onto, .. }) = metadata.steps.last_mut() {
+        // Edits may follow.
+        let last = metadata.steps.iter_mut().rev().find_map(|step| match step {
+            AppliedStep::Retarget { onto, .. } => Some(onto),
+            _ => None,
+        });
+        if let Some(onto) = last {
             onto.steps = onto_steps;
         }
     }

@@ -64,13 +64,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                     true => None,
                     false => Some(figure::humanoid(scene).with_map(scene, bones.clone())?),
                 };
-                let mut input = StepInput::new();
-                if let Some(other) = &other {
-                    input = input.other(other);
-                }
-                if let Some(known) = &known {
-                    input = input.humanoid(known);
-                }
+                let input = StepInput::new().other(other.as_ref()).humanoid(known.as_ref());
                 EditStep::from_value(edit)?.apply(scene, &input)?;
             }
         }

@@ -1,5 +1,5 @@
 /* The C interface of mocap: open a motion file, read node matrices at a tick,
- * put poses on another skeleton, play packed clips.
+ * change motions, put poses on another skeleton, play packed clips.
  *
  * Made from src/lib.rs; see README.md. Do not edit.
  */
@@ -87,7 +87,8 @@ typedef struct mocap_retargeter mocap_retargeter;
 typedef struct mocap_scene mocap_scene;
 
 /*
- What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the default.
+ What is known about a file, and what is wanted of it. All zero, `mocap_conversion conversion = {0};`, is the
+ default.
  */
 typedef struct mocap_conversion {
   /*
@@ -323,9 +324,11 @@ enum mocap_status mocap_rest_world_matrices(const struct mocap_scene *scene,
                                             size_t count);
 
 /*
- Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are copied.
+ Opens a packed clip, the `size` bytes of a file that `mocap convert walk.bvh walk.mclip` wrote. The bytes are
+ copied.
 
- Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees it.
+ Returns NULL where they are not a whole and valid packed clip; `mocap_error_text` says why. `mocap_clip_close` frees
+ it.
 
  # Safety
  `bytes` points to `size` bytes.
@@ -366,14 +369,15 @@ double mocap_clip_duration(const struct mocap_clip *clip);
 double mocap_clip_ticks_per_second(const struct mocap_clip *clip);
 
 /*
- The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to the
- world to `world`; either may be NULL. `count` is how many matrices there is room for, at least `mocap_clip_node_count`.
+ The pose at `tick`, straight from the packed form: the matrices of all nodes to their parents go to `local`, and to
+ the world to `world`; either may be NULL. `count` is how many matrices there is room for, at least
+ `mocap_clip_node_count`.
 
  Nothing is allocated. One thread at a time may use a packed clip.
 
  # Safety
- `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x `count`
- floats, which do not overlap.
+ `clip` is a packed clip that no other thread uses, and `local` and `world` are NULL or point to room for 16 x
+ `count` floats, which do not overlap.
  */
 enum mocap_status mocap_clip_pose(struct mocap_clip *clip,
                                   double tick,
@@ -413,6 +417,46 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
                                   size_t assumption);
 
 /*
+ A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of them:
+ each a text as `mocap edit --step` takes it, or an object with its name and its options.
+
+     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
+
+ `others` are the second motions of those steps that take one, in their order, and `other_count` is how many there
+ are. Lengths in steps are metres whatever the unit of the scene. The first animation is changed; a rest pose in its
+ first frame is changed with it. `mocap_edit_report_text` of the copy says what each step changed.
+
+ Returns NULL where a step is unknown or cannot be done. The scenes that were given stay as they are; each is freed
+ by a `mocap_close` of its own.
+
+ # Safety
+ `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
+ scenes, or is NULL where `other_count` is 0.
+ */
+struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
+                               const char *steps,
+                               const struct mocap_scene *const *others,
+                               size_t other_count);
+
+/*
+ How many steps `mocap_edit` applied to make a scene. `mocap_edit_report_text` says what they changed.
+
+ # Safety
+ `scene` is an open scene.
+ */
+size_t mocap_edit_report_count(const struct mocap_scene *scene);
+
+/*
+ What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The text
+ lives as long as the scene.
+
+ # Safety
+ `scene` is an open scene.
+ */
+const char *mocap_edit_report_text(const struct mocap_scene *scene,
+                                   size_t report);
+
+/*
  Prepares the motion of the skeleton of `source` onto that of `target`, both of them humanoids of any rest pose, unit
  and axes. `scale` is how many times as long as those of the source the steps of the target are, in metres; 0: in the
  proportion of the legs.
@@ -445,8 +489,9 @@ void mocap_retargeter_free(struct mocap_retargeter *retargeter);
  Nothing is allocated. One thread at a time may use a retargeter.
 
  # Safety
- `retargeter` is a retargeter that no other thread uses, `source` points to 16 x `source_count` floats, and `local` and
- `world` are NULL or point to room for 16 x `count` floats, which do not overlap with each other or with `source`.
+ `retargeter` is a retargeter that no other thread uses, `source` points to 16 x `source_count` floats, and `local`
+ and `world` are NULL or point to room for 16 x `count` floats, which do not overlap with each other or with
+ `source`.
  */
 enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
                                       const float *source,
@@ -464,8 +509,8 @@ enum mocap_status mocap_retarget_pose(struct mocap_retargeter *retargeter,
 size_t mocap_unmapped_count(const struct mocap_retargeter *retargeter);
 
 /*
- A bone that is not moved, from 0, with the reason, as in "jaw: the target has no such joint"; NULL beyond the last. The
- text lives as long as the retargeter.
+ A bone that is not moved, from 0, with the reason, as in "jaw: the target has no such joint"; NULL beyond the last.
+ The text lives as long as the retargeter.
 
  # Safety
  `retargeter` is a retargeter.

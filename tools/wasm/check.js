@@ -180,6 +180,27 @@ check("same", "diagnostics and assumptions are those of `mocap check`", () => {
   }
 });
 
+check("same", "steps are those of `mocap edit`", () => {
+  const path = real("cmu_12_01_walk.bvh");
+  const walk = kept(kept(mocap.read(filesOf(path))).convert({ firstFrame: "auto" }));
+  const steps = ["fill", { step: "smooth", "cut-off": 8 }, { step: "loop", frames: [20, 200], "in-place": true }];
+  const changed = kept(walk.edit(steps));
+  const args = ["fill", "smooth:cut-off=8", "loop:frames=20..200,in-place=true"].flatMap((step) => ["--step", step]);
+  const output = join(folder, "edited.glb");
+  const { status, stdout, stderr } = spawnSync(process.env.MOCAP, ["edit", path, "-o", output, "--json", ...args], { encoding: "utf8" });
+  assert.equal(status, 0, stderr);
+  assertNear(changed.reports, JSON.parse(stdout), 1e-4);
+  // Sine and arc tangent are those of another library.
+  assertNearGltf(changed.toGlb(), readFileSync(output));
+  const both = kept(walk.edit(["concat"], { others: [walk] }));
+  assert.equal(both.animations[0].frameCount, 2 * walk.animations[0].frameCount - 1);
+  const refused = (code, help, steps, options) =>
+    assert.throws(() => walk.edit(steps, options), (error) => error.code === code && (!help || error.help === help));
+  refused("unknown-option", "did you mean cut-off?", [{ step: "smooth", cutoff: 8 }]);
+  refused("invalid-value", undefined, ["concat"]);
+  refused("invalid-value", undefined, ["mirror"], { bones: { hips: "Tail" } });
+});
+
 check("same", "changes are those of `mocap convert`", () => {
   const path = real("cmu_12_01_walk.bvh");
   const read = kept(mocap.read(filesOf(path)));

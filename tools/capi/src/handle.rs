@@ -3,6 +3,7 @@
 use std::ffi::{CStr, CString};
 
 use mocap::Binding;
+use mocap::edit::EditReport;
 use mocap::glam::Mat4;
 use mocap::scene::{self, Assumption, Node, NodeId};
 
@@ -18,6 +19,8 @@ pub struct Scene {
     nodes_of_channels: Vec<Vec<Option<NodeId>>>,
     pub(crate) warnings: Vec<CString>,
     pub(crate) assumptions: Vec<CString>,
+    /// What each step changed that made the scene.
+    pub(crate) edit_reports: Vec<CString>,
 }
 
 /// An animation, and which of its channels drives which node.
@@ -48,6 +51,7 @@ impl Scene {
                 .map(|warning| c_text(&warning.to_string()))
                 .collect(),
             assumptions: scene.metadata.assumptions.iter().map(assumption_text).collect(),
+            edit_reports: Vec::new(),
             scene,
         }
     }
@@ -60,6 +64,14 @@ impl Scene {
         converted.assumptions.clone_from(&self.assumptions);
         converted.assumptions.extend(decided.iter().map(assumption_text));
         Ok(converted)
+    }
+
+    /// What steps made of the scene, with what they changed.
+    pub(crate) fn edited(&self, changed: scene::Scene, reports: &[EditReport]) -> Self {
+        let mut edited = Self::new(changed);
+        edited.assumptions.clone_from(&self.assumptions);
+        edited.edit_reports = reports.iter().map(|report| c_text(&report.to_string())).collect();
+        edited
     }
 
     pub(crate) fn into_raw(self) -> *mut Self {

@@ -11,6 +11,7 @@
 mod border;
 mod clip;
 mod convert;
+mod edit;
 mod handle;
 mod retarget;
 
@@ -33,6 +34,7 @@ pub use crate::convert::{
     Conversion, MOCAP_UP_AUTO, MOCAP_UP_NEG_Y, MOCAP_UP_NEG_Z, MOCAP_UP_Y, MOCAP_UP_Z, mocap_assumption_count,
     mocap_assumption_text, mocap_convert,
 };
+pub use crate::edit::{mocap_edit, mocap_edit_report_count, mocap_edit_report_text};
 pub use crate::handle::Scene;
 pub use crate::retarget::{
     Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,

@@ -132,6 +132,40 @@ static void check_refusals(const mocap_scene *scene)
     mocap_close(NULL);
 }
 
+/* Twice as fast, the arm stands at each moment where it stood at twice the time. */
+static void check_edits(const mocap_scene *scene)
+{
+    float matrices[NODES][16], edited_matrices[NODES][16];
+    mocap_scene *fast = mocap_edit(scene, "[{\"step\": \"warp\", \"speed\": 2}]", NULL, 0);
+    CHECK(fast != NULL && mocap_edit_report_count(fast) == 1 && mocap_edit_report_count(scene) == 0);
+    CHECK(strncmp(mocap_edit_report_text(fast, 0), "warp: 0.90 s, now 0.45 s", 24) == 0);
+    CHECK(mocap_edit_report_text(fast, 1) == NULL);
+    CHECK(mocap_world_matrices(fast, 0, 3.0, edited_matrices[0], NODES) == MOCAP_STATUS_OK);
+    CHECK(mocap_world_matrices(scene, 0, 6.0, matrices[0], NODES) == MOCAP_STATUS_OK);
+    for (int node = 0; node < NODES; node++) {
+        for (int axis = 12; axis < 15; axis++) {
+            CHECK(fabs(edited_matrices[node][axis] - matrices[node][axis]) < 1e-6);
+        }
+    }
+    /* The last frame of the one is the first of the other. */
+    const mocap_scene *others[] = {scene};
+    mocap_scene *both = mocap_edit(scene, "[\"concat:align=false\"]", others, 1);
+    CHECK(both != NULL && mocap_duration(both, 0) == 18.0);
+    mocap_close(both);
+    mocap_close(fast);
+
+    CHECK(mocap_edit(scene, "[\"smoth\"]", NULL, 0) == NULL);
+    CHECK(strstr(mocap_error_text(), "did you mean smooth?") != NULL);
+    CHECK(mocap_edit(scene, "[\"mirror\"]", NULL, 0) == NULL);
+    CHECK(strstr(mocap_error_text(), "the skeleton is not a humanoid") != NULL);
+    CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 0) == NULL);
+    CHECK(strstr(mocap_error_text(), "takes motion 2, and there are 1") != NULL);
+    CHECK(mocap_edit(scene, "mirror", NULL, 0) == NULL);
+    CHECK(strstr(mocap_error_text(), "steps must be a JSON list") != NULL);
+    CHECK(mocap_edit(scene, "[\"concat\"]", NULL, 1) == NULL);
+    CHECK(strcmp(mocap_error_text(), "others is NULL") == 0);
+}
+
 /* The unit of the lecture's arm and the axis that points up in it are not stated: both are guessed, or named. */
 static void check_conversions(const mocap_scene *scene)
 {
@@ -189,6 +223,7 @@ int main(int argc, char **argv)
 
     check_skeleton(scene);
     check_conversions(scene);
+    check_edits(scene);
     check_poses(scene);
     check_refusals(scene);
 

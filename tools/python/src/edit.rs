@@ -1,10 +1,11 @@
-//! Changes of a motion: a step as text, as the command line takes it.
+//! Changes of a motion: a step as JSON, an object with its name and its options.
 
 use std::path::PathBuf;
 
 use mocap::Conversion;
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditStep};
+use mocap::edit::{ContactOptions, EditStep, StepInput};
+use mocap::figure::{HumanoidMap, humanoid};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -33,13 +34,24 @@ pub(crate) fn prepare(
     Ok(Scene::new(changed))
 }
 
-/// The scene after a step, and the report as JSON.
+/// The scene after a step, which is JSON, and the report as JSON. `bones` are the names of joints for bones, as JSON.
 #[pyfunction]
-pub(crate) fn edit(py: Python<'_>, scene: &Scene, step: &str, other: Option<&Scene>) -> PyResult<(Scene, String)> {
+pub(crate) fn edit(
+    py: Python<'_>,
+    scene: &Scene,
+    step: &str,
+    other: Option<&Scene>,
+    bones: Option<&str>,
+) -> PyResult<(Scene, String)> {
     let mut changed = scene.scene().clone();
+    let step: serde_json::Value = parsed(step)?;
+    let bones: Option<HumanoidMap> = bones.map(parsed).transpose()?;
     let done = py.detach(|| {
-        let step: EditStep = step.parse()?;
-        step.apply(&mut changed, 0, other.map(Scene::scene))
+        let known = bones
+            .map(|bones| humanoid(&changed).with_map(&changed, bones))
+            .transpose()?;
+        let input = StepInput::new().other(other.map(Scene::scene)).humanoid(known.as_ref());
+        EditStep::from_value(&step)?.apply(&mut changed, &input)
     });
     let report = done.map_err(|error| to_python(py, &error))?;
     Ok((Scene::new(changed), json(&report)?))
@@ -48,8 +60,7 @@ pub(crate) fn edit(py: Python<'_>, scene: &Scene, step: &str, other: Option<&Sce
 /// When feet and hands are at rest, as JSON. `options` are those of the library, as JSON.
 #[pyfunction]
 pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult<String> {
-    let options: ContactOptions =
-        serde_json::from_str(options).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let options: ContactOptions = parsed(options)?;
     let found = py.detach(|| mocap::edit::contacts(scene.scene(), 0, None, &options));
     json(&found.map_err(|error| to_python(py, &error))?)
 }
@@ -60,6 +71,10 @@ pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: Wri
     let exporter = options.exporter(&[], &target)?;
     let written = py.detach(|| exporter.export(scene.scene(), &target));
     written.map(drop).map_err(|error| to_python(py, &error))
+}
+
+fn parsed<T: serde::de::DeserializeOwned>(json: &str) -> PyResult<T> {
+    serde_json::from_str(json).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 fn json(value: &impl serde::Serialize) -> PyResult<String> {

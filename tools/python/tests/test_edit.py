@@ -95,6 +95,13 @@ def test_two_motions(clip: mocap.Scene) -> None:
     assert report["joints"] > 4 and arms.frames == clip.frames
     with pytest.raises(mocap.MocapError, match="needs a second motion"):
         edit.apply(clip, "concat")
+    same = {"step": "smooth", "cut_off": np.float32(8)}
+    assert edit.apply(clip, same).report == edit.apply(clip, "smooth:cut-off=8").report
+    with pytest.raises(mocap.MocapError, match="has no key \"cutoff\".*did you mean cut-off") as caught:
+        edit.apply(clip, {"step": "smooth", "cutoff": 8})
+    assert caught.value.code == "unknown-option"
+    with pytest.raises(mocap.MocapError, match="no joint is called \"Tail\""):
+        edit.apply(clip, "mirror", bones={"hips": "Tail"})
 
 
 def test_contacts_and_refusals(clip: mocap.Scene, tmp_path: Path) -> None:

@@ -89,6 +89,16 @@ export interface BvhOptions {
   channels?: "auto" | "3" | "6";
 }
 
+/** A step as text, `"smooth:cut-off=8"`, or its name with its options; docs/editing.md has them all. */
+export type EditStep = string | { step: string; [option: string]: unknown };
+
+export interface EditOptions {
+  /** The second motions of those steps that take one, in their order. */
+  others?: Scene[];
+  /** Which joint is which bone, where the guess is wrong. */
+  bones?: Bones;
+}
+
 export interface RetargetOptions {
   /** The length of steps: in the proportion of the legs, as in the source, or a factor. Default: `"auto"`. */
   scale?: "auto" | "none" | number;
@@ -227,11 +237,16 @@ export class Scene {
   readonly warnings: Diagnostic[];
   /** What was decided when this scene was converted. `Mocap.check` has all that a file leaves open. */
   readonly assumptions: Assumption[];
-  /** Of a retargeted scene, how far it is from its source: as `mocap retarget --json` prints it. */
+  /** Of a retargeted scene, how far it is from its source; of an edited one, what each step changed: as `--json` prints it. */
   readonly reports?: Record<string, unknown>[];
   pose(tick: number, animation?: number): Pose;
   /** A copy in metres with +Y up, or as the options say. */
   convert(options?: ConvertOptions): Scene;
+  /**
+   * A copy whose first animation steps have changed in their order, those of `mocap edit`: `["mirror", {step: "smooth",
+   * "cut-off": 8}]`. Lengths in steps are metres. A rest pose in the first frame is changed with it: `convert` drops it.
+   */
+  edit(steps: EditStep[], options?: EditOptions): Scene;
   /** This motion on a character that `Mocap.readCharacter` has read. */
   retarget(character: Scene, options?: RetargetOptions): Scene;
   /** In metres with +Y up. Of a retargeted glTF or VRM character: its file with the clip added; a `.gltf` stays one. */

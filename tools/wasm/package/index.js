@@ -210,13 +210,23 @@ export class Scene {
     return this.#derived({ call: "convert", scene: this.#number, options });
   }
 
-  retarget(character, options = {}) {
-    if (!(character instanceof Scene)) throw new TypeError("a motion is retargeted onto what readCharacter returns");
-    character.#check();
-    if (character.#instance !== this.#instance) {
-      const message = "the motion and the character were not read by the same module";
+  edit(steps, { others = [], bones = {} } = {}) {
+    for (const other of others) this.#checkOther(other, "the second motion of a step is a scene", "the two motions");
+    const numbers = others.map((other) => other.#number);
+    return this.#derived({ call: "edit", scene: this.#number, steps, others: numbers, bones });
+  }
+
+  #checkOther(other, what, both) {
+    if (!(other instanceof Scene)) throw new TypeError(what);
+    other.#check();
+    if (other.#instance !== this.#instance) {
+      const message = `${both} were not read by the same module`;
       throw new MocapError({ code: "invalid-value", message, help: "read both again" });
     }
+  }
+
+  retarget(character, options = {}) {
+    this.#checkOther(character, "a motion is retargeted onto what readCharacter returns", "the motion and the character");
     return this.#derived({ call: "retarget", scene: this.#number, character: character.#number, options });
   }
 

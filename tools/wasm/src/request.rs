@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use mocap::arrays::{self, ArrayOptions, csv};
 use mocap::dump::SceneView;
-use mocap::edit::{ContactOptions, contacts};
-use mocap::figure::{self, Figure};
+use mocap::edit::{ContactOptions, EditReport, EditStep, apply_all, contacts};
+use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::gltf::{self, BufferPlace};
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
@@ -46,6 +46,17 @@ enum Request {
         scene: u32,
         #[serde(default)]
         options: ConvertOptions,
+    },
+    /// A changed copy of a scene: its first animation after steps, in their order. `others` are the second motions of
+    /// those steps that take one.
+    Edit {
+        scene: u32,
+        /// Each an object with its name and its options, or text.
+        steps: Vec<serde_json::Value>,
+        #[serde(default)]
+        others: Vec<u32>,
+        #[serde(default)]
+        bones: HumanoidMap,
     },
     /// A motion on a character, as a scene.
     Retarget {
@@ -92,6 +103,12 @@ pub(crate) fn answer(
             check(&options, file, &others)
         }
         Request::Convert { scene, options } => convert(scenes, scene, options),
+        Request::Edit {
+            scene,
+            steps,
+            others,
+            bones,
+        } => edit(scenes, scene, &steps, &others, bones),
         Request::Retarget {
             scene,
             character,
@@ -186,6 +203,41 @@ fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<
     let mut scene = entry.scene.clone();
     let assumptions = conversion.apply(&mut scene)?;
     keep(scenes, Entry::new(scene, None).converted(), &assumptions)
+}
+
+fn edit(
+    scenes: &mut Scenes,
+    number: u32,
+    steps: &[serde_json::Value],
+    others: &[u32],
+    bones: HumanoidMap,
+) -> Result<Answer, Failure> {
+    #[derive(Serialize)]
+    struct Edited<'a> {
+        #[serde(flatten)]
+        scene: SceneAt<'a>,
+        reports: Vec<EditReport>,
+    }
+    let steps = steps.iter().map(EditStep::from_value).collect::<Result<Vec<_>, _>>()?;
+    let others = others.iter().map(|other| Ok(&scenes.get(*other)?.scene));
+    let others = others.collect::<Result<Vec<_>, Failure>>()?;
+    let entry = scenes.get(number)?;
+    let known = match (&entry.humanoid, bones.is_empty()) {
+        (known, true) => known.clone(),
+        (known, false) => {
+            let found = known.clone().unwrap_or_else(|| humanoid(&entry.scene));
+            Some(found.with_map(&entry.scene, bones)?)
+        }
+    };
+    let mut scene = entry.scene.clone();
+    let reports = apply_all(&mut scene, &steps, &others, known.as_ref())?;
+    let entry = entry.edited(scene);
+    let number = scenes.add(entry)?;
+    let answer = json(&Edited {
+        scene: SceneAt::new(number, scenes.get(number)?, &[]),
+        reports,
+    })?;
+    Ok((answer, Vec::new()))
 }
 
 /// The scene in metres with +Y up.

@@ -65,6 +65,22 @@ impl Entry {
         self
     }
 
+    /// The entry after steps have changed its scene, which record themselves: with the motion, where that was put onto
+    /// this skeleton.
+    pub(crate) fn edited(&self, mut changed: Scene) -> Self {
+        let mut provenance = self.provenance.clone();
+        if let Some(first) = provenance.first_mut() {
+            let done = changed.metadata.steps.split_off(self.scene.metadata.steps.len());
+            first.steps.extend(done);
+        }
+        Self {
+            humanoid: self.humanoid.clone(),
+            is_converted: self.is_converted,
+            provenance,
+            ..Self::new(changed, self.character.clone())
+        }
+    }
+
     pub(crate) fn limb_angles(&self) -> Option<&[LimbAngles]> {
         self.limb_angles.as_deref()
     }

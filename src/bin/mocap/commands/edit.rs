@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditReport, StepInput, StepReport, contacts};
+use mocap::edit::{ContactOptions, EditReport, StepInput, StepReport, contacts, second_motions};
 use mocap::figure::{Humanoid, humanoid};
 use mocap::files::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
@@ -38,7 +38,9 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
-    let others = others(args)?;
+    let names: Vec<String> = args.inputs[1..].iter().map(|file| file.display().to_string()).collect();
+    let others = second_motions(&args.steps.0, &names);
+    let others = others.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     let policy = ReplacePolicy::new(&args.inputs).force(args.force);
     if !streams::is_standard(&args.output) {
         policy.check_inputs(&args.output)?;
@@ -52,13 +54,8 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     let bones = bones(args, &scene)?;
     let mut reports: Vec<EditReport> = Vec::new();
     for (step, other) in args.steps.0.iter().zip(others) {
-        let mut input = StepInput::new();
-        if let Some(other) = other {
-            input = input.other(&scenes[other]);
-        }
-        if let Some(bones) = &bones {
-            input = input.humanoid(bones);
-        }
+        let other = other.map(|other| &scenes[other]);
+        let input = StepInput::new().other(other).humanoid(bones.as_ref());
         let found = step
             .apply(&mut scene, &input)
             .map_err(|error| error.with_path(&args.inputs[0]))?;
@@ -120,36 +117,6 @@ fn bones(args: &EditArgs, scene: &Scene) -> Result<Option<Humanoid>, Failure> {
     match map.is_empty() {
         true => Ok(None),
         false => mapped(humanoid(scene), scene, map, "--map").map(Some),
-    }
-}
-
-/// The motion that each step takes beside the first, counted from 0 after it.
-fn others(args: &EditArgs) -> Result<Vec<Option<usize>>, Failure> {
-    let count = args.inputs.len();
-    // The inputs are counted from 1, and the first is the motion itself.
-    let mut next = 2;
-    let mut others = Vec::new();
-    for step in &args.steps.0 {
-        if !step.needs_other() {
-            others.push(None);
-            continue;
-        }
-        let place = step.with().unwrap_or(next);
-        if !(2..=count).contains(&place) {
-            return Err(Failure::Usage(format!(
-                "the step {} takes motion {place}, and there are {count}",
-                step.name()
-            )));
-        }
-        others.push(Some(place - 2));
-        next = place + 1;
-    }
-    match (0..count - 1).find(|&place| !others.contains(&Some(place))) {
-        Some(place) => Err(Failure::Usage(format!(
-            "{} would do nothing: no step takes it; leave it out",
-            args.inputs[place + 1].display()
-        ))),
-        None => Ok(others),
     }
 }
 

@@ -64,19 +64,41 @@ def prepare(scene: Scene, *, unit: Unit | float | None = None, up: Axis | None =
     return Scene(_mocap.prepare(scene._native, metres(unit), up))
 
 
-def apply(scene: Scene, step: str, other: Scene | None = None) -> Edited:
-    """Applies a step, as the program takes it: ``"smooth:cut-off=8"``. ``other`` is the second motion of a concat, a blend
-    or a layer."""
-    native, report = _mocap.edit(scene._native, step, None if other is None else other._native)
+def apply(
+    scene: Scene,
+    step: str | Mapping[str, object],
+    other: Scene | None = None,
+    *,
+    bones: Mapping[str, str | None] | None = None,
+) -> Edited:
+    """Applies a step: ``{"step": "smooth", "cut_off": 8}``, or as the program takes it, ``"smooth:cut-off=8"``.
+
+    Args:
+        scene: A motion.
+        step: Its name and its options; an option that is ``None`` has its default.
+        other: The second motion of a concat, a blend or a layer.
+        bones: The names of joints for bones, where the guess is wrong: ``{"leftFoot": "ankle_L"}``.
+    """
+    if not isinstance(step, str):
+        step = {key: value for key, value in step.items() if value is not None}
+    native, report = _mocap.edit(
+        scene._native,
+        json.dumps(step, default=_plain),
+        None if other is None else other._native,
+        None if bones is None else json.dumps(dict(bones)),
+    )
     return Edited(Scene(native), json.loads(report)["changed"])
 
 
-def _step(name: str, options: Mapping[str, object]) -> str:
-    def text(value: object) -> str:
-        return str(value).lower() if isinstance(value, bool) else str(value)
+def _plain(value: Any) -> object:
+    """Numbers and arrays of NumPy."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"an option of a step cannot be {type(value).__name__}: {value!r}")
 
-    given = [f"{key.replace('_', '-')}={text(value)}" for key, value in options.items() if value is not None]
-    return f"{name}:{','.join(given)}" if given else name
+
+def _step(name: str, **options: object) -> dict[str, object]:
+    return {"step": name, **options}
 
 
 def foot_lock(
@@ -92,21 +114,20 @@ def foot_lock(
     largest_change: float | None = None,
 ) -> Edited:
     """Holds feet still in contact and above the floor."""
-    options = dict(blend=blend, height=height, speed=speed, release=release, shortest=shortest, gap=gap, floor=floor)
-    options["largest_change"] = largest_change
-    return apply(scene, _step("foot-lock", options))
+    contact = dict(height=height, speed=speed, release=release, shortest=shortest, gap=gap)
+    return apply(scene, _step("foot-lock", blend=blend, floor=floor, largest_change=largest_change, **contact))
 
 
 def mirror(scene: Scene) -> Edited:
     """Exchanges left and right."""
-    return apply(scene, "mirror")
+    return apply(scene, _step("mirror"))
 
 
 def smooth(
     scene: Scene, *, cut_off: float | None = None, filter: Literal["butterworth", "gaussian"] | None = None
 ) -> Edited:
     """Takes changes faster than ``cut_off``, in Hz, out."""
-    return apply(scene, _step("smooth", {"cut_off": cut_off, "filter": filter}))
+    return apply(scene, _step("smooth", cut_off=cut_off, filter=filter))
 
 
 def despike(
@@ -118,12 +139,12 @@ def despike(
     longest: int | None = None,
 ) -> Edited:
     """Takes single frames out that jump: ``threshold`` times farther than usual, and by ``angle`` in degrees."""
-    return apply(scene, _step("despike", dict(threshold=threshold, angle=angle, distance=distance, longest=longest)))
+    return apply(scene, _step("despike", threshold=threshold, angle=angle, distance=distance, longest=longest))
 
 
 def fill(scene: Scene, *, longest: float | None = None, shortest: float | None = None) -> Edited:
     """Fills gaps in which the motion was held."""
-    return apply(scene, _step("fill", {"longest": longest, "shortest": shortest}))
+    return apply(scene, _step("fill", longest=longest, shortest=shortest))
 
 
 def loop_clip(
@@ -136,25 +157,23 @@ def loop_clip(
     in_place: bool | None = None,
 ) -> Edited:
     """Cuts to a loop: ``frames``, or the best one of ``shortest`` to ``longest`` seconds."""
-    cut = None if frames is None else f"{frames[0]}..{frames[1]}"
-    options = dict(frames=cut, shortest=shortest, longest=longest, blend=blend, in_place=in_place)
-    return apply(scene, _step("loop", options))
+    options = dict(frames=frames, shortest=shortest, longest=longest, blend=blend, in_place=in_place)
+    return apply(scene, _step("loop", **options))
 
 
 def concat(scene: Scene, other: Scene, *, blend: float | None = None, align: bool | None = None) -> Edited:
     """Appends ``other``, from where the scene ends unless ``align`` is ``False``."""
-    return apply(scene, _step("concat", {"blend": blend, "align": align}), other)
+    return apply(scene, _step("concat", blend=blend, align=align), other)
 
 
 def blend(scene: Scene, other: Scene, weight: float | Sequence[tuple[float, float]] = 0.5) -> Edited:
     """Mixes with ``other``, aligned in time. ``weight`` is from 0 to 1, or a curve: pairs of seconds and a weight."""
-    text = str(weight) if isinstance(weight, (int, float)) else "+".join(f"{time}:{value}" for time, value in weight)
-    return apply(scene, _step("blend", {"weight": text}), other)
+    return apply(scene, _step("blend", weight=weight), other)
 
 
 def layer(scene: Scene, other: Scene, part: Literal["upper", "legs", "arms", "head"] = "upper") -> Edited:
     """Takes a part of the body from ``other``."""
-    return apply(scene, _step("layer", {"part": part}), other)
+    return apply(scene, _step("layer", part=part), other)
 
 
 def warp_time(
@@ -163,9 +182,7 @@ def warp_time(
     """Moves moments: pairs of a time and the time at which it is to be. Or all at a ``speed``."""
     if (moments is None) == (speed is None):
         raise TypeError("give either moments or a speed")
-    if moments is None:
-        return apply(scene, _step("warp", {"speed": speed}))
-    return apply(scene, "warp:" + ",".join(f"{before}={after}" for before, after in moments))
+    return apply(scene, _step("warp", moments=moments, speed=speed))
 
 
 def warp_path(
@@ -175,11 +192,11 @@ def warp_path(
 ) -> Edited:
     """Bends the way over the ground to ``points``: two coordinates in metres, or before them a time in seconds."""
 
-    def text(point: Sequence[float]) -> str:
-        place = f"{point[-2]}/{point[-1]}"
-        return place if len(point) == 2 else f"{point[0]}:{place}"
+    def point(numbers: Sequence[float]) -> dict[str, object]:
+        at = {"at": list(numbers[-2:])}
+        return at if len(numbers) == 2 else {"seconds": numbers[0], **at}
 
-    return apply(scene, _step("warp", {"path": "+".join(map(text, points)), "facing": facing}))
+    return apply(scene, _step("warp", path=[point(numbers) for numbers in points], facing=facing))
 
 
 def in_between(
@@ -190,8 +207,7 @@ def in_between(
     interpolation: Literal["slerp", "squad"] | None = None,
 ) -> Edited:
     """Keeps key frames, and computes the others."""
-    listed = None if keys is None else "+".join(map(str, keys))
-    return apply(scene, _step("in-between", {"keys": listed, "every": every, "interpolation": interpolation}))
+    return apply(scene, _step("in-between", keys=keys, every=every, interpolation=interpolation))
 
 
 def contacts(

@@ -1,0 +1,84 @@
+//! Changes of a motion, as a scene of its own.
+
+use std::ffi::{CStr, c_char};
+use std::ptr;
+use std::slice;
+
+use mocap::edit::{EditStep, apply_all};
+
+use crate::border::{Failure, guard};
+use crate::handle::Scene;
+use crate::{opened, text};
+
+/// A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of them:
+/// each a text as `mocap edit --step` takes it, or an object with its name and its options.
+///
+///     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
+///
+/// `others` are the second motions of those steps that take one, in their order, and `other_count` is how many there
+/// are. Lengths in steps are metres whatever the unit of the scene. The first animation is changed; a rest pose in its
+/// first frame is changed with it. `mocap_edit_report_text` of the copy says what each step changed.
+///
+/// Returns NULL where a step is unknown or cannot be done. The scenes that were given stay as they are; each is freed
+/// by a `mocap_close` of its own.
+///
+/// # Safety
+/// `scene` is an open scene, `steps` is a text that ends with a zero byte, and `others` points to `other_count` open
+/// scenes, or is NULL where `other_count` is 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_edit(
+    scene: *const Scene,
+    steps: *const c_char,
+    others: *const *const Scene,
+    other_count: usize,
+) -> *mut Scene {
+    guard(ptr::null_mut(), || {
+        // SAFETY: the caller hands over an open scene.
+        let scene = unsafe { opened(scene) }?;
+        // SAFETY: the caller hands over a text with a zero byte at its end.
+        let steps = read_steps(unsafe { text(steps, "steps") }?)?;
+        let others = match other_count {
+            0 => &[][..],
+            _ if others.is_null() => return Err(Failure::argument("others is NULL")),
+            // SAFETY: the caller hands over as many pointers.
+            count => unsafe { slice::from_raw_parts(others, count) },
+        };
+        // SAFETY: each of them is an open scene.
+        let others = others.iter().map(|other| Ok(unsafe { opened(*other) }?.scene()));
+        let others = others.collect::<Result<Vec<_>, Failure>>()?;
+        let mut changed = scene.scene().clone();
+        let reports = apply_all(&mut changed, &steps, &others, None)?;
+        Ok(scene.edited(changed, &reports).into_raw())
+    })
+}
+
+fn read_steps(text: &CStr) -> Result<Vec<EditStep>, Failure> {
+    let text = text.to_str().map_err(|_| Failure::argument("steps is not UTF-8"))?;
+    EditStep::list_from_json(text).map_err(|error| Failure::argument(&error.to_string()))
+}
+
+/// How many steps `mocap_edit` applied to make a scene. `mocap_edit_report_text` says what they changed.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
+    // SAFETY: the caller hands over an open scene.
+    guard(0, || Ok(unsafe { opened(scene) }?.edit_reports.len()))
+}
+
+/// What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The text
+/// lives as long as the scene.
+///
+/// # Safety
+/// `scene` is an open scene.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn mocap_edit_report_text(scene: *const Scene, report: usize) -> *const c_char {
+    guard(ptr::null(), || {
+        // SAFETY: the caller hands over an open scene.
+        let reports = &unsafe { opened(scene) }?.edit_reports;
+        let text = reports.get(report);
+        let text = text.ok_or_else(|| Failure::absent("report", report as u64, reports.len() as u64))?;
+        Ok(text.as_ptr())
+    })
+}
