@@ -1,5 +1,5 @@
-//! Lossy compression of animations with an error bound: no joint is farther from its place than the bound, at any frame
-//! of the source, for any reader of the file.
+//! Lossy compression of animations with an error bound: no joint is farther from its position than the bound, at any
+//! frame of the source, for any reader of the file.
 //!
 //! The algorithm is a variable bit rate quantizer with key frame reduction and in-place error compensation, after the
 //! Animation Compression Library (ACL) of Nicholas Frechette: <https://github.com/nfrechette/acl>.
@@ -14,7 +14,9 @@
 //!    `quantize` has the formats.
 //! 5. `measure` decodes the result in double precision as readers `decode` it: slerp, nlerp, unnormalized.
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
-//! 7. `clip` is the result, for FBX as `curves`. `stream_size` says how large it becomes in meshopt's streams.
+//! 7. `clip` is the result, for FBX as `curves`.
+//!
+//! How keys are stored is what a format says: each implements [`Encoding`] beside its reader and writer.
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
@@ -26,6 +28,7 @@ mod constant_tracks;
 mod curves;
 mod decode;
 mod encode;
+mod encoding;
 mod error_bound;
 mod error_metric;
 mod fitted_keys;
@@ -38,153 +41,125 @@ mod raw_clip;
 mod read_ahead;
 mod refinement;
 mod shared_key_frames;
-mod stream_size;
 mod trellis;
 
 use std::sync::Arc;
 
-pub(crate) use self::clip::{CompressedClip, Storage, Track};
+pub(crate) use self::clip::{CompressedClip, Track};
 pub(crate) use self::curves::{Curve, EulerAngles};
 use self::encode::Encoder;
+pub(crate) use self::encoding::{Encoding, Float32, KeyFrameChoice};
 use self::error_bound::Bounds;
 pub use self::error_bound::ErrorBound;
 use self::error_metric::LeverArms;
 pub(crate) use self::key_frames::KeyFrames;
 use self::object_space::ObjectSpaceTrack;
 pub use self::packed::PackedClip;
-pub(crate) use self::quantize::{RotationFormat, TranslationFormat};
+pub(crate) use self::quantize::{Lattice, RotationFormat, TranslationFormat};
 use self::raw_clip::RawClip;
 use self::refinement::Refinement;
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{Animation, Scene};
 
-// Shares of the bound, found by trials on the fixtures. The bound holds with any other values.
+// Fractions of the bound, found by trials on the fixtures. The bound holds with any other values.
 
 /// For replacing tracks by constants.
-const CONSTANT_SHARE: f32 = 0.2;
-/// For key frame reduction of the whole pose; the rest is for quantization. There is less of it where rotations are
-/// stored with 16 or 32 bits.
-const KEY_SHARE_OF_STREAMS: f32 = 0.8;
-const KEY_SHARE_OF_NUMBERS: f32 = 0.97;
+const CONSTANT_FRACTION: f32 = 0.2;
+/// For key frame reduction of the whole pose; the rest is for quantization, which takes less where rotations are stored
+/// with 16 or 32 bits.
+const KEY_FRACTION_OF_STREAMS: f32 = 0.8;
+const KEY_FRACTION_OF_NUMBERS: f32 = 0.97;
 
-/// Fewer shared key frames than this share of all frames may be smaller in streams than keys at all frames. Keys at all
-/// frames can be coarser, because the whole bound is left for quantization.
+/// Fewer shared key frames than this fraction of all frames may be smaller in streams than keys at all frames. Keys at
+/// all frames can be coarser, because the whole bound is left for quantization.
 const MAYBE_SMALLER: f32 = 0.9;
-/// Fewer keys than this share of all are smaller for sure.
+/// Fewer keys than this fraction of all are smaller for sure.
 const SURELY_SMALLER: f32 = 0.85;
 
-/// Shared key frames are tried where this share of the size of all tracks is smaller than key frames of their own.
+/// Shared key frames are tried where this fraction of their size is smaller than that of key frames of each track's
+/// own.
 const MAYBE_CONSTANT: f32 = 0.85;
 
 /// Compresses `animation` so that no joint is farther from its position than `bound` allows.
 ///
 /// # Errors
-/// [`Code::ErrorBound`] where the storage is too coarse for the bound; [`Code::Unrepresentable`] where the scale is not
-/// uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
+/// [`Code::ErrorBound`] where the encoding is too coarse for the bound; [`Code::Unrepresentable`] where the scale is
+/// not uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
 /// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, or the bound of a joint is not finite
 /// and above 0 or its name is unknown.
 pub(crate) fn compress(
     scene: &Scene,
     animation: &Animation,
-    bound: impl Into<ErrorBound>,
-    storage: Storage,
-) -> Result<CompressedClip> {
-    compress_as(scene, animation, bound.into(), storage, None)
-}
-
-/// Reduces `animation` to curves, with the angles that `euler` says of each node, so that no joint is farther from its
-/// place than `bound` allows.
-///
-/// # Errors
-/// As [`compress`].
-pub(crate) fn reduce_curves(
-    scene: &Scene,
-    animation: &Animation,
-    bound: ErrorBound,
-    euler: &[EulerAngles],
-) -> Result<CompressedClip> {
-    compress_as(scene, animation, bound, Storage::Curves, Some(euler))
-}
-
-fn compress_as(
-    scene: &Scene,
-    animation: &Animation,
-    bound: ErrorBound,
-    storage: Storage,
-    euler: Option<&[EulerAngles]>,
+    bound: &ErrorBound,
+    encoding: &dyn Encoding,
 ) -> Result<CompressedClip> {
     let mut clip = RawClip::new(scene, animation, bound.checked_shell_distance()?)?;
-    let bounds = Bounds::new(&bound, scene, &clip)?;
+    let bounds = Bounds::new(bound, scene, &clip)?;
     let raw = clip.object_space();
-    constant_tracks::compact(&mut clip, &bounds, CONSTANT_SHARE);
-    let time_of = |tick: &f64| match storage {
-        // FBX has times as integers, and so exact that ticks stand for them.
-        Storage::Curves => *tick as f32,
-        _ => (tick / animation.ticks_per_second) as f32,
-    };
-    let times: Vec<f32> = clip.ticks.iter().map(time_of).collect();
+    constant_tracks::compact(&mut clip, &bounds, CONSTANT_FRACTION);
+    let times: Vec<f32> = clip
+        .ticks
+        .iter()
+        .map(|tick| encoding.time(*tick, animation.ticks_per_second))
+        .collect();
     if !times.is_sorted_by(|a, b| a < b) {
         let message = "two frames have the same time as 32-bit floats, so that no error bound can be kept";
         return Err(Diagnostic::new(Code::LimitExceeded, message).into());
     }
     let farthest = |track: &ObjectSpaceTrack| track.positions.iter().map(|p| p.length()).fold(0.0, f32::max);
-    let mut raw_rounding = f64::from(raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON);
-    if matches!(storage, Storage::Packed | Storage::Curves) {
-        // Sampling rounds as well.
-        raw_rounding *= 3.0;
-    }
+    let rounding = raw.iter().map(farthest).fold(0.0, f32::max) * f32::EPSILON;
     let refinement = Refinement {
         encoder: Encoder {
             arms: LeverArms::of_clip(&clip),
             clip,
             raw,
             bounds,
-            storage,
-            euler,
+            encoding,
         },
         times,
-        raw_rounding,
+        raw_rounding: f64::from(rounding) * encoding.roundings(),
     };
-    match storage {
-        Storage::Meshopt => smallest(&refinement, scene, |reduced| reduced, CompressedClip::stream_size),
-        Storage::Packed => {
-            let frames = refinement.times.len();
-            let with_required = |reduced| packed::with_required(reduced, frames);
-            smallest(&refinement, scene, with_required, packed::packed_size)
-        }
-        Storage::Float32 | Storage::Int16 => smallest_numbers(&refinement, scene),
-        Storage::Curves => refinement.within_bound(scene, None),
+    match encoding.key_frames() {
+        KeyFrameChoice::Own => refinement.within_bound(scene, None),
+        KeyFrameChoice::OwnOrShared => own_or_shared(&refinement, scene),
+        KeyFrameChoice::SharedOrAll => shared_or_all(&refinement, scene),
     }
 }
 
-/// With key frames of each track's own or with shared ones, whichever is smaller as plain numbers.
-fn smallest_numbers(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
+/// As [`KeyFrameChoice::OwnOrShared`] says.
+fn own_or_shared(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
     let own = refinement.within_bound(scene, None)?;
-    let Encoder { clip, raw, bounds, .. } = &refinement.encoder;
-    let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_SHARE_OF_NUMBERS);
+    let Encoder {
+        clip,
+        raw,
+        bounds,
+        encoding,
+        ..
+    } = &refinement.encoder;
+    let shared = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_NUMBERS);
     // Refinement adds to this size, but some tracks may be constant that are not with key frames of their own.
     let size: usize = own.animated_tracks().map(|(_, bytes)| shared.len() * bytes).sum();
-    if size as f32 * MAYBE_CONSTANT >= own.size() as f32 {
+    if size as f32 * MAYBE_CONSTANT >= encoding.size(&own) as f32 {
         return Ok(own);
     }
     match refinement.within_bound(scene, Some(Arc::new(shared))) {
-        Ok(shared) if shared.size() < own.size() => Ok(shared),
+        Ok(shared) if encoding.size(&shared) < encoding.size(&own) => Ok(shared),
         _ => Ok(own),
     }
 }
 
-/// With reduced shared key frames or with keys at all frames, whichever is smaller by its `size`. Key frames of each
-/// track's own are not tried: they need times of their own, which a stream hardly compresses, and took 1.4 to 3.2 times
-/// the bytes for five real clips within 1, 5, 10 and 25 mm.
-fn smallest(
-    refinement: &Refinement,
-    scene: &Scene,
-    with_required: impl Fn(KeyFrames) -> KeyFrames,
-    size: impl Fn(&CompressedClip) -> usize,
-) -> Result<CompressedClip> {
-    let Encoder { clip, raw, bounds, .. } = &refinement.encoder;
+/// As [`KeyFrameChoice::SharedOrAll`] says.
+fn shared_or_all(refinement: &Refinement, scene: &Scene) -> Result<CompressedClip> {
+    let Encoder {
+        clip,
+        raw,
+        bounds,
+        encoding,
+        ..
+    } = &refinement.encoder;
     let all: Arc<KeyFrames> = Arc::new(key_frames::every_frame(clip.frames()));
-    let reduced = with_required(shared_key_frames::reduce(clip, raw, bounds, KEY_SHARE_OF_STREAMS));
+    let reduced = shared_key_frames::reduce(clip, raw, bounds, KEY_FRACTION_OF_STREAMS);
+    let reduced = encoding.with_required(reduced, clip.frames());
     if reduced.len() as f32 > MAYBE_SMALLER * all.len() as f32 {
         return refinement.within_bound(scene, Some(all));
     }
@@ -196,5 +171,9 @@ fn smallest(
         return Ok(reduced);
     }
     let all = refinement.within_bound(scene, Some(all))?;
-    Ok(if size(&reduced) < size(&all) { reduced } else { all })
+    Ok(if encoding.size(&reduced) < encoding.size(&all) {
+        reduced
+    } else {
+        all
+    })
 }

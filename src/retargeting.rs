@@ -36,7 +36,7 @@ pub use self::target::Target;
 use crate::convert::{Conversion, FirstFrame};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Humanoid, humanoid};
-use crate::format::gltf::Provenance;
+use crate::format::gltf::{GltfOptions, GltfReport, Provenance};
 use crate::process::{self, SkeletonMesh};
 use crate::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
 use crate::robot::{RobotOptions, RobotRetargeter};
@@ -290,11 +290,22 @@ impl Retargeting {
     /// # Errors
     /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
     pub fn character_file(&self) -> Result<Option<Vec<u8>>> {
+        let written = self.character_file_with(&GltfOptions::default())?;
+        Ok(written.map(|(bytes, _)| bytes))
+    }
+
+    /// As [`Self::character_file`], with the clips compressed as `options` say, and what there is to say about it.
+    ///
+    /// # Errors
+    /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
+    pub fn character_file_with(&self, options: &GltfOptions) -> Result<Option<(Vec<u8>, GltfReport)>> {
         let Target::Character(character) = &self.target else {
             return Ok(None);
         };
         let clips = self.clips.iter().map(|clip| (&clip.animation, &clip.provenance));
-        character.with_clips(clips, self.options.replace_animations).map(Some)
+        character
+            .with_clips(clips, self.options.replace_animations, options)
+            .map(Some)
     }
 
     /// The target as a scene in its own unit and axes, with the clips alone. It records the motion of the first.

@@ -19,10 +19,10 @@ const DISTORTION: f32 = 12.0;
 /// The same on a lattice that is fine: there most differences take 8 bits, whichever candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
-/// The largest error of a candidate, as a share of the tolerance, squared. The rest is for rounding.
+/// The largest error of a candidate, as a fraction of the tolerance, squared. The rest is for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
-/// The largest difference between decoders, as a share of the tolerance. It cannot be compensated for, because it is
+/// The largest difference between decoders, as a fraction of the tolerance. It cannot be compensated for, because it is
 /// not the same for all readers.
 const MAX_AMBIGUITY: f32 = 0.15;
 

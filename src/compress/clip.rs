@@ -7,22 +7,6 @@ use glam::{Quat, Vec3};
 use super::curves::JointCurves;
 use super::key_frames::{self, Insertion, KeyFrames};
 use super::quantize::{QuantizedRotation, QuantizedTranslation, RotationFormat, TranslationFormat};
-use super::stream_size::{stream_size, words};
-
-/// How a file can store keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Storage {
-    /// As 32-bit floats.
-    Float32,
-    /// Rotations as 16-bit normalized integers, translations as 32-bit floats.
-    Int16,
-    /// By the filters of meshopt, in streams of differences.
-    Meshopt,
-    /// In a packed clip: [`packed`](super::packed).
-    Packed,
-    /// As curves of 32-bit floats, one for each axis: [`curves`](super::curves).
-    Curves,
-}
 
 /// An animation whose error is within the bound.
 pub(crate) struct CompressedClip {
@@ -37,7 +21,7 @@ pub(crate) struct CompressedClip {
 pub(crate) struct CompressedTrack {
     pub(crate) translation: TranslationTrack,
     pub(crate) rotation: RotationTrack,
-    /// What the tracks are made of, for [`Storage::Curves`].
+    /// What the tracks are made of, where the encoding states [Euler angles](super::curves::EulerAngles).
     pub(crate) curves: Option<Box<JointCurves>>,
 }
 
@@ -112,7 +96,7 @@ impl CompressedClip {
     }
 
     /// The key frames of all tracks, each set once.
-    fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
+    pub(crate) fn distinct_key_frames(&self) -> Vec<&Arc<KeyFrames>> {
         let mut distinct: Vec<&Arc<KeyFrames>> = Vec::new();
         for (key_frames, _) in self.animated_tracks() {
             if !distinct.contains(&key_frames) {
@@ -128,32 +112,12 @@ impl CompressedClip {
     }
 
     /// Bytes of all keys and their times, where they are stored without streams.
-    pub(super) fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         let keys: usize = self.animated_tracks().map(|(frames, bytes)| frames.len() * bytes).sum();
         let distinct = self.distinct_key_frames().into_iter();
         let times: usize = distinct
             .map(|key_frames| TIME_ACCESSOR_BYTES + key_frames.len() * TIME_BYTES)
             .sum();
         keys + times
-    }
-
-    /// About the bytes of all keys and their times as streams.
-    pub(super) fn stream_size(&self) -> usize {
-        let mut size = 0;
-        for track in &self.tracks {
-            if let Track::Animated { keys, .. } = &track.translation {
-                size += stream_size(keys.len(), |key| keys[key].stored);
-            }
-            if let Track::Animated { keys, .. } = &track.rotation {
-                size += stream_size(keys.len(), |key| words(keys[key].stored));
-            }
-        }
-        // Times at 100 frames a second stand for those of any frame rate.
-        let times = |key_frames: &&Arc<KeyFrames>| {
-            stream_size(key_frames.len(), |key| {
-                [(self.ticks[key_frames[key] as usize] as f32 * 0.01).to_bits()]
-            })
-        };
-        size + self.distinct_key_frames().iter().map(times).sum::<usize>()
     }
 }

@@ -141,8 +141,8 @@ impl JointCurves {
 }
 
 /// Reduces the keys of one axis after another, that with the least range first. Each may be off by as much as those
-/// before it leave of the tolerance, which was found by trials to take as few keys as fixed shares. Returns the curves,
-/// and the values of all frames.
+/// before it leave of the tolerance, which was found by trials to take as few keys as fixed fractions. Returns the
+/// curves, and the values of all frames.
 fn reduce(
     values: &[DVec3],
     rest: DVec3,

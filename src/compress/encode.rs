@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 
 use super::bit_rate;
-use super::clip::{CompressedTrack, RotationTrack, Storage, TIME_BYTES, Track, TranslationTrack};
+use super::clip::{CompressedTrack, RotationTrack, TIME_BYTES, Track, TranslationTrack};
 use super::compensation::{Compensation, target_translation};
-use super::curves::{EulerAngles, JointCurves};
+use super::curves::JointCurves;
+use super::encoding::Encoding;
 use super::error_bound::Bounds;
 use super::error_metric::LeverArms;
 use super::fitted_keys::{self, RotationFit, TranslationFit};
@@ -20,19 +21,16 @@ use crate::pose::forward_kinematics;
 
 // Found by trials on the fixtures. The bound holds with any other values.
 
-/// The share of the tolerance for the error of a joint's own translation.
-const TRANSLATION_SHARE: f32 = 0.8;
-/// The highest bit rate of the QUATERNION filter.
-const MAX_BITS: i32 = 16;
-/// The largest step of a rotation to try, at the end of the longest lever arm, as a share of the tolerance.
+/// The fraction of the tolerance for the error of a joint's own translation.
+const TRANSLATION_FRACTION: f32 = 0.8;
+/// The largest step of a rotation to try, at the end of the longest lever arm, as a fraction of the tolerance.
 const ROTATION_STEP: f32 = 1.5;
-/// The step of a translation as a share of the tolerance: half the diagonal of a cube of such steps is the tolerance.
+/// The step of a translation as a fraction of the tolerance: half the diagonal of a cube of such steps is the
+/// tolerance.
 const TRANSLATION_STEP: f32 = 1.15;
-/// Constant values are rounded to decimals of this share of the bound: they stand in the JSON of a glTF file, where
-/// every digit takes a byte.
-const CONSTANT_STEP: f64 = 1e-2;
-/// The same for 16-bit rotations: a digit more takes fewer bytes than the keys that it saves.
-const CONSTANT_STEP_OF_INT16: f64 = 1e-3;
+
+/// The most decimals of a constant: about as many as 32-bit floats have.
+const MAX_DECIMALS: f64 = 9.0;
 
 /// What stays the same from one pass to the next.
 pub(super) struct Encoder<'a> {
@@ -41,9 +39,7 @@ pub(super) struct Encoder<'a> {
     pub(super) raw: Vec<ObjectSpaceTrack>,
     pub(super) arms: Vec<LeverArms>,
     pub(super) bounds: Bounds,
-    pub(super) storage: Storage,
-    /// For [`Storage::Curves`], how the file states the rotations of each node.
-    pub(super) euler: Option<&'a [EulerAngles]>,
+    pub(super) encoding: &'a dyn Encoding,
 }
 
 /// What an encoding pass may use for a joint.
@@ -84,7 +80,7 @@ impl Encoder<'_> {
                 }
                 *lossy = ObjectSpaceTrack::at_origin(self.clip.frames());
                 let budget = &mut budgets[index];
-                let mut curves = self.euler.map(|euler| JointCurves::new(euler[index]));
+                let mut curves = self.encoding.euler_angles(index).map(JointCurves::new);
                 let translation = joint.encode_translation(budget.own_tolerance, shared, curves.as_mut());
                 joint.decode_translations(&translation, &all_frames, &mut lossy.positions);
                 let rotation = joint.encode_rotation(&lossy.positions, budget, shared, curves.as_mut());
@@ -146,16 +142,12 @@ impl Encoder<'_> {
         keys * (bytes + TIME_BYTES) < self.clip.frames() * bytes
     }
 
-    /// Rounds a constant to no more decimals than it needs for `bound`, unless 32-bit floats are asked for.
+    /// Rounds a constant to no more decimals than it needs for `bound`, unless the encoding keeps it exact.
     fn round(&self, value: f32, bound: f64) -> f32 {
-        if matches!(self.storage, Storage::Float32 | Storage::Packed | Storage::Curves) {
+        let Some(step) = self.encoding.constant_step() else {
             return value;
-        }
-        let step = match self.storage {
-            Storage::Int16 => CONSTANT_STEP_OF_INT16,
-            _ => CONSTANT_STEP,
         };
-        let per_unit = 10f64.powi((bound * step).log10().floor().clamp(-9.0, -1.0).abs() as i32);
+        let per_unit = 10f64.powi((bound * step).log10().floor().clamp(-MAX_DECIMALS, -1.0).abs() as i32);
         ((f64::from(value) * per_unit).round() / per_unit) as f32
     }
 }
@@ -195,17 +187,10 @@ impl<'a> JointEncoder<'a> {
                 keys: keys.iter().map(|key| format.quantize(*key, None, tolerance)).collect(),
             };
         }
-        let format = match self.encoder.storage {
-            Storage::Float32 | Storage::Int16 | Storage::Curves => TranslationFormat::Float32,
-            Storage::Meshopt | Storage::Packed => {
-                let largest = targets.iter().map(|value| value.abs().max_element());
-                let (step, largest) = (tolerance * TRANSLATION_STEP, largest.fold(0.0, f32::max));
-                match self.encoder.storage {
-                    Storage::Packed => TranslationFormat::multiples(step, largest),
-                    _ => TranslationFormat::exponential_filter(step, largest),
-                }
-            }
-        };
+        let largest = targets.iter().map(|value| value.abs().max_element());
+        let largest = largest.fold(0.0, f32::max);
+        let encoding = self.encoder.encoding;
+        let format = encoding.translations(tolerance * TRANSLATION_STEP, largest);
         let key_frames = match shared {
             Some(shared) => Arc::clone(shared),
             None => {
@@ -269,19 +254,8 @@ impl<'a> JointEncoder<'a> {
                 keys,
             };
         }
-        let format = match self.encoder.storage {
-            Storage::Float32 | Storage::Curves => RotationFormat::Float32,
-            Storage::Int16 => RotationFormat::Int16,
-            Storage::Meshopt => {
-                let steps = self.arms.longest / (tolerance * ROTATION_STEP);
-                let bits = (steps.log2().ceil() as i32 + 1).clamp(4, MAX_BITS);
-                RotationFormat::QuaternionFilter(Lattice::of_filter(bits as u32))
-            }
-            Storage::Packed => {
-                let steps = self.arms.longest / (tolerance * ROTATION_STEP);
-                RotationFormat::SmallestThree(Lattice::of_steps(steps))
-            }
-        };
+        let steps = self.arms.longest / (tolerance * ROTATION_STEP);
+        let format = self.encoder.encoding.rotations(steps);
         let key_frames = match shared {
             Some(shared) => Arc::clone(shared),
             None => {
@@ -376,7 +350,7 @@ impl<'a> JointEncoder<'a> {
 
     /// The largest error of a translation, in its own unit.
     fn translation_tolerance(&self, tolerance: f32) -> f32 {
-        tolerance * TRANSLATION_SHARE / self.raw_joint.parent_scale
+        tolerance * TRANSLATION_FRACTION / self.raw_joint.parent_scale
     }
 
     fn constant_translation(&self, value: Vec3) -> TranslationTrack {

@@ -31,15 +31,15 @@ const ENDS: usize = 4;
 const LONGEST: usize = 1024;
 /// The most projections to find a line within the tolerance.
 const PROJECTIONS: usize = 4;
-/// Projections lead to this share of the tolerance, so that fewer of them are needed.
+/// Projections lead to this fraction of the tolerance, so that fewer of them are needed.
 const GOAL: f32 = 0.99;
 /// What rounding to 16 bits may add to the angle of a rotation, in radians.
 const INT16_ROUNDING: f32 = 3e-5;
 /// How far apart two readers may be between two keys of a rotation, one that uses nlerp and one that uses slerp, at the
-/// end of the chain below the joint: a share of the tolerance. Joints further down compensate for nlerp alone.
+/// end of the chain below the joint: a fraction of the tolerance. Joints further down compensate for nlerp alone.
 const NLERP_SHARE: f32 = 0.03;
-/// The largest angle between nlerp and slerp, as a share of the cube of the angle from one key to the next, if that is
-/// small: the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
+/// The largest angle between nlerp and slerp, as a fraction of the cube of the angle from one key to the next, if that
+/// is small: the largest value of `x (1 - x) (1 - 2 x) / 24` for x from 0 to 1, a 432th of the root of 3.
 const NLERP_FROM_SLERP: f32 = 0.004;
 
 /// A track to which keys are fitted.
@@ -300,17 +300,17 @@ impl<F: Fit> Search<'_, F> {
         let mut before = self.seen.len() - 1;
         for _ in 0..PROJECTIONS {
             // The frame of the last projection is most likely to exclude the rise again.
-            let mut places = std::iter::once(before).chain((0..self.seen.len()).rev());
-            let excluded = places.find_map(|place| {
-                let (ticks, target) = self.seen[place];
-                let change = self.fit.correction(from + 1 + place, target, rise * ticks)?;
-                Some((place, change / ticks))
+            let mut indices = std::iter::once(before).chain((0..self.seen.len()).rev());
+            let excluded = indices.find_map(|index| {
+                let (ticks, target) = self.seen[index];
+                let change = self.fit.correction(from + 1 + index, target, rise * ticks)?;
+                Some((index, change / ticks))
             });
-            let Some((place, change)) = excluded else {
+            let Some((index, change)) = excluded else {
                 return Some(rise);
             };
             rise += change;
-            before = place;
+            before = index;
         }
         None
     }
@@ -371,8 +371,8 @@ impl<F: Fit> Search<'_, F> {
                 }
             }
             // As far as that, or half as far.
-            let moved = |share: f32| {
-                let value = F::displaced(F::value(&key), sum * (share / squares));
+            let moved = |fraction: f32| {
+                let value = F::displaced(F::value(&key), sum * (fraction / squares));
                 self.fit.quantize(value, Some(&key))
             };
             let fits = |moved: &F::Key| {

@@ -96,15 +96,15 @@ pub(super) fn refine<T: Copy + PartialOrd>(
     (insertions, changed)
 }
 
-/// Inserts `new` values, one per insertion, in place.
+/// Inserts `new` values, one per insertion.
 pub(super) fn insert<T: Copy>(values: &mut Vec<T>, insertions: &[Insertion], new: &[T]) {
     let mut end = values.len();
     values.extend_from_slice(new);
     // Backwards, so that no value is overwritten before it is moved.
-    for (place, (insertion, value)) in std::iter::zip(insertions, new).enumerate().rev() {
+    for (index, (insertion, value)) in std::iter::zip(insertions, new).enumerate().rev() {
         let first = insertion.after + 1;
-        values.copy_within(first..end, first + place + 1);
-        values[first + place] = *value;
+        values.copy_within(first..end, first + index + 1);
+        values[first + index] = *value;
         end = first;
     }
 }

@@ -5,6 +5,7 @@
 //! needs. All tracks of a key frame stand together, so that a pose reads the headers of a block, and two key frames.
 
 mod bits;
+mod encoding;
 mod layout;
 mod read;
 mod sample;
@@ -13,8 +14,8 @@ mod write;
 
 use std::borrow::Cow;
 
+use self::encoding::Packed;
 use self::layout::{RotationTrack, TranslationTrack};
-pub(super) use self::write::{packed_size, with_required};
 use super::{CompressedClip, ErrorBound};
 use crate::error::Result;
 use crate::pose::Trs;
@@ -28,7 +29,7 @@ use crate::scene::Scene;
 ///
 /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// Conversion::new().apply(&mut scene)?;
-/// // No joint is more than a millimetre from its place, at any frame.
+/// // No joint is more than a millimetre from its position, at any frame.
 /// let packed = PackedClip::encode(&scene, 0, 0.001)?;
 ///
 /// let clip = PackedClip::new(packed.bytes())?;
@@ -60,7 +61,7 @@ pub struct PackedClip<'a> {
     header_bits: usize,
     /// Where the ticks of the frames stand; absent where they are 0, 1, 2 and so on.
     ticks: Option<usize>,
-    /// Where the places of the blocks stand.
+    /// Where the offsets of the blocks stand.
     table: usize,
     /// Where the first block stands.
     blocks: usize,
@@ -77,7 +78,7 @@ struct ClipNode {
 
 impl PackedClip<'static> {
     /// Packs an animation of `scene`, whose lengths are in metres: no joint or end site is more than `max_error` metres
-    /// from its place, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
+    /// from its position, at any frame. An [`ErrorBound`] holds for a shell around each joint too.
     ///
     /// # Errors
     /// [`Code::ErrorBound`](crate::Code::ErrorBound) where the bound cannot be kept;
@@ -90,7 +91,7 @@ impl PackedClip<'static> {
 
     /// The same with the clip as it was before it was packed, which knows where its error is largest.
     pub(crate) fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
-        let (bytes, clip) = write::encode(scene, animation, bound)?;
+        let (bytes, clip) = write::encode(scene, animation, &bound, &Packed)?;
         Ok((Self::new(bytes)?, clip))
     }
 }
@@ -163,7 +164,7 @@ impl<'a> PackedClip<'a> {
         self.frames
     }
 
-    /// The largest distance of any joint from its place that was measured, in metres.
+    /// The largest distance of any joint from its position that was measured, in metres.
     pub fn max_error(&self) -> f64 {
         self.max_error.into()
     }

@@ -13,6 +13,13 @@ use crate::scene::{Animation, Keys, Node, NodeId, Scene};
 /// By how much the three factors of a scale may differ to count as uniform: a few rounding errors.
 const UNIFORM: f32 = 1e-4;
 
+/// Points of the shell of a joint: one on each of its axes.
+const SHELL_POINTS: usize = Vec3::AXES.len();
+
+/// By how much the squared length of a quaternion may differ from 1, to be a rotation: more than 16-bit integers round
+/// it by.
+const NOT_A_UNIT: f32 = 1e-3;
+
 /// The most frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
 const MAX_VALUES: usize = 1 << 28;
 
@@ -75,7 +82,7 @@ impl<'a> RawClip<'a> {
     /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
     /// rotation and translation does not bound the whole.
     pub(super) fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
-        let joints = scene.nodes.len() * if shell_distance > 0.0 { 4 } else { 1 };
+        let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
         let values = animation.frame_count().saturating_mul(joints);
         if values > MAX_VALUES {
             let message = "the animation has too many frames to measure the error at each";
@@ -119,8 +126,8 @@ impl<'a> RawClip<'a> {
                 parent_scale,
             });
         }
-        for (node, place) in Binding::new(scene, animation).driven() {
-            let channel = &animation.channels[place];
+        for (node, channel) in Binding::new(scene, animation).driven() {
+            let channel = &animation.channels[channel];
             let (node, joint) = (&scene.nodes[node.index()], &mut joints[node.index()]);
             if !channel.scaling_keys.is_empty() && !joint.children.is_empty() {
                 let own = uniform_scale(node, &channel.scaling_keys.values)?;
@@ -134,7 +141,7 @@ impl<'a> RawClip<'a> {
                 joint.translation = track;
             }
             if let Some(track) = sample(&channel.rotation_keys, &ticks, Keys::<Quat>::sample) {
-                check(node, &track, |value| (value.length_squared() - 1.0).abs() < 1e-3)?;
+                check(node, &track, |value| (value.length_squared() - 1.0).abs() < NOT_A_UNIT)?;
                 joint.rotation = track;
             }
         }
@@ -201,7 +208,7 @@ impl<'a> RawClip<'a> {
         self.joints[joint].parent
     }
 
-    /// All joints in object space. Static leaves are left empty: their place follows from their parent's.
+    /// All joints in object space. Static leaves are left empty: their position follows from their parent's.
     pub(super) fn object_space(&self) -> Vec<ObjectSpaceTrack> {
         let mut tracks = vec![ObjectSpaceTrack::default(); self.joints.len()];
         forward_kinematics(

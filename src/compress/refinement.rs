@@ -8,7 +8,7 @@ use std::iter::zip;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::clip::{CompressedClip, MeasuredError, Storage};
+use super::clip::{CompressedClip, MeasuredError};
 use super::encode::{Budget, Encoder, LossyClip};
 use super::key_frames::{self, KeyFrames, Refine};
 use super::measure::{FrameErrors, Measurement, measure};
@@ -19,13 +19,13 @@ use crate::scene::Scene;
 /// The most passes, and the most times that a pass adds the worst frame between two keys; after that it adds all.
 const MAX_PASSES: usize = 16;
 
-/// The next tolerance, as a share of what would do if errors shrank as tolerances do.
+/// The next tolerance, as a fraction of what would do if errors shrank as tolerances do.
 const SAFETY: f32 = 0.97;
-/// The least share of a tolerance that is left for the next pass.
+/// The least fraction of a tolerance that is left for the next pass.
 const MIN_SHRINK: f32 = 0.5;
 
-// The tolerances of the first pass as shares of the bound: those of a root's children and those at the end of a chain.
-// Found by trials on the fixtures. The bound holds with any other values.
+// The tolerances of the first pass as fractions of the bound: those of a root's children and those at the end of a
+// chain. Found by trials on the fixtures. The bound holds with any other values.
 const FIRST_TOLERANCE: f32 = 0.75;
 const LAST_TOLERANCE: f32 = 0.97;
 
@@ -97,10 +97,7 @@ impl Refinement<'_> {
             millimetres(bounds.of(best.node)),
             millimetres(best.max / bound * bounds.of(best.node)),
         )
-        .help(match self.encoder.storage {
-            Storage::Curves => "allow a larger error, or keep every key",
-            _ => "allow a larger error, or store 32-bit floats",
-        })
+        .help(self.encoder.encoding.help())
         .into())
     }
 
@@ -159,15 +156,15 @@ impl Refinement<'_> {
     fn shrink_tolerances(&self, budgets: &mut [Budget], errors: &[f64]) {
         let joints = &self.encoder.clip.joints;
         let bound = self.encoder.bounds.max_error;
-        let mut shares = vec![1f32; joints.len()];
+        let mut fractions = vec![1f32; joints.len()];
         for (index, error) in errors.iter().enumerate().rev() {
             if *error > bound {
-                shares[index] = shares[index].min((bound / error) as f32 * SAFETY).max(MIN_SHRINK);
+                fractions[index] = fractions[index].min((bound / error) as f32 * SAFETY).max(MIN_SHRINK);
             }
-            budgets[index].tolerance *= shares[index];
-            budgets[index].own_tolerance *= shares[index];
+            budgets[index].tolerance *= fractions[index];
+            budgets[index].own_tolerance *= fractions[index];
             if let Some(parent) = joints[index].parent {
-                shares[parent] = shares[parent].min(shares[index]);
+                fractions[parent] = fractions[parent].min(fractions[index]);
             }
         }
     }

@@ -10,7 +10,8 @@ use crate::math::soa::single::{LANES, Lanes};
 /// axis.
 pub(super) const CORNERS: usize = 8;
 
-// About the bits of a difference in a stream: see [`stream_size`](super::stream_size). Found by trials on the fixtures.
+// About the bits of a difference in a stream: `format/gltf/stream_size` counts them exactly. Found by trials on the
+// fixtures.
 
 /// Of the low byte. More than nothing for 0, for other differences of its group often need bits.
 const LOW_BYTE: f32 = 0.8;

@@ -6,6 +6,7 @@
 mod accessors;
 mod character;
 mod compression;
+mod encoding;
 mod file;
 mod humanoid;
 mod invalid;
@@ -14,6 +15,7 @@ mod meshes;
 mod meshopt;
 mod read;
 mod required;
+mod stream_size;
 mod streams;
 mod tracks;
 pub mod vrma;

@@ -1,6 +1,6 @@
 //! Removes keys within a largest error.
 
-use crate::compress::{ErrorBound, Storage, Track, compress};
+use crate::compress::{ErrorBound, Float32, Track, compress};
 use crate::error::Result;
 use crate::pose::Binding;
 use crate::scene::{Keys, Scene};
@@ -37,7 +37,7 @@ pub fn reduce_keys(scene: &mut Scene, max_error: impl Into<ErrorBound>) -> Resul
     let bound = max_error.into();
     let mut all = Vec::with_capacity(scene.animations.len());
     for animation in &scene.animations {
-        let clip = compress(scene, animation, bound.clone(), Storage::Float32)?;
+        let clip = compress(scene, animation, &bound, &Float32)?;
         let driven: Vec<_> = Binding::new(scene, animation).driven().collect();
         all.push((clip, driven));
     }

@@ -10,6 +10,7 @@ mod batch;
 mod broken;
 mod bvh_out;
 mod c3d;
+mod compressed_characters;
 mod compression;
 mod conversion;
 #[cfg(feature = "cli")]

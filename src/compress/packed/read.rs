@@ -340,19 +340,19 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
     let Some(after) = bytes.len().checked_sub(clip.blocks + PADDING) else {
         return Err(invalid("the file ends before its blocks"));
     };
-    let place = |block: usize| lowest(bits_at(bytes, 8 * (clip.table + 4 * block)), 32) as usize;
-    if place(0) != 0 || place(blocks) != after {
+    let offset = |block: usize| lowest(bits_at(bytes, 8 * (clip.table + 4 * block)), 32) as usize;
+    if offset(0) != 0 || offset(blocks) != after {
         return Err(expected_found(
             "the blocks do not fill the file",
             format!("{after} bytes"),
-            place(blocks).to_string(),
+            offset(blocks).to_string(),
         ));
     }
     for block in 0..blocks {
         let at_block = |what: &str| invalid(format!("block {block}: {what}"));
-        let (start, length) = (clip.block_start(block), place(block + 1).checked_sub(place(block)));
+        let (start, length) = (clip.block_start(block), offset(block + 1).checked_sub(offset(block)));
         let length = length
-            .filter(|_| place(block + 1) <= after)
+            .filter(|_| offset(block + 1) <= after)
             .ok_or_else(|| at_block("it ends before it starts, or beyond the file"))?;
         let log2 = clip.log2_block_frames;
         let frames = (clip.frames - (block << log2)).min(1 << log2);

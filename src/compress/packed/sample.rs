@@ -236,16 +236,16 @@ impl KeyLanes {
     }
 }
 
-/// Moves every component on by as many places as its lane says, of which the lowest two bits count.
+/// Moves every component on by as many slots as its lane says, of which the lowest two bits count.
 #[inline(always)]
-fn moved_on(quaternions: Quaternions, places: [u32; LANES]) -> Quaternions {
+fn moved_on(quaternions: Quaternions, slots: [u32; LANES]) -> Quaternions {
     let mut components = quaternions.components();
-    for places_of_bit in [1, 2] {
+    for distance_of_bit in [1, 2] {
         let before = components;
         for (slot, component) in components.iter_mut().enumerate() {
-            let from = before[(slot + 4 - places_of_bit) % 4];
-            for (lane, places) in places.iter().enumerate() {
-                if places & places_of_bit as u32 != 0 {
+            let from = before[(slot + 4 - distance_of_bit) % 4];
+            for (lane, slots) in slots.iter().enumerate() {
+                if slots & distance_of_bit as u32 != 0 {
                     component.0[lane] = from.0[lane];
                 }
             }
@@ -287,11 +287,11 @@ fn sample_rotation_lanes(clip: &PackedClip<'_>, from: &mut Key, to: &mut Key, al
         let lines_of_second = if in_one_block { &lines } else { &next_lines };
         let mut second = b.components(lines_of_second, to.offset, log2, step);
         if a.dropped != b.dropped {
-            let mut places = [0; LANES];
-            for (lane, places) in places.iter_mut().enumerate() {
-                *places = b.dropped[lane].wrapping_sub(a.dropped[lane]);
+            let mut slots = [0; LANES];
+            for (lane, slots) in slots.iter_mut().enumerate() {
+                *slots = b.dropped[lane].wrapping_sub(a.dropped[lane]);
             }
-            second = moved_on(second, places);
+            second = moved_on(second, slots);
         }
         let weight = Lanes::all(alpha).negated_where_negative(first.dot(second));
         let mixed = (first * Lanes::all(1.0 - alpha) + second * weight).normalize();

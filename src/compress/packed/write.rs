@@ -10,15 +10,20 @@ use super::layout::{
     MAX_TRANSLATION_BITS, MIXED, MUST_HAVE_KEY, NO_PARENT, ROTATION_WIDTH_BITS, RotationTrack, TRANSLATION_WIDTH_BITS,
     TranslationTrack, VERSION, node, on_line, rotation_width_code,
 };
-use crate::compress::clip::{CompressedClip, Storage, Track};
+use crate::compress::clip::{CompressedClip, Track};
 use crate::compress::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
-use crate::compress::{ErrorBound, KeyFrames, compress};
+use crate::compress::{Encoding, ErrorBound, compress};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Trs;
 use crate::scene::{NodeKind, Scene};
 
-/// The packed form of an animation, and what was packed.
-pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Vec<u8>, CompressedClip)> {
+/// The packed form of an animation, whose keys are stored as `encoding` says, and what was packed.
+pub(super) fn encode(
+    scene: &Scene,
+    animation: usize,
+    bound: &ErrorBound,
+    encoding: &dyn Encoding,
+) -> Result<(Vec<u8>, CompressedClip)> {
     let found = scene.animations.get(animation);
     let animation = found.ok_or_else(|| {
         Diagnostic::new(Code::Unrepresentable, "the scene has no such animation").expected_found(
@@ -32,7 +37,7 @@ pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Resu
             .expected_found(format!("fewer than {NO_PARENT}"), scene.nodes.len().to_string())
             .into());
     }
-    let clip = compress(scene, animation, bound, Storage::Packed)?;
+    let clip = compress(scene, animation, bound, encoding)?;
     let file = File {
         scene,
         ticks_per_second: animation.ticks_per_second,
@@ -44,7 +49,7 @@ pub(super) fn encode(scene: &Scene, animation: usize, bound: ErrorBound) -> Resu
 }
 
 /// About the bytes of the key frames of a clip; the rest is the same for all clips of a scene.
-pub(in crate::compress) fn packed_size(clip: &CompressedClip) -> usize {
+pub(super) fn packed_size(clip: &CompressedClip) -> usize {
     Columns::of(clip).smallest().1.bytes()
 }
 
@@ -136,9 +141,9 @@ impl<'a> Columns<'a> {
         } else {
             self.frames.div_ceil(1 << log2)
         };
-        let place = |frame: usize| self.key_frames.partition_point(|key| (*key as usize) < frame);
+        let key_at = |frame: usize| self.key_frames.partition_point(|key| (*key as usize) < frame);
         let keys: Vec<Range<usize>> = (0..count)
-            .map(|block| place(block << log2)..place((block + 1) << log2))
+            .map(|block| key_at(block << log2)..key_at((block + 1) << log2))
             .collect();
         let lines = |axes: &[Vec<i32>; 3], most: u32| {
             axes.each_ref()
@@ -209,7 +214,7 @@ impl Blocks {
         (rotations.sum::<u32>() + translations.sum::<u32>()) as usize
     }
 
-    /// Bytes of all blocks and their places.
+    /// Bytes of all blocks and their offsets.
     fn bytes(&self) -> usize {
         let header_bits = self.header_bits();
         let block = |(block, keys): (usize, &Range<usize>)| {
@@ -387,13 +392,13 @@ impl File<'_> {
             out.extend(ticks.iter().flat_map(|tick| tick.to_le_bytes()));
         }
         tracks(&columns, &blocks, &mut out);
-        let mut places = vec![0u32];
+        let mut offsets = vec![0u32];
         let mut bytes = Vec::new();
         for block in 0..blocks.keys.len() {
             write_block(&columns, &blocks, block, &mut bytes);
-            places.push(fits_u32(bytes.len())?);
+            offsets.push(fits_u32(bytes.len())?);
         }
-        out.extend(places.iter().flat_map(|place| place.to_le_bytes()));
+        out.extend(offsets.iter().flat_map(|offset| offset.to_le_bytes()));
         out.extend(bytes);
         out.extend([0; PADDING]);
         Ok(out)
@@ -537,13 +542,4 @@ fn write_block(columns: &Columns, blocks: &Blocks, block: usize, out: &mut Vec<u
     }
     bits.align();
     out.extend(bits.bytes);
-}
-
-/// The key frames with those that a packed clip must have beside them.
-pub(in crate::compress) fn with_required(key_frames: KeyFrames, frames: usize) -> KeyFrames {
-    let mut all = key_frames;
-    all.extend((0..frames).step_by(MUST_HAVE_KEY).map(|frame| frame as u32));
-    all.sort_unstable();
-    all.dedup();
-    all
 }

@@ -26,6 +26,8 @@ pub(crate) struct QuantizedTranslation {
 
 /// The largest mantissa of the EXPONENTIAL filter: 24 bits with sign.
 const MAX_MANTISSA: f32 = 8_388_607.0;
+/// The largest power of two of a step, far within the 8 bits with sign that the filter has for it, and the least.
+const MAX_EXPONENT: f32 = 100.0;
 /// The largest multiple of a step.
 const MAX_MULTIPLE: f32 = 4_000_000.0;
 
@@ -34,10 +36,10 @@ impl TranslationFormat {
     pub(in crate::compress) const BYTES: usize = size_of::<[f32; 3]>();
 
     /// The EXPONENTIAL filter with steps of at most `step`, or larger ones where values up to `largest` would not fit.
-    pub(in crate::compress) fn exponential_filter(step: f32, largest: f32) -> Self {
+    pub(crate) fn exponential_filter(step: f32, largest: f32) -> Self {
         let fine = step.log2().floor();
         let range = (largest / MAX_MANTISSA).log2().ceil();
-        Self::ExponentialFilter(fine.max(range).clamp(-100.0, 100.0) as i32)
+        Self::ExponentialFilter(fine.max(range).clamp(-MAX_EXPONENT, MAX_EXPONENT) as i32)
     }
 
     /// Multiples of `step`, or of a larger one where values up to `largest` would not fit.

@@ -238,16 +238,16 @@ fn replace(
         sparse.indices.component_type.unwrap_or_default(),
         &format!("{pointer}/indices"),
     )?;
-    let places = part("indices", &sparse.indices, kind.size())?;
+    let indices = part("indices", &sparse.indices, kind.size())?;
     let values = part("values", &sparse.values, columns * component.size())?;
-    for (place, value) in std::iter::zip(places, values) {
-        let place = kind
-            .index(&place)
+    for (index, value) in std::iter::zip(indices, values) {
+        let index = kind
+            .index(&index)
             .ok_or_else(|| invalid(&*at, "indices are unsigned integers"))?;
         let row = numbers
             .chunks_exact_mut(columns)
-            .nth(place)
-            .ok_or_else(|| missing(format!("{pointer}/indices"), "value", place, accessor.count))?;
+            .nth(index)
+            .ok_or_else(|| missing(format!("{pointer}/indices"), "value", index, accessor.count))?;
         for (number, b) in std::iter::zip(row, value.chunks_exact(component.size())) {
             *number = component.number(b, accessor.normalized);
         }

@@ -2,7 +2,7 @@
 
 use super::Provenance;
 use super::read::{Placed, read_placed};
-use super::write::patch;
+use super::write::{GltfOptions, GltfReport, patch};
 use crate::error::Result;
 use crate::figure::{Humanoid, humanoid};
 use crate::format::{ReadOptions, Source};
@@ -77,28 +77,49 @@ impl Character {
         patch::external_files(&self.bytes)
     }
 
-    /// The file with further animations, or with these in place of its own. A `.glb` or `.vrm` stays one; the buffer of
+    /// The file with further animations, or with these instead of its own. A `.glb` or `.vrm` stays one; the buffer of
     /// a `.gltf` is added as a data URI.
     ///
     /// # Errors
     /// [`Code::InvalidGltf`](crate::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
-    /// [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`.
+    /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where an animation moves no node of the file or a value
+    /// is not finite, [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         let animations: Vec<_> = animations.iter().map(|animation| (animation, None)).collect();
-        patch::with_animations(&self.bytes, &self.scene, &self.nodes, &animations, replace)
+        Ok(self.with(&animations, replace, &GltfOptions::default())?.0)
     }
 
     /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from. Then `mocap
     /// verify` knows, and an output may be written again: see [`ReplacePolicy`](crate::files::ReplacePolicy).
     ///
+    /// The animations alone are compressed, as `options` say: [`GltfOptions::compression`] and
+    /// [`GltfOptions::error_bound`], in metres. Everything else of the file stays as it is, so that constant numbers
+    /// of its nodes are not rounded. [`GltfOptions::buffer`] has no effect. The report is about the animations, but for
+    /// [`GltfReport::bytes`].
+    ///
     /// # Errors
-    /// As [`Character::with_animations`].
+    /// As [`Character::with_animations`]; and [`Code::ErrorBound`](crate::Code::ErrorBound) where the largest error
+    /// cannot be kept, [`Code::MissingFeature`](crate::Code::MissingFeature) where this build has no meshopt.
     pub fn with_clips<'a>(
         &self,
         clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance)>,
         replace: bool,
-    ) -> Result<Vec<u8>> {
+        options: &GltfOptions,
+    ) -> Result<(Vec<u8>, GltfReport)> {
         let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
-        patch::with_animations(&self.bytes, &self.scene, &self.nodes, &clips, replace)
+        self.with(&clips, replace, options)
+    }
+
+    fn with(
+        &self,
+        clips: &[(&Animation, Option<&Provenance>)],
+        replace: bool,
+        options: &GltfOptions,
+    ) -> Result<(Vec<u8>, GltfReport)> {
+        let skeleton = patch::Skeleton {
+            scene: &self.scene,
+            nodes: &self.nodes,
+        };
+        patch::with_animations(&self.bytes, &skeleton, clips, replace, options)
     }
 }

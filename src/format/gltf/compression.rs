@@ -15,7 +15,6 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use crate::compress::Storage;
 use crate::error::{Code, Diagnostic, Error};
 
 /// How the keys of animations are stored.
@@ -45,14 +44,6 @@ impl Compression {
             Self::Int16 => "int16",
             Self::Meshopt => "meshopt",
             Self::MeshoptKhr => "meshopt-khr",
-        }
-    }
-
-    pub(super) fn storage(self) -> Storage {
-        match self {
-            Self::None => Storage::Float32,
-            Self::Int16 => Storage::Int16,
-            Self::Meshopt | Self::MeshoptKhr => Storage::Meshopt,
         }
     }
 

@@ -31,7 +31,7 @@ pub(crate) struct File<'a> {
 pub(crate) struct Listed {
     /// Its index in the file.
     pub(crate) index: usize,
-    /// Its parent's place in the list.
+    /// Its parent's index in the list.
     pub(crate) parent: Option<usize>,
 }
 
@@ -130,9 +130,9 @@ impl<'a> File<'a> {
         let count = self.root.nodes.len();
         let mut joints = Vec::new();
         for (skin, json) in self.root.skins.iter().enumerate() {
-            for (place, &joint) in json.joints.iter().enumerate() {
+            for (slot, &joint) in json.joints.iter().enumerate() {
                 if joint >= count {
-                    return Err(missing(format!("/skins/{skin}/joints/{place}"), "node", joint, count).into());
+                    return Err(missing(format!("/skins/{skin}/joints/{slot}"), "node", joint, count).into());
                 }
                 joints.push(joint);
             }
@@ -194,9 +194,14 @@ impl<'a> File<'a> {
                     .at_pointer(format!("/nodes/{index}/name"))
                     .into());
             }
-            let place = listed.len();
+            let position = listed.len();
             listed.push(Listed { index, parent });
-            open.extend(node.children.iter().rev().map(|&child| (child, Some(place), depth + 1)));
+            open.extend(
+                node.children
+                    .iter()
+                    .rev()
+                    .map(|&child| (child, Some(position), depth + 1)),
+            );
         }
         Ok(listed)
     }

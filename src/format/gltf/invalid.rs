@@ -1,4 +1,4 @@
-//! What is said of a file that is not valid glTF: always with a JSON pointer to the place.
+//! What is said of a file that is not valid glTF: always with a JSON pointer to where it is.
 
 use crate::error::{Code, Diagnostic};
 

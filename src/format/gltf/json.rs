@@ -160,9 +160,9 @@ pub(super) struct Buffer {
 /// The magic number of a `.glb` file.
 pub(super) const MAGIC: &[u8] = b"glTF";
 /// Bytes of the header of a `.glb` file.
-const HEADER: usize = 12;
+pub(super) const HEADER: usize = 12;
 /// Bytes of the header of each of its chunks.
-const CHUNK_HEADER: usize = 8;
+pub(super) const CHUNK_HEADER: usize = 8;
 
 /// The JSON of a file, without a byte order mark, and the binary chunk of a `.glb`.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Failure> {

@@ -184,7 +184,7 @@ fn read_all(
         numbers: HashMap::new(),
     };
     let mut images = Images::default();
-    // The place in the scene of each material of the file, and how to use it.
+    // The index in the scene of each material of the file, and how to use it.
     let mut materials: HashMap<Option<usize>, usize> = HashMap::new();
     let mut read_materials = Vec::new();
     let lists = Lists {
@@ -193,7 +193,7 @@ fn read_all(
         images: &shown.images,
     };
     let listed = file.nodes()?;
-    for (place, node) in listed.iter().enumerate() {
+    for (position, node) in listed.iter().enumerate() {
         let Some(mesh) = file.root.nodes[node.index].mesh else {
             continue;
         };
@@ -207,7 +207,7 @@ fn read_all(
         };
         let binding = match json.skin {
             Some(skin) => skin_binding(&shown.skins, skin, placed, &mut buffers),
-            None => rigid_binding(file, &listed, place, placed),
+            None => rigid_binding(file, &listed, position, placed),
         };
         let binding = match binding {
             Ok(binding) => binding,
@@ -303,15 +303,15 @@ fn skin_binding(
         Some(accessor) => Some(buffers.numbers(accessor, 16, &format!("{pointer}/inverseBindMatrices"))?),
     };
     let mut joints = Vec::with_capacity(skin.joints.len());
-    for (place, joint) in skin.joints.iter().enumerate() {
+    for (slot, joint) in skin.joints.iter().enumerate() {
         let node = placed.get(joint).ok_or_else(|| {
-            let pointer = format!("{pointer}/joints/{place}");
+            let pointer = format!("{pointer}/joints/{slot}");
             invalid(pointer, "the joint is not in the scene")
         })?;
         let matrix = match &matrices {
             None => Mat4::IDENTITY,
             Some(numbers) => {
-                let numbers = numbers.get(16 * place..16 * place + 16);
+                let numbers = numbers.get(16 * slot..16 * slot + 16);
                 let numbers = numbers.ok_or_else(|| {
                     let pointer = format!("{pointer}/inverseBindMatrices");
                     invalid(pointer, "there are fewer matrices than joints")
@@ -326,7 +326,7 @@ fn skin_binding(
         };
         if !is_sound(matrix) {
             let pointer = format!("{pointer}/inverseBindMatrices");
-            return Err(invalid(pointer, format!("matrix {place} has no inverse")).into());
+            return Err(invalid(pointer, format!("matrix {slot} has no inverse")).into());
         }
         joints.push((*node, matrix));
     }
@@ -340,13 +340,13 @@ fn skin_binding(
 fn rigid_binding(
     file: &File<'_>,
     listed: &[file::Listed],
-    place: usize,
+    position: usize,
     placed: &HashMap<usize, NodeId>,
 ) -> Result<Binding, Failure> {
     let mut matrix = Mat4::IDENTITY;
-    let mut above = Some(place);
-    while let Some(place) = above {
-        let index = listed[place].index;
+    let mut above = Some(position);
+    while let Some(position) = above {
+        let index = listed[position].index;
         if let Some(&node) = placed.get(&index).filter(|_| is_sound(matrix)) {
             return Ok(Binding {
                 joints: vec![(node, matrix)],
@@ -354,9 +354,9 @@ fn rigid_binding(
             });
         }
         matrix = file.transform(index)?.matrix * matrix;
-        above = listed[place].parent;
+        above = listed[position].parent;
     }
-    let pointer = format!("/nodes/{}", listed[place].index);
+    let pointer = format!("/nodes/{}", listed[position].index);
     Err(invalid(pointer, "no joint moves the mesh of this node").into())
 }
 

@@ -9,8 +9,8 @@
 //! | `extras.source_name`, else `name` | the name |
 //! | an animation | an animation, its seconds in ticks of the file's own frame time |
 //!
-//! Ticks: a file of this crate says its frame time. Elsewhere it is the way between two keys where they are even, else
-//! the usual frame rate on whose frames all keys stand, else the shortest way between two keys. Keys farther than a
+//! Ticks: a file of this crate says its frame time. Elsewhere it is the distance of two keys where they are even, else
+//! the usual frame rate on whose frames all keys stand, else the shortest distance of two keys. Keys farther than a
 //! tenth of a second apart are not frames: there a whole number of frames, about thirty a second, lies between them.
 //! Times within a float's rounding of a whole tick are that tick.
 
@@ -29,7 +29,7 @@ use crate::scene::{
     UpAxis,
 };
 
-/// The largest distance of a time from a whole tick at which it becomes that tick, as a share of the time: twice the
+/// The largest distance of a time from a whole tick at which it becomes that tick, as a fraction of the time: twice the
 /// rounding of a float.
 const TIME_ROUNDING: f64 = 1.2e-7;
 
@@ -219,12 +219,12 @@ fn build_nodes(
     let group = (!scene.nodes.is_empty()).then_some(NodeId(0));
     let mut ids = vec![None; listed.len()];
     let mut placed = HashMap::new();
-    for (place, node) in kept() {
+    for (position, node) in kept() {
         let index = node.index;
         let transform = file.transform(index)?;
         let id = NodeId::new(scene.nodes.len());
         let parent = node.parent.and_then(|parent| ids[parent]).or(group);
-        ids[place] = Some(id);
+        ids[position] = Some(id);
         scene.nodes.push(Node {
             name: file.source_name(index),
             kind: match is_joint(index) {
@@ -267,12 +267,12 @@ fn build_animation(
 ) -> Animation {
     let end = end_of(&tracks);
     let mut channels: Vec<(NodeId, Channel)> = Vec::new();
-    let mut place_of = HashMap::new();
+    let mut slot_of = HashMap::new();
     for track in tracks {
         let Some(PlacedNode { id, transform }) = placed.get(&track.node) else {
             continue;
         };
-        let place = *place_of.entry(*id).or_insert_with(|| {
+        let slot = *slot_of.entry(*id).or_insert_with(|| {
             let channel = Channel {
                 node_name: nodes[id.index()].name.clone(),
                 node: Some(*id),
@@ -284,7 +284,7 @@ fn build_animation(
             channels.len() - 1
         });
         let ticks = ticks_of(&track.times, step);
-        let channel = &mut channels[place].1;
+        let channel = &mut channels[slot].1;
         match track.values {
             Values::Translations(values) => channel.position_keys = keys(values, ticks),
             Values::Rotations(values) => channel.rotation_keys = keys(values, ticks),

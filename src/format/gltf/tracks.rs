@@ -15,7 +15,7 @@ use super::invalid::{invalid, missing};
 use super::json::{Animation, Channel};
 use crate::format::Failure;
 
-/// How far samples may leave a curve: as a share of the largest value of its track, and of a quaternion.
+/// How far samples may leave a curve: as a fraction of the largest value of its track, and of a quaternion.
 pub(super) const CURVE_ERROR: f64 = 1e-6;
 
 /// Samples between two keys of a curve at most.
@@ -82,8 +82,8 @@ impl File<'_> {
     pub(crate) fn tracks(&self, index: usize) -> Result<Vec<Track>, Failure> {
         let animation = &self.root.animations[index];
         let mut tracks = Vec::new();
-        for (place, channel) in animation.channels.iter().enumerate() {
-            let pointer = format!("/animations/{index}/channels/{place}");
+        for (position, channel) in animation.channels.iter().enumerate() {
+            let pointer = format!("/animations/{index}/channels/{position}");
             let target = self.target(channel, &pointer);
             let track = target.and_then(|target| match target {
                 Some((node, property)) => self.track(index, channel, node, property).map(Some),
@@ -297,8 +297,8 @@ impl Keys {
             for sample in 0..samples {
                 let time = (start + segment.seconds * sample as f64 / samples as f64) as f32;
                 // Where the 32-bit moment is, not where it should have been.
-                let share = (f64::from(time) - start) / segment.seconds;
-                let value = segment.at(share.clamp(0.0, 1.0)).map(|value| value as f32);
+                let fraction = (f64::from(time) - start) / segment.seconds;
+                let value = segment.at(fraction.clamp(0.0, 1.0)).map(|value| value as f32);
                 straight.push(time, &value[..columns]);
             }
         }
@@ -362,11 +362,11 @@ impl Segment<'_> {
         let mut largest = 0.0_f64;
         let mut start = self.at(0.0);
         for sample in 0..samples {
-            let place = |share: f64| (sample as f64 + share) / samples as f64;
-            let end = self.at(place(1.0));
-            for share in [0.25, 0.5, 0.75] {
-                let (curve, way) = (self.at(place(share)), mixed(start, end, share, self.columns == 4));
-                let squares: f64 = std::iter::zip(curve, way).map(|(a, b)| (a - b) * (a - b)).sum();
+            let at = |fraction: f64| (sample as f64 + fraction) / samples as f64;
+            let end = self.at(at(1.0));
+            for fraction in [0.25, 0.5, 0.75] {
+                let (curve, straight) = (self.at(at(fraction)), mixed(start, end, fraction, self.columns == 4));
+                let squares: f64 = std::iter::zip(curve, straight).map(|(a, b)| (a - b) * (a - b)).sum();
                 // Of a rotation the angle is twice that.
                 largest = largest.max(squares.sqrt() * if self.columns == 4 { 2.0 } else { 1.0 });
             }
@@ -376,13 +376,13 @@ impl Segment<'_> {
     }
 }
 
-/// What lies between two keys with a straight way: on the line, and of rotations on the arc.
-fn mixed(start: [f64; 4], end: [f64; 4], share: f64, is_rotation: bool) -> [f64; 4] {
+/// What lies between two keys: on the line, and of rotations on the arc.
+fn mixed(start: [f64; 4], end: [f64; 4], fraction: f64, is_rotation: bool) -> [f64; 4] {
     if is_rotation {
         let (start, end) = (glam::DQuat::from_array(start), glam::DQuat::from_array(end));
-        let way = start.slerp(end, share);
+        let mixed = start.slerp(end, fraction);
         // A quaternion and its negative are one rotation; the curve does not jump.
-        return if way.dot(start) < 0.0 { -way } else { way }.to_array();
+        return if mixed.dot(start) < 0.0 { -mixed } else { mixed }.to_array();
     }
-    std::array::from_fn(|column| start[column] + share * (end[column] - start[column]))
+    std::array::from_fn(|column| start[column] + fraction * (end[column] - start[column]))
 }

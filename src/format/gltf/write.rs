@@ -8,7 +8,7 @@
 //! | all joints and end sites | one `skin`, its `skeleton` the root, `inverseBindMatrices` from the bones or else the rest pose |
 //! | a mesh with bones | a mesh node of its own at the scene's root, with that skin |
 //! | meshes without bones | the mesh of their node; then no skin is written |
-//! | meshes without any area, the joints all being in one place | an octahedron of 1 cm on the first joint, with the skin |
+//! | meshes without any area, the joints all being at one point | an octahedron of 1 cm on the first joint, with the skin |
 //! | normals equal to those of flat faces | left out: a glTF mesh without normals has flat shading |
 //! | [`Scene::materials`] | `materials`; one without a surface in [`BASE_COLOR`] |
 //! | [`Scene::textures`] | `images` in the buffer, those that a material uses |
@@ -29,6 +29,7 @@ mod animation;
 mod buffer;
 mod build;
 mod container;
+mod glb;
 mod mesh;
 mod names;
 pub(super) mod patch;

@@ -6,7 +6,10 @@ use glam::DVec3;
 
 use super::skeleton::Placed;
 use super::space::Space;
-use crate::compress::{self, CompressedClip, ErrorBound, EulerAngles, Track, reduce_curves};
+use crate::compress::{
+    self, CompressedClip, Encoding, ErrorBound, EulerAngles, KeyFrameChoice, RotationFormat, Track, TranslationFormat,
+    compress,
+};
 use crate::error::Result;
 use crate::format::Achieved;
 use crate::scene::{Animation, Scene};
@@ -62,6 +65,48 @@ impl Curve {
 /// How far from a joint the points are that stand for its skin, in metres: the default of ACL.
 const SKIN: f64 = 0.03;
 
+/// Curves of 32-bit floats, one for each axis, with keys of their own.
+struct Curves {
+    /// How the file states the rotations of each node.
+    euler: Vec<EulerAngles>,
+}
+
+impl Encoding for Curves {
+    fn rotations(&self, _steps: f32) -> RotationFormat {
+        RotationFormat::Float32
+    }
+
+    fn translations(&self, _step: f32, _largest: f32) -> TranslationFormat {
+        TranslationFormat::Float32
+    }
+
+    fn key_frames(&self) -> KeyFrameChoice {
+        KeyFrameChoice::Own
+    }
+
+    fn size(&self, clip: &CompressedClip) -> usize {
+        clip.size()
+    }
+
+    /// FBX has times as integers, and so exact that ticks stand for them.
+    fn time(&self, tick: f64, _ticks_per_second: f64) -> f32 {
+        tick as f32
+    }
+
+    /// A reader evaluates a curve and makes a rotation of three angles in single precision.
+    fn roundings(&self) -> f64 {
+        3.0
+    }
+
+    fn euler_angles(&self, node: usize) -> Option<EulerAngles> {
+        self.euler.get(node).copied()
+    }
+
+    fn help(&self) -> &'static str {
+        "allow a larger error, or keep every key"
+    }
+}
+
 /// A clip whose tracks have fewer keys.
 pub(super) struct Reduced<'a> {
     clip: CompressedClip,
@@ -74,7 +119,7 @@ impl<'a> Reduced<'a> {
     /// `bound` is in metres.
     ///
     /// # Errors
-    /// As [`reduce_curves`].
+    /// As [`compress()`].
     pub(super) fn new(
         scene: &Scene,
         animation: &Animation,
@@ -90,9 +135,9 @@ impl<'a> Reduced<'a> {
             pre_rotation: space.rotation_in_scene(place.pre_rotation),
             rest: space.direction_in_scene(place.angles_at_rest()),
         });
-        let euler: Vec<EulerAngles> = euler.collect();
+        let encoding = Curves { euler: euler.collect() };
         Ok(Self {
-            clip: reduce_curves(scene, animation, bound, &euler)?,
+            clip: compress(scene, animation, &bound, &encoding)?,
             metres,
             space,
         })

@@ -96,7 +96,7 @@ struct ImageJson {
     buffer_view: Option<usize>,
 }
 
-/// A material, and how its meshes find their places on the texture.
+/// A material, and how its meshes find their coordinates on the texture.
 pub(super) struct Read {
     pub(super) material: Material,
     /// The number of the set of coordinates.
@@ -116,7 +116,7 @@ pub(super) struct Lists<'a> {
 #[derive(Default)]
 pub(super) struct Images {
     pub(super) textures: Vec<Texture>,
-    /// The place in `textures` of each image of the file.
+    /// The index in `textures` of each image of the file.
     known: HashMap<usize, usize>,
 }
 
@@ -174,7 +174,7 @@ impl Images {
         Ok((read, fault))
     }
 
-    /// The place of a texture's image in `textures`.
+    /// The index of a texture's image in `textures`.
     fn texture(&mut self, lists: &Lists<'_>, index: usize, buffers: &mut Buffers<'_>) -> Result<usize, Failure> {
         let json: TextureJson = item(lists.textures, "textures", "texture", index)?;
         let image = json.source.or(json.extensions.webp.map(|webp| webp.source));

@@ -96,7 +96,7 @@ pub(super) fn read_primitive(
         return Ok(None);
     }
 
-    // Primitives may share the vertices of a whole body: only those of this one are kept.
+    // Primitives may have in common the vertices of a whole body: only those of this one are kept.
     let mut new_ids: HashMap<u32, u32> = HashMap::new();
     let mut kept: Vec<usize> = Vec::new();
     let indices = corners.into_iter().map(|old| {
@@ -128,13 +128,13 @@ pub(super) fn read_primitive(
         None => normals_of(&vertices, &indices),
     };
     let texture_coords = coords.zip(material).map(|(coords, material)| {
-        let place = |vertex: usize| {
-            let place = material
+        let coordinates = |vertex: usize| {
+            let point = material
                 .to_texture
                 .transform_point2(Vec2::from_slice(&coords[2 * vertex..]));
-            if place.is_finite() { place } else { Vec2::ZERO }
+            if point.is_finite() { point } else { Vec2::ZERO }
         };
-        kept.iter().map(|&vertex| place(vertex)).collect()
+        kept.iter().map(|&vertex| coordinates(vertex)).collect()
     });
     Ok(Some(Mesh {
         vertices,
@@ -171,7 +171,7 @@ fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Res
     }
     for (vertex_id, &old) in kept.iter().enumerate() {
         let vertex_id = vertex_id as u32;
-        let mut shares: Vec<(usize, f32)> = Vec::new();
+        let mut of_bones: Vec<(usize, f32)> = Vec::new();
         for (joints, weights) in ties {
             for corner in 4 * old..4 * old + 4 {
                 let (joint, weight) = (joints[corner] as usize, weights[corner]);
@@ -185,20 +185,20 @@ fn bones(binding: &Binding, ties: &[Ties], kept: &[usize], pointer: &str) -> Res
                     )
                     .expected_found(format!("below {}", bone_of_joint.len()), format!("{joint}"))
                 })?;
-                match shares.iter_mut().find(|(known, _)| *known == bone) {
-                    Some((_, share)) => *share += weight,
-                    None => shares.push((bone, weight)),
+                match of_bones.iter_mut().find(|(known, _)| *known == bone) {
+                    Some((_, sum)) => *sum += weight,
+                    None => of_bones.push((bone, weight)),
                 }
             }
         }
-        let sum: f32 = shares.iter().map(|(_, share)| share).sum();
+        let sum: f32 = of_bones.iter().map(|(_, weight)| weight).sum();
         if !(sum > 0.0 && sum.is_finite()) {
             // A mesh without a skin, or a vertex without a weight.
-            shares = vec![(bone_of_joint[0], 1.0)];
+            of_bones = vec![(bone_of_joint[0], 1.0)];
         }
         let sum = if sum > 0.0 && sum.is_finite() { sum } else { 1.0 };
-        for (bone, share) in shares {
-            let weight = (share / sum).min(1.0);
+        for (bone, weight) in of_bones {
+            let weight = (weight / sum).min(1.0);
             bones[bone].weights.push(VertexWeight { vertex_id, weight });
         }
     }
@@ -212,7 +212,7 @@ fn triangles(corners: Vec<u32>, mode: u32) -> Vec<u32> {
             let whole = corners.len() / 3 * 3;
             corners[..whole].to_vec()
         }
-        // Every second triangle of a strip goes round the other way.
+        // Every second triangle of a strip goes round in the other direction.
         TRIANGLE_STRIP => (corners.windows(3).enumerate())
             .flat_map(|(index, c)| {
                 if index % 2 == 0 {

@@ -21,14 +21,25 @@ use crate::limits::positive;
 use crate::pose::Binding;
 use crate::scene::{self, Keys, Scene};
 
+/// What becomes of the nodes of the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Nodes {
+    /// They take up the constant tracks of the only animation.
+    OfOneAnimation,
+    /// They have taken up what several animations have in common: [`rest::of_all`](super::rest::of_all).
+    OfAllAnimations,
+    /// They stand in the T-pose of a VRM animation, and all but the root keep their positions.
+    TPose,
+    /// They belong to a file that is passed through, and stay as they are. Rotations are channels even where they are
+    /// constant: another clip of the file may have rotated the joint.
+    PassedThrough,
+}
+
 /// Writes the animation of a scene, track by track.
 struct Writer<'a> {
     scene: &'a Scene,
     ticks_per_second: f64,
-    /// Whether nodes keep their rest transforms, and all but the root their places.
-    keeps_rest: bool,
-    /// Whether the constant tracks become those of the nodes.
-    sets_rest: bool,
+    nodes: Nodes,
     options: &'a GltfOptions,
     buffer: &'a mut Buffer,
     report: &'a mut GltfReport,
@@ -48,15 +59,15 @@ struct Clock<'a> {
     kept: Option<Vec<usize>>,
 }
 
-/// Writes `animation`. Constant tracks of the only animation move to `rest`, the rest transforms of the scene's nodes,
-/// unless it `keeps_rest`; of several animations, [`rest::of_all`](super::rest::of_all) has moved what they share.
+/// Writes `animation`. Constant tracks move to `rest`, the rest transforms of the scene's nodes, where `nodes` take
+/// them up.
 ///
 /// Returns `None` if no node of the scene has a key.
 pub(super) fn write(
     scene: &Scene,
     animation: &scene::Animation,
     rest: &mut [Rest],
-    keeps_rest: bool,
+    nodes: Nodes,
     options: &GltfOptions,
     buffer: &mut Buffer,
     report: &mut GltfReport,
@@ -66,8 +77,7 @@ pub(super) fn write(
     let mut writer = Writer {
         scene,
         ticks_per_second,
-        keeps_rest,
-        sets_rest: scene.animations.len() == 1 && !keeps_rest,
+        nodes,
         options,
         buffer,
         report,
@@ -76,7 +86,7 @@ pub(super) fn write(
         samplers,
         channels,
     };
-    let compressed = compressed(scene, animation, options)?;
+    let compressed = compressed(scene, animation, nodes, options)?;
     if let Some(clip) = &compressed {
         writer.report.add_error(scene, clip);
     }
@@ -86,13 +96,13 @@ pub(super) fn write(
         let node = node.index();
         first_driven.get_or_insert(node);
         let channel = &animation.channels[channel];
-        let place = &mut rest[node];
+        let rest = &mut rest[node];
         match &compressed {
-            Some(clip) => writer.compressed(node, clip, place),
+            Some(clip) => writer.compressed(node, clip, rest),
             None => {
-                place.translation =
-                    writer.track(node, Property::Translation, &channel.position_keys, place.translation)?;
-                place.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, place.rotation)?;
+                rest.translation =
+                    writer.track(node, Property::Translation, &channel.position_keys, rest.translation)?;
+                rest.rotation = writer.track(node, Property::Rotation, &channel.rotation_keys, rest.rotation)?;
             }
         }
         // A constant scale is part of the node even where constant tracks are kept, if it can be.
@@ -100,15 +110,15 @@ pub(super) fn write(
             .as_ref()
             .and_then(|_| nearly_constant_scale(&channel.scaling_keys));
         let moves = nearly.is_none() && !is_constant(&channel.scaling_keys);
-        if moves || !options.keep_constant || scene.animations.len() > 1 {
+        if moves || !options.keep_constant || !writer.sets_rest() {
             match nearly {
-                Some(scale) => writer.constant(node, Property::Scale, scale, &mut place.scale, scale.to_array()),
-                None => place.scale = writer.track(node, Property::Scale, &channel.scaling_keys, place.scale)?,
+                Some(scale) => writer.constant(node, Property::Scale, scale, &mut rest.scale, scale.to_array()),
+                None => rest.scale = writer.track(node, Property::Scale, &channel.scaling_keys, rest.scale)?,
             }
         }
         is_driven[node] = true;
     }
-    if let Some(clip) = compressed.as_ref().filter(|_| writer.sets_rest) {
+    if let Some(clip) = compressed.as_ref().filter(|_| writer.sets_rest()) {
         // A node that nothing drives is rounded as the others are.
         for (node, track) in clip.tracks.iter().enumerate().filter(|(node, _)| !is_driven[*node]) {
             if let (Track::Constant(translation), Track::Constant(rotation)) = (&track.translation, &track.rotation) {
@@ -133,17 +143,28 @@ pub(super) fn write(
         name: None,
         channels,
         samplers,
+        extras: None,
     }))
 }
 
 /// The animation compressed as `options` say; `None` where they do not ask for it.
-fn compressed(scene: &Scene, animation: &scene::Animation, options: &GltfOptions) -> Result<Option<CompressedClip>> {
+fn compressed(
+    scene: &Scene,
+    animation: &scene::Animation,
+    nodes: Nodes,
+    options: &GltfOptions,
+) -> Result<Option<CompressedClip>> {
     if cfg!(not(feature = "meshopt")) && options.compression.extension().is_some() {
         return Err(meshopt::missing().into());
     }
+    // A node that stays as it is has all decimals, and the bound has to hold with them.
+    let encoding = match nodes {
+        Nodes::PassedThrough => options.compression.encoding_with_exact_constants(),
+        _ => options.compression.encoding(),
+    };
     let bound = options.bound();
     bound
-        .map(|bound| compress(scene, animation, bound, options.compression.storage()))
+        .map(|bound| compress(scene, animation, &bound, encoding))
         .transpose()
 }
 
@@ -155,6 +176,17 @@ impl GltfReport {
 }
 
 impl<'a> Writer<'a> {
+    /// Whether constant tracks become those of the nodes.
+    fn sets_rest(&self) -> bool {
+        self.nodes == Nodes::OfOneAnimation
+    }
+
+    /// Whether a constant track is a channel even where the node has its value.
+    fn keeps_constant(&self, property: Property) -> bool {
+        let is_kept = self.nodes == Nodes::PassedThrough && property == Property::Rotation;
+        self.options.keep_constant || is_kept
+    }
+
     /// Writes one track if it is animated, and returns the rest value of the node.
     fn track<T: Value<N>, const N: usize>(
         &mut self,
@@ -174,11 +206,11 @@ impl<'a> Writer<'a> {
             let values = T::to_arrays(&mut std::iter::once(first)).ok_or_else(invalid)?;
             self.report.constant_tracks += 1;
             let value = T::from(values[0]);
-            if self.options.keep_constant || !(self.sets_rest || value.is_same(rest)) {
+            if self.keeps_constant(property) || !(self.sets_rest() || value.is_same(rest)) {
                 let clock = self.clock(None, 1);
                 self.channel(node, property, clock, &values);
             }
-            return Ok(if self.sets_rest { value } else { rest });
+            return Ok(if self.sets_rest() { value } else { rest });
         }
         let clock = self.clock(keys.ticks.as_deref(), keys.len());
         let values = match &self.clocks[clock].kept {
@@ -242,7 +274,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Writes the tracks of one node, and sets its constant values.
-    fn compressed(&mut self, node: usize, clip: &CompressedClip, place: &mut Rest) {
+    fn compressed(&mut self, node: usize, clip: &CompressedClip, rest: &mut Rest) {
         let track = &clip.tracks[node];
         match &track.translation {
             Track::Constant(value) => {
@@ -251,7 +283,7 @@ impl<'a> Writer<'a> {
                     node,
                     Property::Translation,
                     value,
-                    &mut place.translation,
+                    &mut rest.translation,
                     value.to_array(),
                 );
             }
@@ -277,7 +309,7 @@ impl<'a> Writer<'a> {
         match &track.rotation {
             Track::Constant(value) => {
                 let value = rounded_unit(*value);
-                self.constant(node, Property::Rotation, value, &mut place.rotation, value.to_array());
+                self.constant(node, Property::Rotation, value, &mut rest.rotation, value.to_array());
             }
             Track::Animated {
                 format,
@@ -310,15 +342,15 @@ impl<'a> Writer<'a> {
         array: [f32; N],
     ) {
         self.report.constant_tracks += 1;
-        // A place that was rounded is still the rest pose's.
-        if self.keeps_rest && property == Property::Translation && node > 0 {
+        // A position that was rounded is still that of the rest pose.
+        if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 {
             return;
         }
-        if self.options.keep_constant || !(self.sets_rest || value.is_same(*rest)) {
+        if self.keeps_constant(property) || !(self.sets_rest() || value.is_same(*rest)) {
             let clock = self.clock(None, 1);
             self.channel(node, property, clock, &[array]);
         }
-        if self.sets_rest {
+        if self.sets_rest() {
             *rest = value;
         }
     }

@@ -43,9 +43,48 @@ macro_rules! components {
 }
 components!(f32 => F32, u8 => U8, i16 => I16, u16 => U16, u32 => U32);
 
+/// What a file has already, before the buffer is built.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Base {
+    /// The index of the buffer that gets the bytes, and how many it has, a multiple of four.
+    pub(super) buffer: usize,
+    pub(super) bytes: usize,
+    /// The index of the [placeholder] that streams need.
+    pub(super) placeholder: usize,
+    pub(super) views: usize,
+    pub(super) accessors: usize,
+}
+
+impl Base {
+    /// Nothing: the file begins with what is built.
+    const NONE: Self = Self {
+        buffer: 0,
+        bytes: 0,
+        placeholder: 1,
+        views: 0,
+        accessors: 0,
+    };
+}
+
+impl Default for Base {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// What a file gets.
+pub(super) struct Parts {
+    pub(super) accessors: Vec<Accessor>,
+    pub(super) views: Vec<View>,
+    pub(super) bytes: Vec<u8>,
+    /// The buffer that streams need beside that with the bytes, and the extension that the file then requires.
+    pub(super) streams: Option<(gltf::json::Buffer, &'static str)>,
+}
+
 /// Builds the buffer of a file.
 #[derive(Default)]
 pub(super) struct Buffer {
+    base: Base,
     /// The accessor that has a number that is not finite.
     not_finite: Option<usize>,
     bytes: Vec<u8>,
@@ -55,7 +94,7 @@ pub(super) struct Buffer {
     streams: [Stream; STREAMS.len()],
     /// The times of keys that are in the buffer already.
     times: Vec<(Vec<[f32; 1]>, Index<Accessor>)>,
-    /// Accessors of times that begin those of another accessor: the same place, fewer elements.
+    /// Accessors of times that begin those of another accessor: the same bytes, fewer elements.
     beginnings: Vec<(usize, usize)>,
 }
 
@@ -77,9 +116,32 @@ const STREAMS: [(Filter, usize); 4] = [
 ];
 
 impl Buffer {
+    /// For a file that has something already.
+    pub(super) fn after(base: Base) -> Self {
+        Self {
+            base,
+            ..Self::default()
+        }
+    }
+
+    /// Where the next byte will be in the buffer of the file.
+    fn end(&self) -> usize {
+        self.base.bytes + self.bytes.len()
+    }
+
+    /// The index in the file of one of [`Self::accessors`].
+    fn index(&self, accessor: usize) -> Index<Accessor> {
+        Index::new((self.base.accessors + accessor) as u32)
+    }
+
+    /// The accessor with this index in the file.
+    fn accessor_at(&mut self, index: Index<Accessor>) -> &mut Accessor {
+        &mut self.accessors[index.value() - self.base.accessors]
+    }
+
     /// Appends elements of `N` components. The slice is never empty: glTF has no empty accessor.
     pub(super) fn push<T: Component, const N: usize>(&mut self, usage: Usage, elements: &[[T; N]]) -> Index<Accessor> {
-        let start = self.bytes.len();
+        let start = self.end();
         self.look_at(elements);
         for component in elements.iter().flatten() {
             component.append(&mut self.bytes);
@@ -89,24 +151,25 @@ impl Buffer {
         let view = self.view(usage, start);
         let view_start = self.views[view].byte_offset.map_or(0, |offset| offset.0);
         let accessor = self.accessor(T::TYPE, N, elements.len());
-        self.place(accessor, view, start - view_start as usize);
-        Index::new(accessor as u32)
+        self.locate(accessor, view, start - view_start as usize);
+        self.index(accessor)
     }
 
     /// Appends the file of an image, as a view of its own.
     pub(super) fn push_image(&mut self, bytes: &[u8]) -> Index<View> {
-        let start = self.bytes.len();
+        let start = self.end();
         self.bytes.extend_from_slice(bytes);
         let view = self.view(Usage::Image, start);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        Index::new(view as u32)
+        Index::new((self.base.views + view) as u32)
     }
 
     /// Notes a number that is not finite, for [`Buffer::finish`]: whatever made it, it is not written.
     fn look_at<T: Component, const N: usize>(&mut self, elements: &[[T; N]]) {
         let is_finite = elements.iter().flatten().all(|&number| number.into().is_finite());
         if !is_finite {
-            self.not_finite.get_or_insert(self.accessors.len());
+            self.not_finite
+                .get_or_insert(self.base.accessors + self.accessors.len());
         }
     }
 
@@ -135,9 +198,10 @@ impl Buffer {
         self.accessors.len() - 1
     }
 
-    fn place(&mut self, accessor: usize, view: usize, offset: usize) {
+    fn locate(&mut self, accessor: usize, view: usize, offset: usize) {
+        let view = Index::new((self.base.views + view) as u32);
         let accessor = &mut self.accessors[accessor];
-        accessor.buffer_view = Some(Index::new(view as u32));
+        accessor.buffer_view = Some(view);
         accessor.byte_offset = Some(USize64::from(offset)).filter(|offset| offset.0 > 0);
     }
 
@@ -159,7 +223,7 @@ impl Buffer {
         for number in elements.iter().flatten() {
             number.append(&mut stream.bytes);
         }
-        Index::new(accessor as u32)
+        self.index(accessor)
     }
 
     /// Appends inverse bind matrices, in a lossless stream if `compression` has streams.
@@ -179,8 +243,8 @@ impl Buffer {
         let longer = self.times.iter().find(|(known, _)| known.starts_with(times));
         let accessor = if let Some(&(_, whole)) = longer {
             let accessor = self.accessor(ComponentType::F32, 1, times.len());
-            self.beginnings.push((accessor, whole.value()));
-            Index::new(accessor as u32)
+            self.beginnings.push((accessor, whole.value() - self.base.accessors));
+            self.index(accessor)
         } else if compression.extension().is_some() {
             self.push_stream(Filter::None, ComponentType::F32, times)
         } else {
@@ -188,8 +252,8 @@ impl Buffer {
         };
         // Times increase: the first is the smallest.
         let bound = |time: Option<&[f32; 1]>| time.map(|time| json!(time.map(f64::from)));
-        self.accessors[accessor.value()].min = bound(times.first());
-        self.accessors[accessor.value()].max = bound(times.last());
+        self.accessor_at(accessor).min = bound(times.first());
+        self.accessor_at(accessor).max = bound(times.last());
         self.times.push((times.to_vec(), accessor));
         accessor
     }
@@ -203,7 +267,7 @@ impl Buffer {
             });
             Some(json!(bounds.map(f64::from).as_slice()))
         };
-        let accessor = &mut self.accessors[index.value()];
+        let accessor = self.accessor_at(index);
         accessor.min = bound(f32::min, f32::INFINITY);
         accessor.max = bound(f32::max, f32::NEG_INFINITY);
         index
@@ -216,7 +280,7 @@ impl Buffer {
         elements: &[[T; N]],
     ) -> Index<Accessor> {
         let index = self.push(usage, elements);
-        self.accessors[index.value()].normalized = true;
+        self.accessor_at(index).normalized = true;
         index
     }
 
@@ -224,7 +288,7 @@ impl Buffer {
     fn view(&mut self, usage: Usage, start: usize) -> usize {
         if usage != Usage::Keys || self.last_usage != Some(Usage::Keys) {
             self.views.push(View {
-                buffer: Index::new(0),
+                buffer: Index::new(self.base.buffer as u32),
                 byte_length: USize64(0),
                 byte_offset: Some(USize64::from(start)).filter(|offset| offset.0 > 0),
                 byte_stride: None,
@@ -239,7 +303,7 @@ impl Buffer {
             });
         }
         self.last_usage = Some(usage);
-        let end = self.bytes.len() as u64;
+        let end = self.end() as u64;
         let last = self.views.len() - 1;
         let view = &mut self.views[last];
         view.byte_length = USize64(end - view.byte_offset.map_or(0, |offset| offset.0));
@@ -248,19 +312,19 @@ impl Buffer {
 
     /// Compresses the streams. Their views refer to an uncompressed buffer that is not written: it is marked as the
     /// fallback, which only readers without the extension need.
-    fn finish_streams(&mut self, root: &mut Root, extension: &str) -> Result<()> {
+    fn finish_streams(&mut self, extension: &'static str) -> Result<Option<(gltf::json::Buffer, &'static str)>> {
         let version = i32::from(extension == KHR);
         let mut fallback = 0;
         for (stream, (filter, stride)) in std::iter::zip(std::mem::take(&mut self.streams), STREAMS) {
             if stream.bytes.is_empty() {
                 continue;
             }
-            let start = self.bytes.len();
+            let start = self.end();
             self.bytes.extend(meshopt::encode(&stream.bytes, stride, version)?);
             let mut settings = json!({
-                "buffer": 0,
+                "buffer": self.base.buffer,
                 "byteOffset": start,
-                "byteLength": self.bytes.len() - start,
+                "byteLength": self.end() - start,
                 "byteStride": stride,
                 "mode": "ATTRIBUTES",
                 "count": stream.bytes.len() / stride,
@@ -272,7 +336,7 @@ impl Buffer {
             let mut others = serde_json::Map::new();
             others.insert(extension.to_owned(), settings);
             self.views.push(View {
-                buffer: Index::new(1),
+                buffer: Index::new(self.base.placeholder as u32),
                 byte_length: USize64::from(stream.bytes.len()),
                 byte_offset: Some(USize64::from(fallback)).filter(|offset| offset.0 > 0),
                 byte_stride: None,
@@ -284,47 +348,64 @@ impl Buffer {
             fallback += stream.bytes.len().next_multiple_of(8);
             let mut offset = 0;
             for accessor in stream.accessors {
-                self.place(accessor, self.views.len() - 1, offset);
+                self.locate(accessor, self.views.len() - 1, offset);
                 offset += self.accessors[accessor].count.0 as usize * stride;
             }
         }
-        if fallback > 0 {
-            root.buffers.push(placeholder(fallback, extension));
-            root.extensions_used.push(extension.to_owned());
-            root.extensions_required.push(extension.to_owned());
-        }
-        Ok(())
+        Ok((fallback > 0).then(|| (placeholder(fallback, extension), extension)))
     }
 
-    /// Moves views, accessors and the buffer to `root`, and returns the bytes.
+    /// What the file gets.
     ///
     /// # Errors
     /// Where a number is not finite, and where the streams cannot be encoded.
-    pub(super) fn finish(mut self, root: &mut Root, compression: Compression) -> Result<Vec<u8>> {
+    pub(super) fn finish(mut self, compression: Compression) -> Result<Parts> {
         if let Some(accessor) = self.not_finite {
             let message = format!("a number of accessor {accessor} would not be finite");
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
-        if let Some(extension) = compression.extension() {
-            self.finish_streams(root, extension)?;
-        }
+        let streams = match compression.extension() {
+            Some(extension) => self.finish_streams(extension)?,
+            None => None,
+        };
         for (accessor, whole) in std::mem::take(&mut self.beginnings) {
             self.accessors[accessor].buffer_view = self.accessors[whole].buffer_view;
             self.accessors[accessor].byte_offset = self.accessors[whole].byte_offset;
         }
+        Ok(Parts {
+            accessors: self.accessors,
+            views: self.views,
+            bytes: self.bytes,
+            streams,
+        })
+    }
+}
+
+impl Parts {
+    /// Moves all but the bytes to a file that has nothing yet, and returns the bytes.
+    pub(super) fn into_root(self, root: &mut Root) -> Vec<u8> {
         root.accessors = self.accessors;
         root.buffer_views = self.views;
         if !self.bytes.is_empty() {
-            let buffer = gltf::json::Buffer {
-                byte_length: USize64::from(self.bytes.len()),
-                name: None,
-                uri: None,
-                extensions: None,
-                extras: None,
-            };
-            root.buffers.insert(0, buffer);
+            root.buffers.push(buffer(self.bytes.len(), None));
         }
-        Ok(self.bytes)
+        if let Some((placeholder, extension)) = self.streams {
+            root.buffers.push(placeholder);
+            root.extensions_used.push(extension.to_owned());
+            root.extensions_required.push(extension.to_owned());
+        }
+        self.bytes
+    }
+}
+
+/// A buffer of so many bytes.
+pub(super) fn buffer(length: usize, uri: Option<String>) -> gltf::json::Buffer {
+    gltf::json::Buffer {
+        byte_length: USize64::from(length),
+        name: None,
+        uri,
+        extensions: None,
+        extras: None,
     }
 }
 
@@ -333,10 +414,7 @@ fn placeholder(length: usize, extension: &str) -> gltf::json::Buffer {
     let mut others = serde_json::Map::new();
     others.insert(extension.to_owned(), json!({ "fallback": true }));
     gltf::json::Buffer {
-        byte_length: USize64::from(length),
-        name: None,
-        uri: None,
         extensions: Some(gltf::json::extensions::buffer::Buffer { others }),
-        extras: None,
+        ..buffer(length, None)
     }
 }

@@ -15,7 +15,7 @@ use serde_json::value::{RawValue, to_raw_value};
 
 use super::super::humanoid::VRM_ANIMATION;
 use super::super::{Compression, Provenance};
-use super::animation;
+use super::animation::{self, Nodes};
 use super::buffer::Buffer;
 use super::names::Names;
 use super::rest::{self, Rest};
@@ -67,7 +67,7 @@ pub(super) fn document(scene: &Scene, options: &GltfOptions, content: Content) -
         report,
         ..
     } = builder;
-    let bin = buffer.finish(&mut root, options.compression)?;
+    let bin = buffer.finish(options.compression)?.into_root(&mut root);
     Ok(Document {
         root,
         animations,
@@ -156,18 +156,22 @@ impl Builder<'_> {
         for node in &scene.nodes {
             rest.push(rest_of(node)?);
         }
-        // The rest pose of a VRM animation is the T-pose, whatever does not move.
-        let keeps_rest = self.content == Content::VrmAnimation;
-        if scene.animations.len() > 1 && !keeps_rest {
-            rest::of_all(scene, &mut rest);
-        }
+        let nodes = match (self.content, scene.animations.len()) {
+            // The rest pose of a VRM animation is the T-pose, whatever does not move.
+            (Content::VrmAnimation, _) => Nodes::TPose,
+            (Content::Scene, 1) => Nodes::OfOneAnimation,
+            (Content::Scene, _) => {
+                rest::of_all(scene, &mut rest);
+                Nodes::OfAllAnimations
+            }
+        };
         // glTF takes several animations; the names of clips and their order stay.
         for take in &scene.animations {
             let written = animation::write(
                 scene,
                 take,
                 &mut rest,
-                keeps_rest,
+                nodes,
                 self.options,
                 &mut self.buffer,
                 &mut self.report,
@@ -241,10 +245,10 @@ impl Builder<'_> {
         let mut skinned = Vec::new();
         for (index, node) in self.scene.nodes.iter().enumerate() {
             let mut primitives = Vec::new();
-            for &place in &node.meshes {
-                let mesh = &self.scene.meshes[place];
+            for &index_of_mesh in &node.meshes {
+                let mesh = &self.scene.meshes[index_of_mesh];
                 if !mesh.bones.is_empty() {
-                    skinned.push(place);
+                    skinned.push(index_of_mesh);
                 } else if let Some((primitive, vertices)) = mesh::write(mesh, None, 0, &mut self.buffer)? {
                     self.report.vertices += vertices;
                     primitives.push(primitive);
@@ -261,14 +265,14 @@ impl Builder<'_> {
     fn skins(&mut self, skinned: &[usize]) -> Result<()> {
         let scene = self.scene;
         let mut joints = Vec::new();
-        let mut places = vec![None; scene.nodes.len()];
+        let mut slots = vec![None; scene.nodes.len()];
         for (index, node) in scene.nodes.iter().enumerate() {
             if node.kind != NodeKind::Group {
-                let place = u16::try_from(joints.len()).map_err(|_| {
+                let slot = u16::try_from(joints.len()).map_err(|_| {
                     Diagnostic::new(Code::LimitExceeded, "a skin has at most 65,536 joints")
                         .help("write a segmented mesh, which has no skin")
                 });
-                places[index] = Some(place?);
+                slots[index] = Some(slot?);
                 joints.push(index);
             }
         }
@@ -277,7 +281,7 @@ impl Builder<'_> {
         }
         for &index in skinned {
             let mesh = &scene.meshes[index];
-            if let Some(written) = mesh::write(mesh, Some(&places), joints.len(), &mut self.buffer)? {
+            if let Some(written) = mesh::write(mesh, Some(&slots), joints.len(), &mut self.buffer)? {
                 let skin = self.skin(&joints, &mesh.bones);
                 self.skinned_mesh(&mesh.name, written, skin);
             }
@@ -290,7 +294,7 @@ impl Builder<'_> {
             if let Some(mesh) = scene.meshes.first() {
                 let first_joint = Pose::rest(scene).position(NodeId::new(joints[0]));
                 let marker = mesh::marker(first_joint, mesh.material_index);
-                if let Some(written) = mesh::write(&marker, Some(&places), joints.len(), &mut self.buffer)? {
+                if let Some(written) = mesh::write(&marker, Some(&slots), joints.len(), &mut self.buffer)? {
                     self.skinned_mesh("", written, skin);
                 }
             }
@@ -317,7 +321,7 @@ impl Builder<'_> {
     fn skin(&mut self, joints: &[usize], bones: &[scene::Bone]) -> Index<Skin> {
         let node_to_world = Pose::rest(self.scene).node_to_world;
         // As affine maps: the last row of an inverse bind matrix must be exactly 0 0 0 1.
-        // Where a scale of 0 makes all places one, any matrix will do.
+        // Where a scale of 0 makes all positions one, any matrix will do.
         let inverse = |matrix: &Mat4| match Mat4::from(Affine3A::from_mat4(*matrix).inverse()) {
             inverse if inverse.is_finite() => inverse,
             _ => Mat4::from_translation(-matrix.w_axis.truncate()),

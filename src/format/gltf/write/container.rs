@@ -1,25 +1,17 @@
 //! Writes a document as one `.glb`, a `.gltf` with an embedded buffer, or a `.gltf` with a `.bin`.
 
-use std::borrow::Cow;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf::binary::{Glb, Header};
 use gltf::json::Root;
 
+use super::glb::Glb;
 use super::{Document, text};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::files::write_file_with;
 use crate::format::WrittenFile;
-
-/// Bytes before the first chunk of a `.glb` file, and before what is in a chunk.
-const GLB_HEADER: usize = 12;
-const CHUNK_HEADER: usize = 8;
-
-/// Bytes before the JSON text and between it and the buffer, with padding.
-const GLB_OVERHEAD: usize = GLB_HEADER + 2 * CHUNK_HEADER + 6;
 
 impl Document {
     /// The bytes of a `.glb` file.
@@ -27,7 +19,7 @@ impl Document {
     /// # Errors
     /// [`Code::LimitExceeded`] beyond the 4 GiB that the container can hold.
     pub fn to_glb(&self) -> Result<Vec<u8>> {
-        self.glb()?.to_vec().map_err(|error| unwritable(&error))
+        Ok(self.glb()?.around(&self.bin))
     }
 
     /// The number of bytes of [`Self::to_glb`], without making them.
@@ -36,52 +28,26 @@ impl Document {
     /// As [`Self::to_glb`].
     pub fn glb_len(&self) -> Result<usize> {
         let glb = self.glb()?;
-        let chunk = |bytes: &[u8]| CHUNK_HEADER + bytes.len().next_multiple_of(4);
-        Ok(GLB_HEADER + chunk(&glb.json) + glb.bin.as_deref().map_or(0, chunk))
+        Ok(glb.head.len() + self.bin.len() + glb.tail.len())
     }
 
     /// Writes a `.glb` file, and returns its length.
     pub(in crate::format::gltf) fn write_glb(&self, path: &Path) -> Result<u64> {
         let glb = self.glb()?;
         write_file_with(path, |file| {
-            // The header goes out number by number; all of a small file becomes one write.
+            // All of a small file becomes one write.
             let mut file = BufWriter::with_capacity(1 << 16, file);
-            glb.to_writer(&mut file).map_err(|error| match error {
-                gltf::Error::Io(error) => error,
-                error => io::Error::other(error),
-            })?;
+            for part in [&glb.head, &self.bin, &glb.tail] {
+                file.write_all(part)?;
+            }
             file.flush()
         })
     }
 
     /// A `.glb` file; its buffer is not copied.
     pub(in crate::format::gltf) fn into_glb_file(self, name: &str) -> Result<WrittenFile> {
-        let json = self.glb()?.json.into_owned();
-        let padding = |length: usize| length.next_multiple_of(4) - length;
-        let chunk = |bytes: usize| match bytes {
-            0 => 0,
-            bytes => CHUNK_HEADER + bytes.next_multiple_of(4),
-        };
-        let length = GLB_HEADER + chunk(json.len()) + chunk(self.bin.len());
-        // A file of more than 4 GiB was refused above.
-        let number = |number: usize| (number as u32).to_le_bytes();
-        let mut head = Vec::with_capacity(length - self.bin.len());
-        head.extend(b"glTF");
-        head.extend(number(2));
-        head.extend(number(length));
-        head.extend(number(json.len().next_multiple_of(4)));
-        head.extend(b"JSON");
-        let spaces = padding(json.len());
-        head.extend(json);
-        head.resize(head.len() + spaces, b' ');
-        if self.bin.is_empty() {
-            return Ok(WrittenFile::new(name, head));
-        }
-        head.extend(number(self.bin.len().next_multiple_of(4)));
-        head.extend(b"BIN\0");
-        let zeros = vec![0; padding(self.bin.len())];
-        let parts = [head, self.bin, zeros].into_iter().filter(|part| !part.is_empty());
-        Ok(WrittenFile::of_parts(name, parts.collect()))
+        let glb = self.glb()?;
+        Ok(WrittenFile::of_parts(name, vec![glb.head, self.bin, glb.tail]))
     }
 
     /// A `.gltf` file after the `.bin` of its buffer, which has the same name, and is absent where it is empty.
@@ -92,25 +58,9 @@ impl Document {
         Ok(bin.into_iter().chain([text]).collect())
     }
 
-    /// The parts of a `.glb` file.
-    fn glb(&self) -> Result<Glb<'_>> {
-        let json = self.text(&self.root)?;
-        if u32::try_from(json.len() + self.bin.len() + GLB_OVERHEAD).is_err() {
-            let message = "the file would be larger than the 4 GiB that a .glb can hold";
-            return Err(Diagnostic::new(Code::LimitExceeded, message)
-                .help("write .gltf, or write fewer frames")
-                .into());
-        }
-        Ok(Glb {
-            // The writer computes the length itself.
-            header: Header {
-                magic: *b"glTF",
-                version: 2,
-                length: 0,
-            },
-            json: Cow::Owned(json),
-            bin: Some(Cow::Borrowed(self.bin.as_slice())).filter(|bin| !bin.is_empty()),
-        })
+    fn glb(&self) -> Result<Glb> {
+        let bin = Some(self.bin.len()).filter(|bytes| *bytes > 0);
+        Glb::new(self.text(&self.root)?, bin, &[])
     }
 
     /// The bytes of a `.gltf` file with its buffer as a data URI.
@@ -138,13 +88,13 @@ impl Document {
         self.text(&root)
     }
 
-    /// The JSON text, with `root` in place of the document's own.
+    /// The JSON text, with `root` instead of the document's own.
     fn text(&self, root: &Root) -> Result<Vec<u8>> {
         text::write(root, &self.animations).map_err(|error| unwritable(&error))
     }
 }
 
-fn unwritable(error: &dyn std::error::Error) -> Error {
+pub(super) fn unwritable(error: &dyn std::error::Error) -> Error {
     Diagnostic::new(Code::Unrepresentable, error.to_string()).into()
 }
 

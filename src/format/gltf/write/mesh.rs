@@ -47,11 +47,11 @@ pub(super) fn write(
         let corners = face.iter().map(|&vertex| {
             let vertex = vertex as usize;
             let bits = |v: Vec3| (v + Vec3::ZERO).to_array().map(f32::to_bits);
-            let place = |v: Vec2| (v + Vec2::ZERO).to_array().map(f32::to_bits);
+            let bits_of_two = |v: Vec2| (v + Vec2::ZERO).to_array().map(f32::to_bits);
             let key = (
                 bits(mesh.vertices[vertex]),
                 normals.map(|normals| bits(normals[vertex])),
-                coords.map(|coords| place(coords[vertex])),
+                coords.map(|coords| bits_of_two(coords[vertex])),
                 influences.as_ref().map(|influences| influences[vertex]),
             );
             *known.entry(key).or_insert_with(|| {
@@ -100,15 +100,15 @@ pub(super) fn write(
         );
     }
     if let Some(influences) = influences {
-        let places: Vec<_> = sources.iter().map(|&vertex| influences[vertex].0).collect();
+        let joints: Vec<_> = sources.iter().map(|&vertex| influences[vertex].0).collect();
         let weights: Vec<_> = sources.iter().map(|&vertex| influences[vertex].1).collect();
-        let places = if joint_count <= JOINTS_IN_8_BITS {
-            let small: Vec<_> = places.iter().map(|places| places.map(|place| place as u8)).collect();
+        let joints = if joint_count <= JOINTS_IN_8_BITS {
+            let small: Vec<_> = joints.iter().map(|four| four.map(|joint| joint as u8)).collect();
             buffer.push(Usage::Vertices, &small)
         } else {
-            buffer.push(Usage::Vertices, &places)
+            buffer.push(Usage::Vertices, &joints)
         };
-        attributes.insert(Checked::Valid(Semantic::Joints(0)), places);
+        attributes.insert(Checked::Valid(Semantic::Joints(0)), joints);
         attributes.insert(
             Checked::Valid(Semantic::Weights(0)),
             buffer.push_normalized(Usage::Vertices, &weights),
@@ -137,8 +137,8 @@ pub(super) fn write(
     Ok(Some((primitive, sources.len())))
 }
 
-/// An octahedron around `place`, for a skeleton without extent: several clients refuse a skin that no mesh uses.
-pub(super) fn marker(place: Vec3, material_index: usize) -> Mesh {
+/// An octahedron around `centre`, for a skeleton without extent: several clients refuse a skin that no mesh uses.
+pub(super) fn marker(centre: Vec3, material_index: usize) -> Mesh {
     let tips = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z];
     #[rustfmt::skip]
     let indices = vec![
@@ -146,7 +146,7 @@ pub(super) fn marker(place: Vec3, material_index: usize) -> Mesh {
         1, 0, 5,  3, 1, 5,  4, 3, 5,  0, 4, 5,
     ];
     Mesh {
-        vertices: tips.map(|tip| place + MARKER_RADIUS * tip).to_vec(),
+        vertices: tips.map(|tip| centre + MARKER_RADIUS * tip).to_vec(),
         indices,
         material_index,
         ..Mesh::default()
@@ -158,29 +158,29 @@ pub(super) fn marker(place: Vec3, material_index: usize) -> Mesh {
 fn influences(mesh: &Mesh, joints: &[Option<u16>]) -> Vec<Influences> {
     let mut all: Vec<Vec<(f32, u16)>> = vec![Vec::new(); mesh.vertices.len()];
     for bone in &mesh.bones {
-        let Some(place) = joints[bone.node.index()] else {
+        let Some(joint) = joints[bone.node.index()] else {
             continue;
         };
         for tie in bone.weights.iter().filter(|tie| tie.weight > 0.0) {
-            all[tie.vertex_id as usize].push((tie.weight, place));
+            all[tie.vertex_id as usize].push((tie.weight, joint));
         }
     }
     let strongest = |mut ties: Vec<(f32, u16)>| {
         ties.sort_by(|a, b| b.0.total_cmp(&a.0));
         ties.truncate(4);
         let sum: f32 = ties.iter().map(|tie| tie.0).sum();
-        let (mut places, mut shares) = ([0; 4], [0; 4]);
+        let (mut four_joints, mut weights) = ([0; 4], [0; 4]);
         // The strongest weight takes the rounding error, so that the sum is exact.
         let mut left: u8 = 255;
-        for (slot, (weight, place)) in ties.iter().enumerate().skip(1) {
-            let share = (weight / sum * 255.0).round() as u8;
-            if share > 0 {
-                (places[slot], shares[slot]) = (*place, share);
-                left = left.saturating_sub(share);
+        for (slot, (weight, joint)) in ties.iter().enumerate().skip(1) {
+            let byte = (weight / sum * 255.0).round() as u8;
+            if byte > 0 {
+                (four_joints[slot], weights[slot]) = (*joint, byte);
+                left = left.saturating_sub(byte);
             }
         }
-        (places[0], shares[0]) = (ties.first().map_or(0, |tie| tie.1), left);
-        (places, shares)
+        (four_joints[0], weights[0]) = (ties.first().map_or(0, |tie| tie.1), left);
+        (four_joints, weights)
     };
     all.into_iter().map(strongest).collect()
 }

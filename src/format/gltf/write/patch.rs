@@ -4,17 +4,24 @@ use std::ops::Range;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde::Deserialize;
+use gltf::json::Index;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 use serde_json::value::RawValue;
-use serde_json::{Value, json};
 
 use super::super::Provenance;
 use super::super::invalid::invalid;
 use super::super::json::{self, MAGIC};
+use super::animation::{self, Nodes};
+use super::buffer::{self as writer, Base, buffer as buffer_of};
+use super::container::unwritable;
+use super::glb::Glb;
+use super::rest::Rest;
+use super::{GltfOptions, GltfReport, text};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::Failure;
 use crate::pose::Trs;
-use crate::scene::{Animation, Keys, Scene};
+use crate::scene::{self, Animation, Scene};
 
 /// The sections of a file that may change, as they are written there.
 #[derive(Default, Deserialize)]
@@ -32,6 +39,10 @@ struct Sections<'a> {
     buffers: Option<&'a RawValue>,
     #[serde(borrow)]
     images: Option<&'a RawValue>,
+    #[serde(borrow)]
+    extensions_used: Option<&'a RawValue>,
+    #[serde(borrow)]
+    extensions_required: Option<&'a RawValue>,
 }
 
 #[derive(Deserialize)]
@@ -70,84 +81,118 @@ pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     Ok(uris)
 }
 
-/// The file with the animations of the scene's nodes, whose indices in the file are `nodes`; each with its provenance,
-/// where that is known.
+/// The nodes of a file as a scene: the index in the file of each node of the scene.
+pub(in super::super) struct Skeleton<'a> {
+    pub(in super::super) scene: &'a Scene,
+    pub(in super::super) nodes: &'a [Option<usize>],
+}
+
+/// The file with animations of a skeleton; each with its provenance, where that is known. With `replace` they stand
+/// in place of those of the file.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
-    scene: &Scene,
-    nodes: &[Option<usize>],
+    skeleton: &Skeleton<'_>,
     animations: &[(&Animation, Option<&Provenance>)],
     replace: bool,
-) -> Result<Vec<u8>> {
+    options: &GltfOptions,
+) -> Result<(Vec<u8>, GltfReport)> {
     let is_glb = bytes.starts_with(MAGIC);
     let (text, bin) = json::split(bytes)?;
     let text = utf8(text)?;
     let sections = sections(text)?;
-    let count = |section: Option<&RawValue>| -> Result<usize> {
-        Ok(section
-            .map(|section| parse::<Vec<&RawValue>>(section.get()))
-            .transpose()?
-            .map_or(0, |items| items.len()))
-    };
     let buffers: Vec<Buffer<'_>> = sections
         .buffers
         .map_or(Ok(Vec::new()), |section| parse(section.get()))?;
     // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a
     // buffer of their own.
     let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
-    let (buffer, start) = match in_chunk {
-        true => (0, bin.map_or(0, <[u8]>::len).next_multiple_of(4)),
-        false => (buffers.len(), 0),
+    let base = match in_chunk {
+        true => Base {
+            buffer: 0,
+            bytes: bin.map_or(0, <[u8]>::len).next_multiple_of(4),
+            placeholder: buffers.len().max(1),
+            views: count(sections.buffer_views)?,
+            accessors: count(sections.accessors)?,
+        },
+        false => Base {
+            buffer: buffers.len(),
+            bytes: 0,
+            placeholder: buffers.len() + 1,
+            views: count(sections.buffer_views)?,
+            accessors: count(sections.accessors)?,
+        },
     };
-    let mut added = Added {
-        buffer,
-        start,
-        first_view: count(sections.buffer_views)?,
-        first_accessor: count(sections.accessors)?,
-        ..Added::default()
-    };
-    let mut driven = Vec::new();
-    let mut written = Vec::new();
+    let mut added = Added::new(skeleton, base);
     for (animation, provenance) in animations {
-        let mut json = added.animation(scene, nodes, animation, &mut driven)?;
-        if let Some(provenance) = provenance {
-            json["extras"] = json!({ "mocap": provenance });
-        }
-        written.push(json);
+        added.animation(animation, *provenance, options)?;
     }
-    let end = start + added.bytes.len();
+    let Added {
+        animations: written,
+        buffer,
+        mut driven,
+        mut report,
+        ..
+    } = added;
+    let parts = buffer.finish(options.compression)?;
     let mut edits = Edits {
         text,
         edits: Vec::new(),
     };
     edits.matrices(sections.nodes, &mut driven)?;
     match sections.animations.filter(|_| replace) {
-        Some(section) => edits.replace(section, Value::Array(written).to_string()),
-        None => edits.append("animations", sections.animations, &written)?,
+        Some(section) => edits.replace(section, format!("[{}]", items(&written)?.join(","))),
+        None => edits.append("animations", sections.animations, &items(&written)?)?,
     }
-    edits.append("accessors", sections.accessors, &added.accessors)?;
-    edits.append("bufferViews", sections.buffer_views, &added.views)?;
+    edits.append("accessors", sections.accessors, &items(&parts.accessors)?)?;
+    edits.append("bufferViews", sections.buffer_views, &items(&parts.views)?)?;
+    let mut new_buffers = Vec::new();
     match (in_chunk, buffers.first()) {
-        (true, Some(first)) => edits.replace(first.byte_length, end.to_string()),
-        (true, None) => edits.append("buffers", sections.buffers, &[json!({ "byteLength": end })])?,
+        (true, Some(first)) => edits.replace(first.byte_length, (base.bytes + parts.bytes.len()).to_string()),
+        (true, None) => new_buffers.push(buffer_of(base.bytes + parts.bytes.len(), None)),
         (false, _) => {
-            let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&added.bytes));
-            let own = json!({ "byteLength": added.bytes.len(), "uri": uri });
-            edits.append("buffers", sections.buffers, &[own])?;
+            let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&parts.bytes));
+            new_buffers.push(buffer_of(parts.bytes.len(), Some(uri)));
         }
     }
+    if let Some((placeholder, extension)) = parts.streams {
+        new_buffers.push(placeholder);
+        edits.extension("extensionsUsed", sections.extensions_used, extension)?;
+        edits.extension("extensionsRequired", sections.extensions_required, extension)?;
+    }
+    edits.append("buffers", sections.buffers, &items(&new_buffers)?)?;
     let text = edits.finish();
-    if !is_glb {
+    let file = if is_glb {
+        let mut chunk = bin.map(<[u8]>::to_vec);
+        if in_chunk {
+            let chunk = chunk.get_or_insert_default();
+            chunk.resize(base.bytes, 0);
+            chunk.extend(parts.bytes);
+        }
+        let length = chunk.as_ref().map(Vec::len);
+        let glb = Glb::new(text.into_bytes(), length, json::further_chunks(bytes)?)?;
+        glb.around(chunk.as_deref().unwrap_or_default())
+    } else {
         let mark = bytes.len() - bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).len();
-        return Ok([&bytes[..mark], text.as_bytes()].concat());
-    }
-    let mut chunk = bin.map(<[u8]>::to_vec);
-    if in_chunk {
-        let chunk = chunk.get_or_insert_default();
-        chunk.resize(start, 0);
-        chunk.extend(added.bytes);
-    }
-    glb(text.into_bytes(), chunk.as_deref(), json::further_chunks(bytes)?)
+        [&bytes[..mark], text.as_bytes()].concat()
+    };
+    report.bytes = file.len();
+    Ok((file, report))
+}
+
+/// The number of items of a section.
+fn count(section: Option<&RawValue>) -> Result<usize> {
+    let items = section
+        .map(|section| parse::<Vec<&RawValue>>(section.get()))
+        .transpose()?;
+    Ok(items.map_or(0, |items| items.len()))
+}
+
+/// The text of each item.
+fn items<T: Serialize>(items: &[T]) -> Result<Vec<String>> {
+    items
+        .iter()
+        .map(|item| text::item(item).map_err(|error| unwritable(&error)))
+        .collect()
 }
 
 fn utf8(text: &[u8]) -> Result<&str, Failure> {
@@ -168,35 +213,6 @@ fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T> {
     serde_json::from_str(text).map_err(|error| invalid("", format!("the JSON cannot be read: {error}")).into())
 }
 
-/// A `.glb` of these chunks.
-fn glb(mut text: Vec<u8>, bin: Option<&[u8]>, further: &[u8]) -> Result<Vec<u8>> {
-    text.resize(text.len().next_multiple_of(4), b' ');
-    let padded = bin.map(|bin| bin.len().next_multiple_of(4));
-    let length = 12 + 8 + text.len() + padded.map_or(0, |padded| 8 + padded) + further.len();
-    if u32::try_from(length).is_err() {
-        let message = "the file would be larger than the 4 GiB that a .glb can hold";
-        return Err(Diagnostic::new(Code::LimitExceeded, message)
-            .help("write fewer frames")
-            .into());
-    }
-    let number = |length: usize| (length as u32).to_le_bytes();
-    let mut bytes = Vec::with_capacity(length);
-    bytes.extend_from_slice(MAGIC);
-    bytes.extend(2_u32.to_le_bytes());
-    bytes.extend(number(length));
-    bytes.extend(number(text.len()));
-    bytes.extend_from_slice(b"JSON");
-    bytes.extend(text);
-    if let (Some(bin), Some(padded)) = (bin, padded) {
-        bytes.extend(number(padded));
-        bytes.extend_from_slice(b"BIN\0");
-        bytes.extend_from_slice(bin);
-        bytes.resize(length - further.len(), 0);
-    }
-    bytes.extend_from_slice(further);
-    Ok(bytes)
-}
-
 /// Changes of a text, each of a part of it.
 struct Edits<'a> {
     text: &'a str,
@@ -215,9 +231,17 @@ impl<'a> Edits<'a> {
         self.edits.push((range, with));
     }
 
+    /// Names an extension in a list, unless it stands there already.
+    fn extension(&mut self, name: &str, section: Option<&'a RawValue>, extension: &str) -> Result<()> {
+        let known: Vec<String> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
+        if known.iter().any(|known| known == extension) {
+            return Ok(());
+        }
+        self.append(name, section, &[json!(extension).to_string()])
+    }
+
     /// Appends items to an array of the root, which is added where the file lacks it.
-    fn append(&mut self, name: &str, section: Option<&'a RawValue>, items: &[Value]) -> Result<()> {
-        let items: Vec<String> = items.iter().map(Value::to_string).collect();
+    fn append(&mut self, name: &str, section: Option<&'a RawValue>, items: &[String]) -> Result<()> {
         if items.is_empty() {
             return Ok(());
         }
@@ -262,7 +286,7 @@ impl<'a> Edits<'a> {
     }
 
     fn finish(mut self) -> String {
-        // Those at one place stay in their order.
+        // Those at one offset stay in their order.
         self.edits.sort_by_key(|(range, _)| range.start);
         let mut text = String::with_capacity(self.text.len() + 1024);
         let mut at = 0;
@@ -276,143 +300,67 @@ impl<'a> Edits<'a> {
     }
 }
 
-/// The keys that are added, and how the file finds them.
-#[derive(Default)]
-struct Added {
-    buffer: usize,
-    /// Where the bytes begin in the buffer.
-    start: usize,
-    first_view: usize,
-    first_accessor: usize,
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
+/// The animations that are added, and their keys.
+struct Added<'a> {
+    skeleton: &'a Skeleton<'a>,
+    /// The rest transforms of the nodes, which stay as they are.
+    rest: Vec<Rest>,
+    animations: Vec<text::Animation>,
+    buffer: writer::Buffer,
+    /// The nodes of the file that move, with their transforms at rest.
+    driven: Vec<(usize, Trs)>,
+    report: GltfReport,
 }
 
-impl Added {
-    /// A view and an accessor of their own for numbers, `width` in each element.
-    fn push(&mut self, numbers: &[f32], width: usize) -> usize {
-        let start = self.start + self.bytes.len();
-        self.bytes
-            .extend(numbers.iter().flat_map(|number| (number + 0.0).to_le_bytes()));
-        self.views.push(json!({
-            "buffer": self.buffer,
-            "byteOffset": start,
-            "byteLength": size_of_val(numbers),
-        }));
-        let mut accessor = json!({
-            "bufferView": self.first_view + self.views.len() - 1,
-            "componentType": 5126,
-            "count": numbers.len() / width,
-            "type": match width {
-                1 => "SCALAR",
-                3 => "VEC3",
-                _ => "VEC4",
-            },
-        });
-        if width == 1 {
-            // Times ascend, and glTF demands their bounds.
-            accessor["min"] = json!([numbers.first().map(|time| f64::from(*time))]);
-            accessor["max"] = json!([numbers.last().map(|time| f64::from(*time))]);
+impl<'a> Added<'a> {
+    fn new(skeleton: &'a Skeleton<'a>, base: Base) -> Self {
+        let rest = |node: &scene::Node| {
+            let rest = Trs::from_matrix(node.transform);
+            Rest {
+                translation: rest.translation,
+                rotation: rest.rotation,
+                scale: rest.scale,
+            }
+        };
+        Self {
+            skeleton,
+            rest: skeleton.scene.nodes.iter().map(rest).collect(),
+            animations: Vec::new(),
+            buffer: writer::Buffer::after(base),
+            driven: Vec::new(),
+            report: GltfReport::default(),
         }
-        self.accessors.push(accessor);
-        self.first_accessor + self.accessors.len() - 1
     }
 
-    /// Adds the keys of an animation, and the nodes that it moves to `driven`.
+    /// # Errors
+    /// Where it moves no node of the file, or a value is not finite, or the error bound cannot be kept.
     fn animation(
         &mut self,
-        scene: &Scene,
-        nodes: &[Option<usize>],
         animation: &Animation,
-        driven: &mut Vec<(usize, Trs)>,
-    ) -> Result<Value> {
-        let mut clocks: Vec<(Vec<u32>, usize)> = Vec::new();
-        let (mut channels, mut samplers) = (Vec::new(), Vec::new());
-        for channel in &animation.channels {
-            let place = channel.node.and_then(|node| Some((node, (*nodes.get(node.index())?)?)));
-            let Some((node, index)) = place else { continue };
-            let rest = Trs::from_matrix(scene.nodes[node.index()].transform);
-            let unchanged = |keys: &Keys<glam::Vec3>, rest: glam::Vec3| keys.values.iter().all(|value| *value == rest);
-            let vectors = |keys: &Keys<glam::Vec3>| keys.values.iter().map(|value| value.to_array().to_vec()).collect();
-            let turns: Vec<Vec<f32>> = channel
-                .rotation_keys
-                .values
-                .iter()
-                .map(|value| value.normalize().to_array().to_vec())
-                .collect();
-            let mut tracks: Vec<(&str, Vec<Vec<f32>>, Ticks<'_>)> = Vec::new();
-            if !unchanged(&channel.position_keys, rest.translation) {
-                tracks.push((
-                    "translation",
-                    vectors(&channel.position_keys),
-                    Ticks::of(&channel.position_keys),
-                ));
-            }
-            tracks.push(("rotation", turns, Ticks::of(&channel.rotation_keys)));
-            if !unchanged(&channel.scaling_keys, rest.scale) {
-                tracks.push((
-                    "scale",
-                    vectors(&channel.scaling_keys),
-                    Ticks::of(&channel.scaling_keys),
-                ));
-            }
-            for (path, values, ticks) in tracks {
-                if values.is_empty() {
-                    continue;
-                }
-                if values.iter().flatten().any(|number| !number.is_finite()) {
-                    return Err(
-                        Diagnostic::new(Code::Unrepresentable, format!("a {path} is not finite"))
-                            .in_joint(&scene.nodes[node.index()].name)
-                            .into(),
-                    );
-                }
-                let (times, kept) = ticks.seconds(values.len(), animation.ticks_per_second);
-                let width = values[0].len();
-                let values: Vec<f32> = kept.iter().flat_map(|key| values[*key].iter().copied()).collect();
-                let bits: Vec<u32> = times.iter().map(|time| time.to_bits()).collect();
-                let clock = match clocks.iter().find(|(known, _)| *known == bits) {
-                    Some((_, clock)) => *clock,
-                    None => {
-                        let clock = self.push(&times, 1);
-                        clocks.push((bits, clock));
-                        clock
-                    }
-                };
-                let output = self.push(&values, width);
-                channels.push(json!({ "sampler": samplers.len(), "target": { "node": index, "path": path } }));
-                samplers.push(json!({ "input": clock, "interpolation": "LINEAR", "output": output }));
-                driven.push((index, rest));
-            }
-        }
-        if channels.is_empty() {
+        provenance: Option<&Provenance>,
+        options: &GltfOptions,
+    ) -> Result<()> {
+        let Skeleton { scene, nodes } = *self.skeleton;
+        let (buffer, report) = (&mut self.buffer, &mut self.report);
+        let nodes_of_file = Nodes::PassedThrough;
+        let written = animation::write(scene, animation, &mut self.rest, nodes_of_file, options, buffer, report)?;
+        let mut written = written.unwrap_or_else(text::Animation::empty);
+        written.channels.retain_mut(|channel| {
+            let node = channel.target.node.value();
+            let Some(index) = nodes.get(node).copied().flatten() else {
+                return false;
+            };
+            channel.target.node = Index::new(index as u32);
+            self.driven.push((index, Trs::from_matrix(scene.nodes[node].transform)));
+            true
+        });
+        if written.channels.is_empty() {
             let message = format!("the animation \"{}\" moves no node of the file", animation.name);
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
-        Ok(json!({ "name": animation.name, "channels": channels, "samplers": samplers }))
-    }
-}
-
-/// The ticks of keys.
-struct Ticks<'a>(Option<&'a [f64]>);
-
-impl<'a> Ticks<'a> {
-    fn of<T>(keys: &'a Keys<T>) -> Self {
-        Self(keys.ticks.as_deref())
-    }
-
-    /// The times in seconds, and the keys that 32-bit times can tell apart.
-    fn seconds(&self, count: usize, ticks_per_second: f64) -> (Vec<f32>, Vec<usize>) {
-        let (mut times, mut kept): (Vec<f32>, Vec<usize>) = (Vec::new(), Vec::new());
-        for key in 0..count {
-            let tick = self.0.map_or(key as f64, |ticks| ticks[key]);
-            let time = (tick / ticks_per_second) as f32;
-            if times.last().is_none_or(|last| time > *last) {
-                times.push(time);
-                kept.push(key);
-            }
-        }
-        (times, kept)
+        written.name = Some(animation.name.clone());
+        written.extras = provenance.map(|provenance| json!({ "mocap": provenance }));
+        self.animations.push(written);
+        Ok(())
     }
 }

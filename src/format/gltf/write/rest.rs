@@ -47,15 +47,15 @@ pub(super) fn of_all(scene: &Scene, rest: &mut [Rest]) {
     for (node, still) in still(first) {
         let of = |other: &HashMap<usize, Still>| other.get(&node).copied().unwrap_or_default();
         let shared = others.iter().map(of).fold(still, Still::and);
-        let place = &mut rest[node];
+        let transform = &mut rest[node];
         if let Some(translation) = shared.translation.filter(|translation| translation.is_finite()) {
-            place.translation = translation + Vec3::ZERO;
+            transform.translation = translation + Vec3::ZERO;
         }
         if let Some(rotation) = shared.rotation.and_then(unit) {
-            place.rotation = rotation;
+            transform.rotation = rotation;
         }
         if let Some(scale) = shared.scale.filter(|scale| scale.is_finite()) {
-            place.scale = scale + Vec3::ZERO;
+            transform.scale = scale + Vec3::ZERO;
         }
     }
 }

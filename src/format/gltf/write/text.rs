@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use gltf::json::accessor::Accessor;
 use gltf::json::{Index, Node, Root};
 use serde::Serialize;
+use serde_json::Value;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 /// An animation.
@@ -15,6 +16,21 @@ pub(super) struct Animation {
     pub(super) name: Option<String>,
     pub(super) channels: Vec<Channel>,
     pub(super) samplers: Vec<Sampler>,
+    /// Where it is from, if the file does not say that of all animations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) extras: Option<Value>,
+}
+
+impl Animation {
+    /// Without channels.
+    pub(super) fn empty() -> Self {
+        Self {
+            name: None,
+            channels: Vec::new(),
+            samplers: Vec::new(),
+            extras: None,
+        }
+    }
 }
 
 /// Times and values. The interpolation is glTF's default, `LINEAR`.
@@ -47,6 +63,16 @@ struct Whole<'a> {
     root: &'a Root,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     animations: &'a [Animation],
+}
+
+/// The text of an item of an array, for a file that is there already.
+///
+/// # Errors
+/// None is known for what this crate makes.
+pub(super) fn item(item: &impl Serialize) -> serde_json::Result<String> {
+    let mut text = Vec::new();
+    item.serialize(&mut Serializer::with_formatter(&mut text, ShortNumbers::default()))?;
+    Ok(String::from_utf8(text).expect("JSON is UTF-8"))
 }
 
 /// The text of `root`, which has no animations of its own, with `animations`.
@@ -133,6 +159,7 @@ mod tests {
                 input: Index::new(1),
                 output: Index::new(2),
             }],
+            extras: None,
         };
         let text = write(&Root::default(), std::slice::from_ref(&animation)).unwrap();
         let text = String::from_utf8(text).unwrap();

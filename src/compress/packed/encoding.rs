@@ -1,0 +1,41 @@
+//! How a packed clip stores its keys.
+
+use super::layout::MUST_HAVE_KEY;
+use super::write::packed_size;
+use crate::compress::clip::CompressedClip;
+use crate::compress::encoding::{Encoding, KeyFrameChoice};
+use crate::compress::key_frames::KeyFrames;
+use crate::compress::quantize::{Lattice, RotationFormat, TranslationFormat};
+
+/// Rotations as points of a lattice with any number of steps, translations as multiples of a step.
+pub(super) struct Packed;
+
+impl Encoding for Packed {
+    fn rotations(&self, steps: f32) -> RotationFormat {
+        RotationFormat::SmallestThree(Lattice::of_steps(steps))
+    }
+
+    fn translations(&self, step: f32, largest: f32) -> TranslationFormat {
+        TranslationFormat::multiples(step, largest)
+    }
+
+    fn key_frames(&self) -> KeyFrameChoice {
+        KeyFrameChoice::SharedOrAll
+    }
+
+    fn size(&self, clip: &CompressedClip) -> usize {
+        packed_size(clip)
+    }
+
+    fn with_required(&self, mut key_frames: KeyFrames, frames: usize) -> KeyFrames {
+        key_frames.extend((0..frames).step_by(MUST_HAVE_KEY).map(|frame| frame as u32));
+        key_frames.sort_unstable();
+        key_frames.dedup();
+        key_frames
+    }
+
+    /// [`PackedClip::sample`](super::PackedClip::sample) computes a rotation and interpolates it in single precision.
+    fn roundings(&self) -> f64 {
+        3.0
+    }
+}
