@@ -253,8 +253,8 @@ impl Legs {
             .into())
     }
 
-    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` finds the shifts of the hips and
-    /// completes those of the feet, of which it gets what is known.
+    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` finds the shifts of the hips
+    /// and completes those of the feet, of which it gets what is known.
     fn change<F: Foot>(
         &mut self,
         scene: &Scene,

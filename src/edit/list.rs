@@ -131,8 +131,8 @@ impl EditStep {
         })
     }
 
-    /// The step of a JSON value, as files record it: an object with the name in `step` and the options beside it, or the
-    /// step as text.
+    /// The step of a JSON value, as files record it: an object with the name in `step` and the options beside it, or
+    /// the step as text.
     ///
     /// ```
     /// use mocap::edit::EditStep;

@@ -33,7 +33,8 @@ pub(crate) trait Work: Sync {
     /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
 
-    /// Whether the record of a former run, which has made the same output in the same way, has all that is wanted of it.
+    /// Whether the record of a former run, which has made the same output in the same way, has all that is wanted of
+    /// it.
     fn is_complete(&self, _: &Record) -> bool {
         true
     }
