@@ -4,16 +4,23 @@
 //! Every answer is a guess with a reason. [`Figure`] and [`survey`] change nothing; the caller decides what to do.
 
 mod axis;
+pub(crate) mod body;
 mod cuts;
 mod extent;
+pub(crate) mod ground;
 pub(crate) mod hierarchy;
 mod humanoid;
 mod measure;
 mod poses;
 pub(crate) mod robot_bones;
+pub(crate) mod rotations;
 pub(crate) mod t_pose;
+pub(crate) mod ticks;
+pub(crate) mod track;
 mod unit;
 mod up;
+pub(crate) mod vrm_humanoid;
+pub(crate) mod watched;
 
 use std::sync::OnceLock;
 

@@ -16,25 +16,18 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
-mod body;
 mod clip;
 mod feet;
-mod ground;
 mod limb_angles;
 mod measure;
 mod plan;
 mod root;
-mod rotations;
 mod rules;
 mod skin;
 mod solve;
-mod vrm_humanoid;
-mod watched;
 
 use glam::{Quat, Vec3};
 
-use self::body::Body;
-use self::clip::ticks;
 pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
 pub use self::measure::{Clamped, FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
@@ -42,10 +35,12 @@ use self::plan::Plan;
 pub use self::plan::Unmapped;
 use self::root::Root;
 use self::solve::Solved;
-pub use self::vrm_humanoid::vrm_humanoid;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::Humanoid;
+use crate::figure::body::Body;
+use crate::figure::ticks::ticks;
+pub use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};

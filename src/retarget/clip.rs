@@ -8,12 +8,13 @@ use std::collections::HashMap;
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 
-use super::body::Body;
 use super::plan::Plan;
 use super::root::Root;
-use super::rotations::{Places, Rotations};
 use super::solve::{Solved, solve_block};
-use super::watched::{Joint, Seen, Watched};
+use crate::figure::body::Body;
+use crate::figure::rotations::{Places, Rotations};
+use crate::figure::ticks::{Ticks, ticks};
+use crate::figure::watched::{Joint, Seen, Watched};
 use crate::math::soa::Lanes;
 use crate::math::soa::single::LANES;
 use crate::math::wide;
@@ -22,44 +23,6 @@ use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a share.
 const SAME: f32 = 1e-5;
-
-/// The whole ticks of an animation, and its end.
-pub(super) fn ticks(animation: &Animation) -> Vec<f64> {
-    let mut ticks: Vec<f64> = (0..animation.frame_count()).map(|tick| tick as f64).collect();
-    if ticks.last().is_some_and(|last| *last < animation.duration) {
-        ticks.push(animation.duration);
-    }
-    ticks
-}
-
-/// The ticks of all keys of an animation.
-pub(super) struct Ticks<'a> {
-    /// None for 0, 1, 2, ...
-    written: Option<&'a [f64]>,
-}
-
-impl<'a> Ticks<'a> {
-    pub(super) fn new(ticks: &'a [f64]) -> Self {
-        let is_counted = ticks.iter().enumerate().all(|(index, tick)| *tick == index as f64);
-        Self {
-            written: (!is_counted).then_some(ticks),
-        }
-    }
-
-    /// Keys at these ticks; one where all values are the same.
-    pub(super) fn keys<T: Copy + PartialEq>(&self, mut values: Vec<T>) -> Keys<T> {
-        if let Some(&first) = values.first()
-            && values.iter().all(|value| *value == first)
-        {
-            values.truncate(1);
-            return Keys::every_tick(values);
-        }
-        Keys {
-            values,
-            ticks: self.written.map(<[f64]>::to_vec),
-        }
-    }
-}
 
 /// An animation of `source` on the target, with a key at every tick.
 pub(super) fn animation(

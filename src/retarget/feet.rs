@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 
-use super::body::Body;
-use super::ground;
 use super::root::Root;
 use super::skin::{Skin, Vertex};
 use crate::edit::{DetectedContacts, Followed, SolePoint};
+use crate::figure::body::Body;
+use crate::figure::ground;
 use crate::figure::{HumanoidBone as Bone, Side};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};

@@ -1,6 +1,7 @@
 //! The angle of each limb between two skeletons, tick by tick.
 
-use super::{Retargeter, measure, ticks};
+use super::{Retargeter, measure};
+use crate::figure::ticks::ticks;
 use crate::scene::{Animation, HumanoidBone, NodeId, Scene};
 
 /// How far the directions of a limb are apart at each tick.

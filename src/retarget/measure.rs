@@ -3,12 +3,12 @@
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
 use super::feet::Soles;
 use super::plan::Unmapped;
 use super::root::Root;
 use crate::edit::{FootLockReport, contacts_of};
 use crate::figure::HumanoidBone as Bone;
+use crate::figure::body::Body;
 use crate::figure::t_pose::limb_end;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};

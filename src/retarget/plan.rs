@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, HashMap};
 use glam::Quat;
 use serde::Serialize;
 
-use super::body::Body;
-use super::rules::{Above, Drive, Ends, Rule, Track, Twist};
-use super::watched::Watched;
+use super::rules::{Above, Drive, Rule, Twist};
+use crate::figure::body::Body;
 use crate::figure::t_pose::{direction, limb_end};
+use crate::figure::track::{Ends, Track, ends, is_twisted_at_beginning};
+use crate::figure::watched::Watched;
 use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
 
@@ -82,38 +83,6 @@ fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
         next = to.hierarchy.parents[parent];
     }
     Above::Still((between.inverse() * to.axes).normalize())
-}
-
-/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its
-/// skin.
-fn is_twisted_at_beginning(bone: Bone) -> bool {
-    matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
-}
-
-/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
-/// T-pose.
-fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
-    let joint = from.joint(bone)?;
-    let segment = from.segment(bone);
-    let end = limb_end(bone).and_then(|end| from.joint(end));
-    // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
-    // what a shin or a forearm takes over from foot or hand.
-    let twisted = if is_twisted_at_beginning(bone) {
-        segment.last()
-    } else {
-        segment.first()
-    };
-    // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
-    match (twisted, end, direction(bone)) {
-        (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
-        _ => Some((joint, None)),
-    }
-}
-
-/// The track of a whole bone: where it points, and how its end is twisted.
-pub(super) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
-    let (node, ends) = ends(from, bone)?;
-    Some(Track::new(from, bone, node, ends, watched))
 }
 
 struct Builder<'a> {

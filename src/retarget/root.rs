@@ -2,12 +2,13 @@
 
 use glam::{Mat4, Vec3, Vec4};
 
-use super::body::Body;
-use super::rotations::{Places, Rotations};
-use super::watched::{Seen, Watched};
-use super::{Scale, ground};
+use super::Scale;
 use crate::error::{Code, Result};
 use crate::figure::HumanoidBone as Bone;
+use crate::figure::body::Body;
+use crate::figure::ground;
+use crate::figure::rotations::{Places, Rotations};
+use crate::figure::watched::{Seen, Watched};
 use crate::limits::positive;
 use crate::math::soa::Lanes;
 use crate::pose::Pose;

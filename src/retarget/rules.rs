@@ -2,58 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::body::Body;
-use super::rotations::{Places, Rotations};
-use super::watched::{Seen, Watched};
-use crate::figure::HumanoidBone as Bone;
+use crate::figure::rotations::{Places, Rotations};
 use crate::pose::Trs;
 use crate::scene::NodeId;
-
-/// The rotation of a source joint in the frames of the T-pose. Joints are places in [`Watched`].
-#[derive(Clone, Debug)]
-pub(super) struct Track {
-    joint: usize,
-    joint_to_frame: Quat,
-    aim: Option<Aim>,
-}
-
-/// The ends of a bone of a limb, and where it points in the T-pose.
-#[derive(Clone, Copy, Debug)]
-struct Aim {
-    from: usize,
-    to: usize,
-    direction: Vec3,
-}
-
-/// The joints at the ends of a bone of a limb, and where it points in the T-pose.
-pub(super) type Ends = (NodeId, NodeId, Vec3);
-
-impl Track {
-    pub(super) fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
-        Self {
-            joint: watched.rotation(node),
-            joint_to_frame: from.frame_to_joint(bone, node).inverse(),
-            aim: ends.map(|(start, end, direction)| Aim {
-                from: watched.place(start),
-                to: watched.place(end),
-                direction,
-            }),
-        }
-    }
-
-    /// The rotation at a pose.
-    #[inline(always)]
-    pub(super) fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
-        let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
-        match self.aim {
-            None => rotation,
-            Some(Aim { from, to, direction }) => {
-                let way = seen.places[to] - seen.places[from];
-                Rotations::arc(rotation * Places::all(direction.to_array()), way) * rotation
-            }
-        }
-    }
-}
 
 /// A joint of the target that is moved.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-use super::body::Body;
+use crate::figure::body::Body;
 use crate::pose::Pose;
 use crate::scene::{Mesh, NodeId, Scene};
 

@@ -2,9 +2,9 @@
 
 use super::plan::Plan;
 use super::root::Root;
-use super::rotations::{Places, Rotations};
 use super::rules::{Above, Twisted};
-use super::watched::Seen;
+use crate::figure::rotations::{Places, Rotations};
+use crate::figure::watched::Seen;
 use crate::math::soa::single::LANES;
 use crate::math::wide;
 

@@ -36,7 +36,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "files", "scene", "math", "pose", "figure", "compress", "retarget",
+            "error", "limits", "files", "scene", "math", "pose", "figure", "compress",
         ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),

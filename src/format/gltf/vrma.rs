@@ -22,8 +22,8 @@ use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
+use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::format::{WriteOptions, Written};
-use crate::retarget::vrm_humanoid;
 use crate::scene::{NodeKind, Scene};
 
 use super::humanoid::VRM_ANIMATION;

@@ -13,32 +13,32 @@ use crate::scene::{NodeId, NodeKind, Scene, Side};
 
 /// A humanoid with the frames of its T-pose.
 #[derive(Clone, Debug)]
-pub(super) struct Body {
+pub(crate) struct Body {
     /// Left, up and forward of the figure, from the frame of the T-pose (+X, +Y, +Z) to the world.
-    pub(super) axes: Quat,
-    pub(super) humanoid: Humanoid,
-    pub(super) hips: NodeId,
-    pub(super) bones: BTreeMap<Bone, NodeId>,
+    pub(crate) axes: Quat,
+    pub(crate) humanoid: Humanoid,
+    pub(crate) hips: NodeId,
+    pub(crate) bones: BTreeMap<Bone, NodeId>,
     /// The T-pose, and the reference pose from which the limbs are turned to it.
     t_pose: TPose,
     /// The scene's nodes.
-    pub(super) hierarchy: Hierarchy,
-    pub(super) names: Vec<String>,
-    pub(super) rest_rotations: Vec<Quat>,
-    pub(super) rest: Vec<Trs>,
+    pub(crate) hierarchy: Hierarchy,
+    pub(crate) names: Vec<String>,
+    pub(crate) rest_rotations: Vec<Quat>,
+    pub(crate) rest: Vec<Trs>,
     /// Joints between the hips and the neck, from below.
-    pub(super) trunk: Vec<NodeId>,
+    pub(crate) trunk: Vec<NodeId>,
     /// Joints from the neck to below the head.
-    pub(super) neck: Vec<NodeId>,
+    pub(crate) neck: Vec<NodeId>,
     /// Metres in a unit of length.
-    pub(super) metres_per_unit: f64,
+    pub(crate) metres_per_unit: f64,
     /// Thigh and shin, the mean of both sides.
-    pub(super) leg: f32,
+    pub(crate) leg: f32,
 }
 
 impl Body {
     /// The body of a scene. `role` says in errors which scene it is.
-    pub(super) fn new(scene: &Scene, known: Option<Humanoid>, role: &str) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, known: Option<Humanoid>, role: &str) -> Result<Self> {
         let refused = |reason: String| -> crate::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
                 .help("name its bones in a map, or choose another file")
@@ -89,7 +89,7 @@ impl Body {
     }
 
     /// The body that is moved.
-    pub(super) fn target(scene: &Scene, known: Option<&Humanoid>) -> Result<Self> {
+    pub(crate) fn target(scene: &Scene, known: Option<&Humanoid>) -> Result<Self> {
         let body = Self::new(scene, known.cloned(), "target")?;
         body.check_target(scene)?;
         Ok(body)
@@ -114,17 +114,17 @@ impl Body {
         Ok(())
     }
 
-    pub(super) fn joint(&self, bone: Bone) -> Option<NodeId> {
+    pub(crate) fn joint(&self, bone: Bone) -> Option<NodeId> {
         self.bones.get(&bone).copied()
     }
 
     /// Whether a node is below another in the hierarchy.
-    pub(super) fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
+    pub(crate) fn depends_on(&self, node: NodeId, ancestor: NodeId) -> bool {
         self.hierarchy.is_below(node, ancestor)
     }
 
     /// The joints that make up a bone: its own, and those on the way to the next bone.
-    pub(super) fn segment(&self, bone: Bone) -> Vec<NodeId> {
+    pub(crate) fn segment(&self, bone: Bone) -> Vec<NodeId> {
         let Some(joint) = self.joint(bone) else {
             return Vec::new();
         };
@@ -136,37 +136,37 @@ impl Body {
     }
 
     /// From the frame of `bone` to a joint that moves with it, as a rotation: the joint's rotation in the T-pose.
-    pub(super) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
+    pub(crate) fn frame_to_joint(&self, bone: Bone, joint: NodeId) -> Quat {
         self.t_pose.frame_to_joint(bone, joint)
     }
 
     /// A vector of the reference pose that turns with `bone`, in the T-pose and in the axes of the figure.
-    pub(super) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
+    pub(crate) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
     }
 
     /// The place of a node in the reference pose, before any limb is turned to the T-pose.
-    pub(super) fn position(&self, node: NodeId) -> Vec3 {
+    pub(crate) fn position(&self, node: NodeId) -> Vec3 {
         self.t_pose.positions[node.index()]
     }
 
     /// The rotation of a node to the world in the reference pose.
-    pub(super) fn rotation(&self, node: NodeId) -> Quat {
+    pub(crate) fn rotation(&self, node: NodeId) -> Quat {
         self.t_pose.rotations[node.index()]
     }
 
     /// Up in the world.
-    pub(super) fn up(&self) -> Vec3 {
+    pub(crate) fn up(&self) -> Vec3 {
         self.axes * Vec3::Y
     }
 
     /// The node towards which a bone points: the next bone, else the only child of its joint.
-    pub(super) fn next(&self, bone: Bone, joint: NodeId) -> Option<NodeId> {
+    pub(crate) fn next(&self, bone: Bone, joint: NodeId) -> Option<NodeId> {
         t_pose::next(&self.hierarchy, &self.bones, bone, joint)
     }
 
     /// The joint of a foot or of its toes; for toes without a joint the first node below the ankle.
-    pub(super) fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
+    pub(crate) fn foot_joint(&self, bone: Bone) -> Option<NodeId> {
         let below = || self.hierarchy.first_child(self.joint(Bone::LeftFoot.on(bone.side()?))?);
         match bone.on(Side::Left) {
             Bone::LeftToes => self.joint(bone).or_else(below),
@@ -175,7 +175,7 @@ impl Body {
     }
 
     /// How high a joint of a foot is when the body stands and its ankles are `ankle` high.
-    pub(super) fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
+    pub(crate) fn standing_height(&self, bone: Bone, ankle: f32) -> f32 {
         let joint = self.foot_joint(bone);
         let foot = self.joint(Bone::LeftFoot.on(bone.side().unwrap_or(Side::Left)));
         let above = |(joint, foot): (NodeId, NodeId)| (self.position(joint) - self.position(foot)).dot(self.up());

@@ -10,16 +10,16 @@ use crate::scene::NodeId;
 
 /// The joints of the source on which a pose of the target depends. Others refer to them by their place in this list.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Watched {
-    pub(super) joints: Vec<Joint>,
+pub(crate) struct Watched {
+    pub(crate) joints: Vec<Joint>,
 }
 
 /// A joint that is watched.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joint {
-    pub(super) node: NodeId,
-    pub(super) has_rotation: bool,
-    pub(super) has_place: bool,
+pub(crate) struct Joint {
+    pub(crate) node: NodeId,
+    pub(crate) has_rotation: bool,
+    pub(crate) has_place: bool,
 }
 
 impl Watched {
@@ -36,14 +36,14 @@ impl Watched {
     }
 
     /// Watches the rotation of a joint.
-    pub(super) fn rotation(&mut self, node: NodeId) -> usize {
+    pub(crate) fn rotation(&mut self, node: NodeId) -> usize {
         let joint = self.joint(node);
         self.joints[joint].has_rotation = true;
         joint
     }
 
     /// Watches where a joint is.
-    pub(super) fn place(&mut self, node: NodeId) -> usize {
+    pub(crate) fn place(&mut self, node: NodeId) -> usize {
         let joint = self.joint(node);
         self.joints[joint].has_place = true;
         joint
@@ -52,13 +52,13 @@ impl Watched {
 
 /// What is seen in `N` poses: rotations and places of the watched joints, from their axes to the frame of the T-pose.
 #[derive(Clone, Debug)]
-pub(super) struct Seen<const N: usize> {
-    pub(super) rotations: Vec<Rotations<N>>,
-    pub(super) places: Vec<Places<N>>,
+pub(crate) struct Seen<const N: usize> {
+    pub(crate) rotations: Vec<Rotations<N>>,
+    pub(crate) places: Vec<Places<N>>,
 }
 
 impl<const N: usize> Seen<N> {
-    pub(super) fn new(joints: usize) -> Self {
+    pub(crate) fn new(joints: usize) -> Self {
         Self {
             rotations: vec![Rotations::IDENTITY; joints],
             places: vec![Places::ZERO; joints],
@@ -66,7 +66,7 @@ impl<const N: usize> Seen<N> {
     }
 
     /// Takes one of the poses from that of a whole skeleton.
-    pub(super) fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
+    pub(crate) fn set(&mut self, lane: usize, pose: &Pose, body: &Body, watched: &Watched) {
         let world_to_frame = body.axes.inverse();
         let seen = self.rotations.iter_mut().zip(&mut self.places);
         for (joint, (rotation, place)) in watched.joints.iter().zip(seen) {

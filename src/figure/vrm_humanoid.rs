@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use glam::{Mat4, Quat, Vec3};
 
 use super::body::Body;
-use super::clip::{Ticks, ticks};
 use super::ground;
-use super::plan::whole;
-use super::rules::Track;
+use super::ticks::{Ticks, ticks};
+use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Humanoid, HumanoidBone as Bone};
@@ -34,7 +33,7 @@ const ENDS: [Bone; 5] = [
 /// by rotation. `known` has the bones, where they are not to be searched for.
 ///
 /// ```
-/// use mocap::{Conversion, Pose, retarget::vrm_humanoid, figure::HumanoidBone};
+/// use mocap::{Conversion, retarget::vrm_humanoid};
 ///
 /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 /// Conversion::new().apply(&mut scene)?;

@@ -3,7 +3,7 @@
 use crate::math::soa::{Quaternions, Vectors};
 
 /// A rotation in `N` poses.
-pub(super) type Rotations<const N: usize> = Quaternions<f32, N>;
+pub(crate) type Rotations<const N: usize> = Quaternions<f32, N>;
 
 /// A position in `N` poses.
-pub(super) type Places<const N: usize> = Vectors<f32, N>;
+pub(crate) type Places<const N: usize> = Vectors<f32, N>;

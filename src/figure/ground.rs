@@ -16,19 +16,20 @@ const STANDS: f32 = 0.1;
 const HIGHEST: f32 = 0.2;
 
 /// The height of the ankles over the origin when the body stands: in its animations, else in its rest pose.
-pub(super) fn of_motion(body: &Body, scene: &Scene) -> f32 {
+pub(crate) fn of_motion(body: &Body, scene: &Scene) -> f32 {
     let usual = of_skeleton(body);
     let moving = animated(body, scene).filter(|height| *height < usual + HIGHEST * body.leg);
     moving.unwrap_or_else(|| of_rest(body).unwrap_or(usual))
 }
 
-/// The same: in its rest pose if that stands on the ground, else in its animations.
-pub(super) fn of_character(body: &Body, scene: &Scene) -> f32 {
+/// The height of the ankles over the origin when the body stands: in its rest pose if that stands on the ground, else
+/// in its animations.
+pub(crate) fn of_character(body: &Body, scene: &Scene) -> f32 {
     of_rest(body).unwrap_or_else(|| of_motion(body, scene))
 }
 
 /// Both ankles; the ends of the shins where there are no feet.
-pub(super) fn ankles(body: &Body) -> Vec<NodeId> {
+pub(crate) fn ankles(body: &Body) -> Vec<NodeId> {
     let feet = [Bone::LeftFoot, Bone::RightFoot]
         .into_iter()
         .filter_map(|bone| body.joint(bone));
@@ -64,7 +65,7 @@ fn lowest(body: &Body) -> Option<f32> {
 }
 
 /// From the lowest joint of the foot to the ankle.
-pub(super) fn of_skeleton(body: &Body) -> f32 {
+pub(crate) fn of_skeleton(body: &Body) -> f32 {
     match (lowest_ankle(body), lowest(body)) {
         (Some(ankle), Some(lowest)) => ankle - lowest,
         _ => 0.0,
@@ -72,20 +73,20 @@ pub(super) fn of_skeleton(body: &Body) -> f32 {
 }
 
 /// The height of the floor in the reference pose: the ground on which it stands, else its lowest joint.
-pub(super) fn floor(body: &Body) -> f32 {
+pub(crate) fn floor(body: &Body) -> f32 {
     match of_rest(body) {
         Some(_) => 0.0,
         None => lowest(body).unwrap_or(0.0),
     }
 }
 
-/// The height of the lower ankle above it.
-pub(super) fn ankle(body: &Body) -> f32 {
+/// The height of the lower ankle above the floor of the reference pose.
+pub(crate) fn ankle(body: &Body) -> f32 {
     lowest_ankle(body).map_or(0.0, |ankle| ankle - floor(body))
 }
 
 /// The height of the ankles over the origin in the rest pose, if that stands on the ground.
-pub(super) fn of_rest(body: &Body) -> Option<f32> {
+pub(crate) fn of_rest(body: &Body) -> Option<f32> {
     let stands = lowest(body)?.abs() < STANDS * body.leg;
     lowest_ankle(body).filter(|_| stands)
 }

@@ -1,0 +1,88 @@
+//! The rotation of a bone in the frames of the T-pose, pose by pose: for one pose, or for as many at once as a vector
+//! has lanes.
+
+use glam::{Quat, Vec3};
+
+use super::body::Body;
+use super::rotations::{Places, Rotations};
+use super::t_pose::{direction, limb_end};
+use super::watched::{Seen, Watched};
+use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// The rotation of a source joint in the frames of the T-pose. Joints are places in [`Watched`].
+#[derive(Clone, Debug)]
+pub(crate) struct Track {
+    joint: usize,
+    joint_to_frame: Quat,
+    aim: Option<Aim>,
+}
+
+/// The ends of a bone of a limb, and where it points in the T-pose.
+#[derive(Clone, Copy, Debug)]
+struct Aim {
+    from: usize,
+    to: usize,
+    direction: Vec3,
+}
+
+/// The joints at the ends of a bone of a limb, and where it points in the T-pose.
+pub(crate) type Ends = (NodeId, NodeId, Vec3);
+
+impl Track {
+    pub(crate) fn new(from: &Body, bone: Bone, node: NodeId, ends: Option<Ends>, watched: &mut Watched) -> Self {
+        Self {
+            joint: watched.rotation(node),
+            joint_to_frame: from.frame_to_joint(bone, node).inverse(),
+            aim: ends.map(|(start, end, direction)| Aim {
+                from: watched.place(start),
+                to: watched.place(end),
+                direction,
+            }),
+        }
+    }
+
+    /// The rotation at a pose.
+    #[inline(always)]
+    pub(crate) fn frame<const N: usize>(&self, seen: &Seen<N>) -> Rotations<N> {
+        let rotation = seen.rotations[self.joint] * Rotations::all(self.joint_to_frame.to_array());
+        match self.aim {
+            None => rotation,
+            Some(Aim { from, to, direction }) => {
+                let way = seen.places[to] - seen.places[from];
+                Rotations::arc(rotation * Places::all(direction.to_array()), way) * rotation
+            }
+        }
+    }
+}
+
+/// Whether the parent of a bone does not follow its twist: the twist of a thigh or an upper arm is spread over its
+/// skin.
+pub(crate) fn is_twisted_at_beginning(bone: Bone) -> bool {
+    matches!(bone.on(Side::Left), Bone::LeftUpperLeg | Bone::LeftUpperArm)
+}
+
+/// The joint that tells the twist of a whole bone of the source, and of a limb its ends, and where it points in the
+/// T-pose.
+pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
+    let joint = from.joint(bone)?;
+    let segment = from.segment(bone);
+    let end = limb_end(bone).and_then(|end| from.joint(end));
+    // Where several joints share a twist, the last has all that of a thigh or an upper arm, and the first nothing of
+    // what a shin or a forearm takes over from foot or hand.
+    let twisted = if is_twisted_at_beginning(bone) {
+        segment.last()
+    } else {
+        segment.first()
+    };
+    // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
+    match (twisted, end, direction(bone)) {
+        (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
+        _ => Some((joint, None)),
+    }
+}
+
+/// The track of a whole bone: where it points, and how its end is twisted.
+pub(crate) fn whole(from: &Body, bone: Bone, watched: &mut Watched) -> Option<Track> {
+    let (node, ends) = ends(from, bone)?;
+    Some(Track::new(from, bone, node, ends, watched))
+}
