@@ -169,7 +169,7 @@ pub fn arrays(scene: &Scene, options: &ArrayOptions) -> Result<Arrays> {
     let rows = timeline.frames * joints.nodes.len();
     let mut positions = vec![0.0; rows * 3];
     let mut rotations = vec![0.0; rows * options.rotation.width()];
-    let mut feet = contacts::Feet::new(&joints, options, timeline.frames)?;
+    let mut feet = contacts::Feet::new(scene, &frame, &joints, options, timeline.frames)?;
     if let Some(animation) = scene.animations.first().filter(|_| rows > 0) {
         let source = rows::Source {
             scene,

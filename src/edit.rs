@@ -37,8 +37,8 @@ mod warp_time;
 
 pub use self::blend::{Blend, BlendReport, BlendWeight};
 pub use self::concat::{Concat, ConcatReport};
+pub(crate) use self::contacts::contacts_of;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
-pub(crate) use self::contacts::{Thresholds, contacts_of, level, low_and_slow};
 pub use self::despike::{Despike, DespikeReport};
 pub use self::fill::{Fill, FillReport};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};

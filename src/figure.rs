@@ -5,6 +5,7 @@
 
 mod axis;
 pub(crate) mod body;
+pub(crate) mod contacts;
 mod cuts;
 mod extent;
 pub(crate) mod ground;

@@ -5,9 +5,13 @@ use glam::Vec3;
 use crate::arrays::frame::Frame;
 use crate::arrays::joints::{Selection, pattern};
 use crate::arrays::{ArrayOptions, Contacts, unknown_option};
-use crate::edit::{Thresholds, level, low_and_slow};
 use crate::error::Result;
+use crate::figure::contacts::{ContactRule, level, points_of_feet};
 use crate::math::velocity::velocities;
+use crate::scene::Scene;
+
+/// The names of feet in a skeleton that is no humanoid.
+const NAMED_FEET: &str = "(?i)foot|toe|ankle";
 
 /// The positions of the feet in the world of the output.
 pub(super) struct Feet {
@@ -15,13 +19,21 @@ pub(super) struct Feet {
     joint_count: usize,
     /// Indices of the feet among the joints.
     pub(super) joints: Vec<usize>,
+    /// How many of them, one after the other, rest at one level.
+    groups: Vec<usize>,
     /// Frames x feet x 3, to be filled.
     pub(super) positions: Vec<f32>,
 }
 
 impl Feet {
-    pub(super) fn new(joints: &Selection, options: &ArrayOptions, frames: usize) -> Result<Self> {
-        let mut feet = Vec::new();
+    pub(super) fn new(
+        scene: &Scene,
+        frame: &Frame,
+        joints: &Selection,
+        options: &ArrayOptions,
+        frames: usize,
+    ) -> Result<Self> {
+        let mut groups = Vec::new();
         if let Some(thresholds) = &options.contacts {
             for value in [thresholds.height, thresholds.speed] {
                 if !(value.is_finite() && value >= 0.0) {
@@ -33,24 +45,13 @@ impl Feet {
                     ));
                 }
             }
-            let is_foot = pattern(&thresholds.feet)?;
-            let named = joints.joints.iter().enumerate();
-            feet.extend(
-                named
-                    .filter(|(_, joint)| is_foot.is_match(&joint.name))
-                    .map(|(index, _)| index),
-            );
-            if feet.is_empty() {
-                return Err(unknown_option(
-                    "no selected joint has the name of a foot",
-                    "a pattern that matches a joint's name",
-                    format!("{:?}", thresholds.feet),
-                ));
-            }
+            groups = groups_of_feet(scene, frame, joints, thresholds)?;
         }
+        let feet = groups.concat();
         Ok(Self {
             thresholds: options.contacts.clone(),
             joint_count: joints.joints.len(),
+            groups: groups.iter().map(Vec::len).collect(),
             positions: vec![0.0; frames * feet.len() * 3],
             joints: feet,
         })
@@ -59,29 +60,78 @@ impl Feet {
     /// Frames x joints.
     pub(super) fn contacts(&self, frame: &Frame, frame_rate: f64) -> Option<Vec<bool>> {
         let thresholds = self.thresholds.as_ref()?;
-        let metres = frame.metres_per_unit.unwrap_or(1.0);
-        let speeds = velocities(&self.positions, 3 * self.joints.len(), frame_rate);
-        let heights: Vec<f32> = points(&self.positions).map(|point| frame.height(point)).collect();
-        let feet = self.joints.len();
-        let frames = heights.len() / feet.max(1);
-        let ground = level(&heights, feet);
-        let thresholds = Thresholds {
+        let rule = ContactRule {
             height: thresholds.height,
             speed: thresholds.speed,
-            release: 1.0,
+            ..ContactRule::default()
         };
-        let heights = heights.iter().map(|height| f64::from(height - ground) * metres);
-        let speeds = points(&speeds).map(|speed| f64::from(speed.length()) * metres);
-        let samples: Vec<(f64, f64)> = heights.zip(speeds).collect();
+        let metres = frame.metres_per_unit.unwrap_or(1.0) as f32;
+        let feet = self.joints.len();
+        let speeds = velocities(&self.positions, 3 * feet, frame_rate);
+        let speeds: Vec<f32> = points(&speeds).map(|speed| speed.length() * metres).collect();
+        let heights: Vec<f32> = points(&self.positions)
+            .map(|point| frame.height(point) * metres)
+            .collect();
+        let frames = heights.len() / feet.max(1);
         let mut contacts = vec![false; frames * self.joint_count];
-        for (foot, &joint) in self.joints.iter().enumerate() {
-            let of_foot = samples.iter().skip(foot).step_by(feet).copied();
-            for (frame, rests) in low_and_slow(of_foot, thresholds).into_iter().enumerate() {
-                contacts[frame * self.joint_count + joint] = rests;
+        let mut first = 0;
+        for &count in &self.groups {
+            let group = first..first + count;
+            let rows = heights.chunks_exact(feet.max(1));
+            let of_group: Vec<f32> = rows.flat_map(|row| row[group.clone()].iter().copied()).collect();
+            let rest = level(&of_group, count);
+            for foot in group {
+                let heights = heights.iter().skip(foot).step_by(feet);
+                let speeds = speeds.iter().skip(foot).step_by(feet);
+                let samples = heights.zip(speeds);
+                let samples = samples.map(|(height, speed)| (f64::from(height - rest), f64::from(*speed)));
+                for (frame, rests) in rule.at_rest(samples, frame_rate).into_iter().enumerate() {
+                    contacts[frame * self.joint_count + self.joints[foot]] = rests;
+                }
             }
+            first += count;
         }
         Some(contacts)
     }
+}
+
+/// Indices of the feet among the joints, those that rest at one level together: by their names if the caller gives a
+/// pattern for these, else the points of the feet of the humanoid.
+fn groups_of_feet(scene: &Scene, frame: &Frame, joints: &Selection, thresholds: &Contacts) -> Result<Vec<Vec<usize>>> {
+    let humanoid = frame.figure.as_ref().map(|figure| &figure.humanoid);
+    let humanoid = humanoid.filter(|humanoid| humanoid.found && thresholds.feet.is_none());
+    if let Some(humanoid) = humanoid {
+        let groups = points_of_feet(scene, humanoid).map(|points| {
+            let place = |node| joints.nodes.iter().position(|listed| *listed == node);
+            points
+                .into_iter()
+                .filter_map(|(_, node)| place(node))
+                .collect::<Vec<_>>()
+        });
+        if groups.iter().all(Vec::is_empty) {
+            return Err(unknown_option(
+                "no selected joint is one of a foot",
+                "joints with a foot among them",
+                format!("{} joints", joints.nodes.len()),
+            ));
+        }
+        return Ok(groups.into());
+    }
+    let names = thresholds.feet.as_deref().unwrap_or(NAMED_FEET);
+    let is_foot = pattern(names)?;
+    let named = joints.joints.iter().enumerate();
+    let feet: Vec<usize> = named
+        .filter(|(_, joint)| is_foot.is_match(&joint.name))
+        .map(|(index, _)| index)
+        .collect();
+    if feet.is_empty() {
+        return Err(unknown_option(
+            "no selected joint has the name of a foot",
+            "a pattern that matches a joint's name",
+            format!("{names:?}"),
+        ));
+    }
+    Ok(vec![feet])
 }
 
 fn points(values: &[f32]) -> impl Iterator<Item = Vec3> {

@@ -5,6 +5,7 @@ use glam::{Mat4, Vec3};
 use crate::arrays::ArrayOptions;
 use crate::convert::{Needs, Space, figure_of};
 use crate::error::Result;
+use crate::figure::Figure;
 use crate::format::gltf::Provenance;
 use crate::math::up_axis;
 use crate::scene::{AppliedStep, Scene, Topic, UpAxis};
@@ -19,6 +20,8 @@ pub(super) struct Frame {
     pub(super) metres_per_unit: Option<f64>,
     /// The axis of the output that points up, likewise.
     pub(super) up: Option<UpAxis>,
+    /// The figure, where something is to be known of it.
+    pub(super) figure: Option<Figure>,
 }
 
 impl Frame {
@@ -40,14 +43,20 @@ impl Frame {
             unit: file.metres_per_unit.is_none() && (output.metres_per_unit.is_some() || needs_ground),
             up: file.up.is_none() && (output.up.is_some() || needs_ground),
         };
-        if needs.unit || needs.up || !options.bones.is_empty() {
-            let survey = figure_of(scene, &options.bones)?.survey;
+        let needs_feet = options
+            .contacts
+            .as_ref()
+            .is_some_and(|contacts| contacts.feet.is_none());
+        let mut figure = None;
+        if needs.unit || needs.up || needs_feet || !options.bones.is_empty() {
+            let found = figure.insert(figure_of(scene, &options.bones)?);
+            let survey = &found.survey;
             let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
             let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
             provenance
                 .assumptions
-                .extend(needed.filter_map(|(_, topic)| named.guess(topic, &survey)));
-            file = named.or_found(&scene.metadata, &survey, needs);
+                .extend(needed.filter_map(|(_, topic)| named.guess(topic, survey)));
+            file = named.or_found(&scene.metadata, survey, needs);
         }
         let turns = matches!((file.up, output.up), (Some(file), Some(output)) if file != output);
         let scales =
@@ -74,6 +83,7 @@ impl Frame {
             },
             metres_per_unit: output.metres_per_unit.or(file.metres_per_unit),
             up: output.up.or(file.up),
+            figure,
         })
     }
 

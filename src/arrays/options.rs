@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::arrays::{Rotation, RotationSpace};
 use crate::convert::Moment;
 use crate::figure::HumanoidMap;
+use crate::figure::contacts::ContactRule;
 use crate::options::setters;
 use crate::scene::UpAxis;
 
@@ -56,8 +57,8 @@ pub struct ArrayOptions {
     pub out_metres_per_unit: Option<f64>,
     /// The up axis of the output. Default: the file's own axes.
     pub out_up: Option<UpAxis>,
-    /// Joints of the file for bones of the humanoid, from which the unit and the up axis are guessed. Default: none,
-    /// all bones are searched for.
+    /// Joints of the file for bones of the humanoid, from which the unit, the up axis and the feet are found. Default:
+    /// none, all bones are searched for.
     pub bones: HumanoidMap,
     /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at the
     /// first and the last frame; 0 for a single frame. Default: `false`.
@@ -99,37 +100,40 @@ pub enum Space {
     Local,
 }
 
-/// Foot contacts: a foot is in contact if it is low and slow.
+/// Foot contacts, by the rule of [`edit::contacts()`](crate::edit::contacts()): a point of a foot is in contact when it is
+/// low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08 seconds are dropped, gaps
+/// shorter than 0.05 seconds closed.
 ///
-/// The height of the ground is the fifth percentile of the height of the lowest foot, so that a rest pose in the first
-/// frame does not count. Heights are along the up axis, speeds are central differences, in any direction. The defaults
-/// are for human figures: a foot in stance stays within a few centimetres and a few decimetres per second.
+/// Heights are along the up axis, above the level on which the points rest: the fifth percentile of the height of the
+/// lowest one, so that a rest pose in the first frame does not count. Ankles have a level, and the balls of the feet
+/// theirs; joints that are chosen by their names have one together. Speeds are central differences, in any direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Contacts {
-    /// A regular expression for the names of the feet among the joints of the output. Default: `(?i)foot|toe|ankle`.
-    pub feet: String,
-    /// The largest height above the ground, in metres. Default: 0.05. An ankle is higher above the ground than a toe,
-    /// so one threshold distinguishes heel and toe contacts.
+    /// A regular expression for the names of the feet among the joints of the output. Default: the ankles and the balls
+    /// of the feet of the humanoid; where the skeleton is none, `(?i)foot|toe|ankle`.
+    pub feet: Option<String>,
+    /// The largest height above the level of rest, in metres. Default: 0.05.
     pub height: f64,
-    /// The largest speed, in metres per second. Default: 0.4.
+    /// The largest speed, in metres per second. Default: 0.25.
     pub speed: f64,
 }
 
 impl Default for Contacts {
     fn default() -> Self {
+        let rule = ContactRule::default();
         Self {
-            feet: "(?i)foot|toe|ankle".to_owned(),
-            height: 0.05,
-            speed: 0.4,
+            feet: None,
+            height: rule.height,
+            speed: rule.speed,
         }
     }
 }
 
 setters! {
     Contacts {
-        feet: String,
+        feet: Option<String>,
         height: f64,
         speed: f64,
     }

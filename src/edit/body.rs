@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::contacts;
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
 
@@ -30,11 +31,11 @@ impl Body {
             let message = format!("the skeleton is not a humanoid: {}", humanoid.reason);
             return Err(Diagnostic::new(Code::NotHumanoid, message).into());
         }
-        let skeleton = Figure::with_bones(scene, humanoid);
+        let figure = Figure::with_bones(scene, humanoid);
         Ok(Self {
-            up: skeleton.up.value.direction().unwrap_or(Vec3::Y),
-            metres: skeleton.survey.metres_per_unit as f32,
-            humanoid: skeleton.humanoid,
+            up: figure.up.value.direction().unwrap_or(Vec3::Y),
+            metres: figure.survey.metres_per_unit as f32,
+            humanoid: figure.humanoid,
         })
     }
 
@@ -47,15 +48,9 @@ impl Body {
         })
     }
 
-    /// The node at the ball of the foot: the joint of the toes, or else the first node below the ankle.
+    /// The node at the ball of the foot.
     pub(super) fn toes(&self, scene: &Scene, side: Side) -> Option<NodeId> {
-        let ankle = self.humanoid.joint(HumanoidBone::LeftFoot.on(side))?;
-        let below = || {
-            (0..scene.nodes.len())
-                .map(NodeId::new)
-                .find(|node| scene.nodes[node.index()].parent == Some(ankle))
-        };
-        self.humanoid.joint(HumanoidBone::LeftToes.on(side)).or_else(below)
+        contacts::ball(scene, &self.humanoid, side)
     }
 }
 

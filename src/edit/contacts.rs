@@ -1,14 +1,12 @@
 //! Which feet and hands are at rest, frame by frame.
 
-mod low_and_slow;
-
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use self::low_and_slow::{Thresholds, level, low_and_slow};
 use super::body::Body;
 use super::frames::{Frames, tracks};
 use crate::error::{Code, Result};
+use crate::figure::contacts::{ContactRule, level, points_of_feet};
 use crate::figure::{Humanoid, HumanoidBone, Side};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
@@ -37,18 +35,35 @@ pub struct ContactOptions {
 
 impl Default for ContactOptions {
     fn default() -> Self {
+        let ContactRule {
+            height,
+            speed,
+            release,
+            shortest,
+            gap,
+        } = ContactRule::default();
         Self {
-            height: 0.05,
-            speed: 0.25,
-            release: 1.6,
-            shortest: 0.08,
-            gap: 0.05,
+            height,
+            speed,
+            release,
+            shortest,
+            gap,
             hands: false,
         }
     }
 }
 
 impl ContactOptions {
+    fn rule(&self) -> ContactRule {
+        ContactRule {
+            height: self.height,
+            speed: self.speed,
+            release: self.release.max(1.0),
+            shortest: self.shortest,
+            gap: self.gap,
+        }
+    }
+
     /// Refuses thresholds that are negative or not finite.
     pub(super) fn check(&self) -> Result<()> {
         for (name, value) in [
@@ -162,18 +177,15 @@ pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, humanoid: &Human
 
 /// The contacts of frames that are at hand.
 pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &ContactOptions) -> DetectedContacts {
-    let mut bones = vec![HumanoidBone::LeftFoot, HumanoidBone::LeftToes];
-    bones.extend(options.hands.then_some(HumanoidBone::LeftHand));
-    let node = |bone: HumanoidBone, side: Side| match bone {
-        HumanoidBone::LeftToes => body.toes(scene, side),
-        _ => body.humanoid.joint(bone.on(side)),
-    };
-    let nodes_of = |bone: HumanoidBone| {
-        let sides = Side::ALL.into_iter();
-        let nodes = sides.filter_map(|side| Some((bone.on(side), node(bone, side)?)));
-        nodes.collect::<Vec<(HumanoidBone, NodeId)>>()
-    };
-    let pairs: Vec<Vec<(HumanoidBone, NodeId)>> = bones.iter().map(|bone| nodes_of(*bone)).collect();
+    let [ankles, balls] = points_of_feet(scene, &body.humanoid);
+    let mut pairs = vec![ankles, balls];
+    if options.hands {
+        let hand = |side: Side| {
+            let bone = HumanoidBone::LeftHand.on(side);
+            Some((bone, body.humanoid.joint(bone)?))
+        };
+        pairs.push(Side::ALL.into_iter().filter_map(hand).collect());
+    }
     let nodes: Vec<NodeId> = pairs.iter().flatten().map(|(_, node)| *node).collect();
     let mut tracks = tracks(frames, scene, &nodes).into_iter();
     let mut found = DetectedContacts {
@@ -183,7 +195,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
         points: Vec::new(),
     };
     let mut levels = Vec::new();
-    for (pair, bone) in pairs.into_iter().zip(bones) {
+    for (index, pair) in pairs.into_iter().enumerate() {
         let tracks: Vec<Vec<Vec3>> = tracks.by_ref().take(pair.len()).collect();
         let height = |point: &Vec3| point.dot(body.up) * body.metres;
         let heights: Vec<f32> = (0..frames.len())
@@ -191,8 +203,8 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
             .collect();
         // Both feet rest on one floor, at one height for each point; a hand rests on the floor of the feet.
         let mut rest = level(&heights, pair.len());
-        match bone {
-            HumanoidBone::LeftHand => rest = found.floor,
+        match index {
+            2.. => rest = found.floor,
             _ if !pair.is_empty() => found.floor = found.floor.min(rest),
             _ => {}
         }
@@ -203,19 +215,9 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
                 .chunks_exact(3)
                 .map(|speed| Vec3::from_slice(speed).length() * body.metres);
             let above_rest: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
-            let thresholds = Thresholds {
-                height: options.height,
-                speed: options.speed,
-                release: options.release.max(1.0),
-            };
             let samples = above_rest.iter().zip(speeds);
             let samples = samples.map(|(height, speed)| (f64::from(*height), f64::from(speed)));
-            let mut at_rest = low_and_slow(samples, thresholds);
-            low_and_slow::without_short_ones(
-                &mut at_rest,
-                frames.frames_in(options.gap),
-                frames.frames_in(options.shortest),
-            );
+            let at_rest = options.rule().at_rest(samples, frames.rate);
             levels.push(rest);
             found.points.push(ContactPoint {
                 bone,

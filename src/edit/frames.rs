@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::contacts;
 use crate::limits::Limits;
 use crate::math::quaternion::in_hemisphere_of;
 use crate::pose::{Binding, Pose, Trs};
@@ -172,7 +173,7 @@ impl Frames {
 
     /// The whole number of frames nearest to a time, at least 1.
     pub(super) fn frames_in(&self, seconds: f64) -> usize {
-        ((seconds * self.rate).round().max(1.0) as usize).min(self.len().max(1))
+        contacts::frames_in(seconds, self.rate, self.len())
     }
 
     /// Moves `pose`, which is one of the same scene, to a frame.

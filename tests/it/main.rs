@@ -35,6 +35,7 @@ mod interrupted;
 mod kinematics;
 mod motion_steps;
 mod numbers;
+mod one_answer;
 #[cfg(feature = "cli")]
 mod options;
 #[cfg(feature = "cli")]

@@ -126,16 +126,16 @@ pub(crate) struct ArraysArgs {
     /// Add velocities: central differences, one-sided at both ends, in units per second
     #[arg(long)]
     velocities: bool,
-    /// Add foot contacts: whether a foot is low and slow
+    /// Add foot contacts: whether a foot is low and slow, by the rule of `mocap edit`
     #[arg(long)]
     contacts: bool,
-    /// Names of the feet: a regular expression [default: (?i)foot|toe|ankle]
+    /// Names of the feet: a regular expression [default: the feet of the humanoid; else (?i)foot|toe|ankle]
     #[arg(long, value_name = "REGEX", requires = "contacts")]
     feet: Option<String>,
-    /// Largest height of a foot in contact, in metres above the ground [default: 0.05]
+    /// Largest height of a foot in contact, in metres above where it rests [default: 0.05]
     #[arg(long, value_name = "METRES", requires = "contacts")]
     contact_height: Option<f64>,
-    /// Largest speed of a foot in contact, in metres per second [default: 0.4]
+    /// Largest speed of a foot in contact, in metres per second [default: 0.25]
     #[arg(long, value_name = "SPEED", requires = "contacts")]
     contact_speed: Option<f64>,
 }
@@ -153,11 +153,12 @@ impl ArraysArgs {
     pub(crate) fn check(&self, source: &SourceSpace, given: &Given) -> Result<(), Failure> {
         let finds_unit = source.metres_per_unit().is_none() && (self.out.metres_per_unit().is_some() || self.contacts);
         let finds_up = source.up().is_none() && (self.out.up().is_some() || self.contacts);
-        match finds_unit || finds_up {
+        let finds_feet = self.contacts && self.feet.is_none();
+        match finds_unit || finds_up || finds_feet {
             true => Ok(()),
             false => given.refuse(
                 &["map"],
-                "only a unit or an up axis that is searched for comes from the bones",
+                "only a unit, an up axis or feet that are searched for come from the bones",
             ),
         }
     }
@@ -181,7 +182,7 @@ impl ArraysArgs {
             .velocities(self.velocities)
             .contacts(self.contacts.then(|| {
                 Contacts::new()
-                    .feet(self.feet.clone().unwrap_or(standard.feet))
+                    .feet(self.feet.clone())
                     .height(self.contact_height.unwrap_or(standard.height))
                     .speed(self.contact_speed.unwrap_or(standard.speed))
             }))

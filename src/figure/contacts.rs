@@ -1,0 +1,149 @@
+//! When feet and hands are at rest on the ground: the one rule for all commands.
+
+use super::humanoid::Humanoid;
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+
+/// When a point is at rest: it comes to rest when it is low and slow, and leaves when it is `release` times too high or
+/// too fast. Heights are those above the level on which the point rests itself: an ankle is higher above the floor than
+/// a toe.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactRule {
+    /// The largest height in contact, in metres.
+    pub(crate) height: f64,
+    /// The largest speed in contact, in metres per second.
+    pub(crate) speed: f64,
+    /// How many times as high or fast a point in contact must be to leave it.
+    pub(crate) release: f64,
+    /// The shortest contact, in seconds; shorter ones are dropped.
+    pub(crate) shortest: f64,
+    /// The shortest gap between two contacts, in seconds; shorter ones are closed.
+    pub(crate) gap: f64,
+}
+
+impl Default for ContactRule {
+    fn default() -> Self {
+        Self {
+            height: 0.05,
+            speed: 0.25,
+            release: 1.6,
+            shortest: 0.08,
+            gap: 0.05,
+        }
+    }
+}
+
+impl ContactRule {
+    /// The contacts of one point: whether it is at rest in each frame. `samples` are its height above the level of rest
+    /// and its speed, in metres and seconds.
+    pub(crate) fn at_rest(&self, samples: impl Iterator<Item = (f64, f64)>, frame_rate: f64) -> Vec<bool> {
+        let mut at_rest = self.low_and_slow(samples);
+        let frames = |seconds: f64| frames_in(seconds, frame_rate, at_rest.len());
+        let (gap, shortest) = (frames(self.gap), frames(self.shortest));
+        without_short_ones(&mut at_rest, gap, shortest);
+        at_rest
+    }
+
+    fn low_and_slow(&self, samples: impl Iterator<Item = (f64, f64)>) -> Vec<bool> {
+        let mut rests = false;
+        let state = |(height, speed): (f64, f64)| {
+            let factor = if rests { self.release } else { 1.0 };
+            rests = height <= factor * self.height && speed <= factor * self.speed;
+            rests
+        };
+        samples.map(state).collect()
+    }
+}
+
+/// The whole number of frames nearest to a time, at least 1 and at most `frames`.
+pub(crate) fn frames_in(seconds: f64, frame_rate: f64, frames: usize) -> usize {
+    ((seconds * frame_rate).round().max(1.0) as usize).min(frames.max(1))
+}
+
+/// The points of the feet that are examined, those of both sides together, which rest at one height: the ankles, and
+/// the balls of the feet.
+pub(crate) fn points_of_feet(scene: &Scene, humanoid: &Humanoid) -> [Vec<(Bone, NodeId)>; 2] {
+    [Bone::LeftFoot, Bone::LeftToes].map(|bone| {
+        let node = |side: Side| match bone {
+            Bone::LeftToes => ball(scene, humanoid, side),
+            _ => humanoid.joint(bone.on(side)),
+        };
+        let sides = Side::ALL.into_iter();
+        sides.filter_map(|side| Some((bone.on(side), node(side)?))).collect()
+    })
+}
+
+/// The node at the ball of the foot: the joint of the toes, or else the first node below the ankle.
+pub(crate) fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<NodeId> {
+    let ankle = humanoid.joint(Bone::LeftFoot.on(side))?;
+    let below = || {
+        (0..scene.nodes.len())
+            .map(NodeId::new)
+            .find(|node| scene.nodes[node.index()].parent == Some(ankle))
+    };
+    humanoid.joint(Bone::LeftToes.on(side)).or_else(below)
+}
+
+/// The height on which the lowest of several points rests: the fifth percentile over all frames. The minimum would be
+/// that of a rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
+/// `heights` has those of all points, frame by frame.
+pub(crate) fn level(heights: &[f32], points: usize) -> f32 {
+    let lowest = |frame: &[f32]| frame.iter().copied().fold(f32::INFINITY, f32::min);
+    let mut lowest: Vec<f32> = heights.chunks(points.max(1)).map(lowest).collect();
+    lowest.sort_by(f32::total_cmp);
+    lowest.get(lowest.len().saturating_sub(1) / 20).copied().unwrap_or(0.0)
+}
+
+/// Ends every gap in `contacts` that is shorter than `gap` frames, and then drops every contact shorter than `contact`.
+fn without_short_ones(contacts: &mut [bool], gap: usize, contact: usize) {
+    for (value, shortest) in [(false, gap), (true, contact)] {
+        let mut start = 0;
+        for end in 1..=contacts.len() {
+            if end < contacts.len() && contacts[end] == contacts[start] {
+                continue;
+            }
+            // A contact that is cut off by the end of the motion may be longer; a gap must have contacts on both sides.
+            let is_inside = start > 0 && end < contacts.len();
+            if contacts[start] == value && end - start < shortest && is_inside {
+                contacts[start..end].fill(!value);
+            }
+            start = end;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_takes_more_to_leave_than_to_stay_away() {
+        let rule = ContactRule {
+            height: 1.0,
+            speed: 10.0,
+            release: 2.0,
+            ..ContactRule::default()
+        };
+        let heights = [1.5, 0.9, 1.5, 2.1, 1.5, 1.0];
+        let found = rule.low_and_slow(heights.into_iter().map(|height| (height, 0.0)));
+        assert_eq!(found, [false, true, true, false, false, true]);
+        let speeds = [15.0, 9.0, 19.0, 21.0];
+        let found = rule.low_and_slow(speeds.into_iter().map(|speed| (0.0, speed)));
+        assert_eq!(found, [false, true, true, false]);
+    }
+
+    #[test]
+    fn short_gaps_close_and_short_contacts_go() {
+        let parse = |text: &str| text.chars().map(|c| c == '#').collect::<Vec<_>>();
+        for (before, after) in [
+            ("..###.###..", "..#######.."),
+            ("..##....##..", "............"),
+            (".#.#.#......", ".#####......"),
+            ("##......####", "##......####"),
+            ("####......#.", "####........"),
+        ] {
+            let mut contacts = parse(before);
+            without_short_ones(&mut contacts, 3, 4);
+            assert_eq!(contacts, parse(after), "{before}");
+        }
+    }
+}
