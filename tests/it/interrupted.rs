@@ -50,6 +50,7 @@ const CASES: &[Case] = &[
     many("convert clips -o out --to bvh --force", &[]),
     one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
+    many("retarget clips --character character.bvh -o out/", &[]),
     one("robot walk.bvh --robot robot.urdf -o out.npz"),
     many("robot clips --robot robot.urdf -o out --to csv", &[]),
     one("fk walk.bvh -o out.npz"),

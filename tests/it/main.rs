@@ -50,6 +50,8 @@ mod render;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;
+#[cfg(feature = "cli")]
+mod retarget_many;
 mod retargeting;
 #[cfg(feature = "cli")]
 mod robot_command;

@@ -16,6 +16,7 @@ pub(crate) mod pack;
 pub(crate) mod plot;
 pub(crate) mod pose;
 pub(crate) mod retarget;
+pub(crate) mod retarget_many;
 pub(crate) mod robot;
 pub(crate) mod robot_many;
 mod robot_reports;
@@ -37,6 +38,7 @@ use mocap::{Code, Conversion, Exporter, Importer, SkeletonMesh, WrittenFile};
 use serde::Serialize;
 
 use crate::args::FrameRateArgs;
+use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
@@ -47,10 +49,10 @@ fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
     Ok(scene)
 }
 
-/// Imports a motion that is changed, and prints the warnings.
-fn import_moving(importer: &Importer, file: &Path) -> Result<Scene, Failure> {
+/// Imports a motion that is changed, and tells the warnings.
+fn import_moving(importer: &Importer, file: &Path, voice: &mut Voice<'_>) -> Result<Scene, Failure> {
     let scene = streams::import(importer, file)?;
-    report::warnings(Some(file), &scene.warnings);
+    voice.warnings(file, &scene.warnings);
     match scene.animations.is_empty() {
         true => Err(Failure::Usage(format!("{}: there is no motion in it", file.display()))),
         false => Ok(scene),
@@ -65,10 +67,15 @@ fn convert_aloud(conversion: &Conversion, scene: &mut Scene, file: &Path) -> moc
 }
 
 /// The bytes of a scene in the format of an extension, a .gltf with its buffer within, and the images beside it.
-fn scene_bytes(scene: &Scene, extension: &str, fbx: &FbxOptions) -> mocap::Result<(Vec<u8>, Vec<ImageFile>)> {
+fn scene_bytes(
+    scene: &Scene,
+    extension: &str,
+    fbx: &FbxOptions,
+    voice: &mut Voice<'_>,
+) -> mocap::Result<(Vec<u8>, Vec<ImageFile>)> {
     let exporter = Exporter::new().fbx(fbx.clone()).buffer(BufferPlace::Embedded);
     let mut written = exporter.write_as(scene, format!("scene.{extension}"))?;
-    written.notes.iter().for_each(|note| report::say(note));
+    written.notes.iter().for_each(|note| voice.say(note));
     let bytes = written.files.pop().map(WrittenFile::into_bytes).unwrap_or_default();
     let images = written.files.into_iter();
     let images = images.map(|image| (image.name().to_owned(), image.into_bytes()));

@@ -65,6 +65,7 @@ fn main() -> ExitCode {
             Some(folder) => commands::convert_many::run(args, folder, &given),
             None => commands::convert::run(args, &given),
         },
+        Command::Retarget(args) if args.is_many() => commands::retarget_many::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),
         Command::Robot(args) if args.is_many() => commands::robot_many::run(args, &given),
         Command::Robot(args) => commands::robot::run(args, &given),

@@ -30,6 +30,30 @@ pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
     }
 }
 
+/// Who hears what is said of a file.
+pub(crate) enum Voice<'a> {
+    /// The user, at once.
+    Aloud,
+    /// The manifest, for one of many files.
+    Kept(&'a mut Vec<String>),
+}
+
+impl Voice<'_> {
+    pub(crate) fn say(&mut self, message: &str) {
+        match self {
+            Self::Aloud => say(message),
+            Self::Kept(lines) => lines.push(message.to_owned()),
+        }
+    }
+
+    pub(crate) fn warnings(&mut self, path: &Path, found: &[Diagnostic]) {
+        match self {
+            Self::Aloud => warnings(Some(path), found),
+            Self::Kept(lines) => lines.extend(found.iter().map(ToString::to_string)),
+        }
+    }
+}
+
 /// Prints an error that is not about the contents of a file.
 pub(crate) fn complain(message: &str) {
     let message = visible_lines(message);

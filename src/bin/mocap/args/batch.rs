@@ -1,7 +1,7 @@
 //! Options of commands that take many files.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::OutputFormat;
 use crate::batch::progress::ProgressArg;
@@ -57,6 +57,11 @@ impl SpreadArgs {
     pub(crate) fn progress(&self) -> ProgressArg {
         if self.quiet { ProgressArg::None } else { self.progress }
     }
+}
+
+/// Whether an output is a folder: one that is there, or a name that ends in a separator.
+pub(super) fn is_folder(output: &Path) -> bool {
+    output.is_dir() || output.to_string_lossy().ends_with(std::path::is_separator)
 }
 
 #[derive(Debug, clap::Args)]

@@ -42,7 +42,7 @@ impl Args {
         {
             let batch = BatchArgs::augment_args(clap::Command::default());
             let is_of_batch = |arg: &clap::Arg| {
-                ["force", "output", "report", "require"]
+                ["force", "output", "report", "require", "max_angle"]
                     .iter()
                     .any(|id| arg.get_id() == id)
                     || batch.get_arguments().any(|other| other.get_id() == arg.get_id())

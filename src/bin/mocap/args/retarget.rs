@@ -6,7 +6,8 @@ use clap::ValueEnum;
 use mocap::figure::HumanoidMap;
 use mocap::job::{Angle, BoneMap, SourceMap, SourceSpace, StepLength};
 
-use super::{FbxOutArgs, FrameRateArgs};
+use super::batch::is_folder;
+use super::{FbxOutArgs, FrameRateArgs, InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RetargetArgs {
@@ -16,10 +17,12 @@ pub(crate) struct RetargetArgs {
     pub(crate) paths: Vec<PathBuf>,
     /// The file to write. A glTF or VRM character keeps its format, and everything in it; the motions are added. An
     /// .fbx has any character with its skin, colours and textures, and the motions. Another skeleton is written as
-    /// .glb, .gltf or .bvh. A .vrma has the motions alone, as the character makes them. - is standard output
-    #[arg(short, long, value_name = "FILE")]
+    /// .glb, .gltf or .bvh. A .vrma has the motions alone, as the character makes them. - is standard output. A folder,
+    /// which is there or ends in /, gets an output of each motion, with the character in each, and a manifest; then
+    /// motions may be folders and wildcards too
+    #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Format of standard output [default: that of a glTF or VRM character, or else glb]
+    /// Format of standard output, or of the outputs in a folder [default: that of a glTF or VRM character, or else glb]
     #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh", "fbx", "vrma"])]
     pub(crate) to: Option<String>,
     /// The character; every PATH is a motion then
@@ -41,9 +44,12 @@ pub(crate) struct RetargetArgs {
     /// the exit code is 1
     #[arg(long, value_name = "DEGREES")]
     pub(crate) max_angle: Option<Angle>,
-    /// Print the report as JSON
+    /// Print the report of one output as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Skip motions that were retargeted with the same options, according to the manifest, and are unchanged
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// Take the bones of the character from this JSON file, of the shape that `mocap skeleton --json` prints
     #[arg(long, value_name = "FILE", value_parser = BoneMap::parse_file)]
     pub(crate) character_map: Option<HumanoidMap>,
@@ -58,6 +64,17 @@ pub(crate) struct RetargetArgs {
     pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+}
+
+impl RetargetArgs {
+    /// Whether the output is a folder, with an output of each motion.
+    pub(crate) fn is_many(&self) -> bool {
+        is_folder(&self.output)
+    }
 }
 
 /// `--feet`.

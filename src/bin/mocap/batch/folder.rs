@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::files::ReplacePolicy;
+use mocap::retarget::Verdict;
 
 use super::hash::sha256;
 use super::inputs::{self, Input};
@@ -233,6 +234,16 @@ fn is_alike(former: &Record, record: &Record) -> bool {
         && former.sha256 == record.sha256
         && former.options == record.options
         && former.version == record.version
+}
+
+/// `motions on the robot: 5 good, 1 fair, 0 poor`; `None` without any.
+pub(crate) fn verdicts(name: &str, found: impl Iterator<Item = Verdict>) -> Option<String> {
+    let found: Vec<Verdict> = found.collect();
+    let counts = [Verdict::Good, Verdict::Fair, Verdict::Poor].map(|verdict| {
+        let count = found.iter().filter(|other| **other == verdict).count();
+        format!("{count} {}", verdict.as_str())
+    });
+    (!found.is_empty()).then(|| format!("{name}: {}", counts.join(", ")))
 }
 
 /// `9,998 of 10,000 files in 4.2 s`, with what is worth knowing beside.

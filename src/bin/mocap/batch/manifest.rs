@@ -49,6 +49,9 @@ pub(crate) struct Record {
     /// How well the motion sits on the robot: a [`RobotReport`] as text, so that its numbers stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) robot: Option<Box<RawValue>>,
+    /// How well each clip sits on the character, likewise: a list of [`RetargetReport`](mocap::retarget::RetargetReport).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) retarget: Option<Box<RawValue>>,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -70,6 +73,7 @@ impl Record {
             skeleton: None,
             guesses: Vec::new(),
             robot: None,
+            retarget: None,
             seconds: 0.0,
         }
     }

@@ -16,6 +16,7 @@ use super::{
     unknown_extension, write_drawing, write_output, write_whole_output,
 };
 use crate::args::{EditArgs, Given};
+use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
@@ -85,7 +86,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    let (bytes, images) = scene_bytes(&scene, &format, &fbx)?;
+    let (bytes, images) = scene_bytes(&scene, &format, &fbx, &mut Voice::Aloud)?;
     write_whole_output(&policy, &args.output, &bytes, &images)?;
     if let Some((file, bytes)) = contact_bytes {
         write_output(&policy, file, &bytes)?;
@@ -127,7 +128,7 @@ fn import(args: &EditArgs, file: &Path, format: &str) -> Result<Scene, Failure> 
         "fbx" => args.read.importer().skeleton_mesh(SkeletonMesh::Own).gltf_meshes(true),
         _ => args.read.importer().skeleton_mesh(SkeletonMesh::Skinned),
     };
-    let mut scene = import_moving(&importer, file)?;
+    let mut scene = import_moving(&importer, file, &mut Voice::Aloud)?;
     report::clip_taken(&scene);
     if scene.animations.len() > 1 {
         scene.animations.truncate(1);

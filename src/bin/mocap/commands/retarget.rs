@@ -14,10 +14,19 @@ use super::{
     unknown_extension, write_whole_output,
 };
 use crate::args::{FeetArg, Given, RetargetArgs};
+use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let (motions, file) = inputs(args)?;
+    given.refuse(
+        &["resume", "shard", "threads", "progress", "quiet", "allow-empty"],
+        "all motions go into one file; -o FOLDER/ makes a file of each",
+    )?;
+    if let Some(folder) = motions.iter().find(|motion| motion.is_dir()) {
+        let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
+        return Err(Failure::Usage(format!("{} {message}", folder.display())));
+    }
     check_json(args.json, &args.output)?;
     let policy = ReplacePolicy::new(args.paths.iter().chain([&file])).force(args.force);
     if !streams::is_standard(&args.output) {
@@ -29,13 +38,15 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         _ => "glb",
     };
     let format = output_format(&args.output, args.to.as_deref(), default)?;
-    check_output(args, &file, &target, &format)?;
+    check_output(args, &file, &target, &format, &args.output)?;
     let fbx = args.fbx.options(given, &format, &args.output)?;
     let mut retargeting = onto(args, target, &file)?;
+    let importer = args.read.importer();
     for motion in &motions {
-        add(args, &mut retargeting, motion)?;
+        add(args, &mut retargeting, &importer, motion, &mut Voice::Aloud)?;
     }
-    let (bytes, images) = write(args, &retargeting, &format, &fbx)?;
+    let written = write(&retargeting, &args.output, &format, &fbx, &mut Voice::Aloud);
+    let (bytes, images) = written?;
     write_whole_output(&policy, &args.output, &bytes, &images)?;
     let reports: Vec<&RetargetReport> = retargeting
         .clips()
@@ -56,7 +67,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
 }
 
 /// The target, without a motion yet.
-fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting, Failure> {
+pub(super) fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting, Failure> {
     let options = RetargetingOptions::new()
         .scale(args.scale.0)
         .lock_feet(args.feet == FeetArg::Lock)
@@ -70,23 +81,29 @@ fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting,
 }
 
 /// Puts the motions of a file on the target.
-fn add(args: &RetargetArgs, retargeting: &mut Retargeting, motion: &Path) -> Result<(), Failure> {
-    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let mut scene = import_moving(&importer, motion)?;
+pub(super) fn add(
+    args: &RetargetArgs,
+    retargeting: &mut Retargeting,
+    importer: &Importer,
+    motion: &Path,
+    voice: &mut Voice<'_>,
+) -> Result<(), Failure> {
+    let importer = importer.clone().skeleton_mesh(SkeletonMesh::None);
+    let mut scene = import_moving(&importer, motion, voice)?;
     args.source.state(&mut scene);
     let source = retargeting.prepare(scene).map_err(|error| error.with_path(motion))?;
     let decisions = source.assumptions.iter();
-    decisions.for_each(|decision| report::say(&decision.to_string()));
+    decisions.for_each(|decision| voice.say(&decision.to_string()));
     let moved = retargeting.add(source.named(short_name(motion)));
     if moved.map_err(|error| error.with_path(motion))?.is_rest_pose_left_out {
         let file = motion.display();
-        report::say(&format!("{file}: the first frame, a rest pose, is left out"));
+        voice.say(&format!("{file}: the first frame, a rest pose, is left out"));
     }
     Ok(())
 }
 
 /// The motions, and the file of the character.
-fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+pub(super) fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     if let Some(named) = args.character.as_ref().or(args.to_skeleton.as_ref()) {
         return Ok((args.paths.clone(), named.clone()));
     }
@@ -98,7 +115,7 @@ fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     }
 }
 
-fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
+pub(super) fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
     if streams::is_standard(file) {
         let message = "the character cannot come from standard input: name a file, not -";
         return Err(Failure::Usage(message.to_owned()));
@@ -143,8 +160,13 @@ fn writes_fbx(args: &RetargetArgs) -> bool {
 }
 
 /// Refuses an output of another format than the target can be written in.
-fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str) -> Result<(), Failure> {
-    let output = &args.output;
+pub(super) fn check_output(
+    args: &RetargetArgs,
+    file: &Path,
+    target: &Target,
+    wanted: &str,
+    output: &Path,
+) -> Result<(), Failure> {
     // These are written from the scene, and hold the new motions alone.
     let is_whole = ["vrma", "fbx"].contains(&wanted);
     let adds = !is_whole && matches!(target, Target::Character(_));
@@ -191,11 +213,12 @@ fn check_output(args: &RetargetArgs, file: &Path, target: &Target, wanted: &str)
 }
 
 /// The bytes of the output, and the images beside it.
-fn write(
-    args: &RetargetArgs,
+pub(super) fn write(
     retargeting: &Retargeting,
+    output: &Path,
     format: &str,
     fbx: &FbxOptions,
+    voice: &mut Voice<'_>,
 ) -> Result<(Vec<u8>, Vec<ImageFile>), Failure> {
     if format == "vrma" {
         let options = vrma::VrmaOptions {
@@ -210,7 +233,7 @@ fn write(
         return Ok((bytes, Vec::new()));
     }
     if format == "bvh" && retargeting.clips().len() > 1 {
-        let message = format!("{}: a BVH file has one motion; name one", args.output.display());
+        let message = format!("{}: a BVH file has one motion; name one", output.display());
         return Err(Failure::Usage(message));
     }
     let scene = match format {
@@ -218,7 +241,7 @@ fn write(
         "bvh" => retargeting.scene(),
         _ => retargeting.scene_in_metres()?,
     };
-    Ok(scene_bytes(&scene, format, fbx)?)
+    Ok(scene_bytes(&scene, format, fbx, voice)?)
 }
 
 pub(super) fn tell(found: &RetargetReport) {

@@ -12,6 +12,7 @@ use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
 use super::{check_json, import_to_resample, print_json, scene_bytes, unknown_extension, write_output};
 use crate::args::{FeetArg, Given, RobotArgs, RobotFormatArg, VerdictArg};
+use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
@@ -108,7 +109,7 @@ impl OnRobot {
             (RobotFormatArg::Pkl, _) => arrays::pickle(motion),
             (RobotFormatArg::Glb, _) => {
                 let scene = self.retargeting.scene_in_metres()?;
-                scene_bytes(&scene, "glb", &FbxOptions::default())?.0
+                scene_bytes(&scene, "glb", &FbxOptions::default(), &mut Voice::Aloud)?.0
             }
             _ => npz::write_robot(motion),
         })

@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::retarget::Verdict;
 use mocap::retargeting::Retargeting;
 use mocap::robot::RobotReport;
 
 use super::robot::{import_robot, is_good_enough, moved};
 use super::robot_reports;
 use crate::args::{Given, RobotArgs, RobotFormatArg};
-use crate::batch::folder::{Made, Many, Work};
+use crate::batch::folder::{Made, Many, Work, verdicts};
 use crate::batch::hash::sha256;
 use crate::batch::manifest::Record;
 use crate::batch::outputs::Output;
@@ -82,12 +81,8 @@ impl Work for OnRobots<'_> {
 
     fn summary(&self, records: &[&Record]) -> Vec<String> {
         let found = reports(records);
-        let verdicts = [Verdict::Good, Verdict::Fair, Verdict::Poor].map(|verdict| {
-            let count = found.iter().filter(|report| report.verdict == verdict).count();
-            format!("{count} {}", verdict.as_str())
-        });
-        let verdicts = || format!("motions on the robot: {}", verdicts.join(", "));
-        Vec::from_iter((!found.is_empty()).then(verdicts))
+        let found = found.iter().map(|report| report.verdict);
+        Vec::from_iter(verdicts("motions on the robot", found))
     }
 
     fn finish(&self, records: &[&Record], counts: &Counts) -> Result<(), Failure> {

@@ -1,0 +1,184 @@
+//! `mocap retarget` into a folder: every output is the one that its motion gives alone, and no motion stops the others.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::program::{Folder, words};
+
+const MANIFEST: &str = "mocap-manifest.jsonl";
+
+/// Two motions, a file that is none, and a character beside them.
+fn folder() -> Folder {
+    let folder = Folder::with(&[]);
+    let short = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    folder.write("in/a.bvh", short.as_bytes());
+    folder.write("in/below/b.bvh", short.replace(".0083333", ".0166667").as_bytes());
+    let hero = fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap();
+    folder.write("in/hero.gltf", &hero);
+    folder
+}
+
+const COMMAND: &str = "retarget in --character in/hero.gltf -o out/";
+
+fn ends_with(folder: &Folder, status: i32, arguments: &str) -> String {
+    let output = folder.run(arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
+    words(&output)
+}
+
+fn records(folder: &Folder, name: &str) -> Vec<Value> {
+    let text = String::from_utf8(folder.read(&format!("{name}/{MANIFEST}"))).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn each_motion_gets_the_output_that_it_has_alone() {
+    let folder = folder();
+    let said = folder.succeeds(COMMAND);
+    assert!(
+        said.contains("2 of 2 files converted, 0 done before, 0 failed"),
+        "{said}"
+    );
+    for (input, output) in [("in/a.bvh", "a"), ("in/below/b.bvh", "below/b")] {
+        folder.succeeds(&format!("retarget {input} in/hero.gltf -o alone.gltf --force"));
+        assert!(
+            folder.read(&format!("out/{output}.gltf")) == folder.read("alone.gltf"),
+            "{output}"
+        );
+    }
+    let records = records(&folder, "out");
+    let count = |verdict: &str| {
+        let has = |record: &&Value| record["retarget"][0]["verdict"] == verdict;
+        records.iter().filter(has).count()
+    };
+    let verdicts = ["good", "fair", "poor"].map(|verdict| format!("{} {verdict}", count(verdict)));
+    let expected = format!("clips on the character: {}", verdicts.join(", "));
+    assert!(said.contains(&expected), "{said}");
+    let outputs: Vec<&Value> = records.iter().map(|record| &record["output"]).collect();
+    assert_eq!(outputs, ["a.gltf", "below/b.gltf"]);
+    assert_eq!(records[1]["retarget"][0]["clip"], "b");
+    assert!(records[0]["warnings"].to_string().contains("a rest pose, is left out"));
+}
+
+#[test]
+fn a_file_without_a_motion_is_left_out_and_reported() {
+    let folder = folder();
+    folder.write("in/arm.bvh", &fs::read("fixtures/real/lecture_Test.bvh").unwrap());
+    folder.write("in/broken.bvh", b"HIERARCHY\nROOT");
+    let said = ends_with(&folder, 3, COMMAND);
+    assert!(
+        said.contains("2 of 4 files converted, 0 done before, 2 failed"),
+        "{said}"
+    );
+    assert!(
+        said.contains("arm.bvh") && said.contains("the source is not a humanoid"),
+        "{said}"
+    );
+    assert!(folder.path("out/a.gltf").exists() && !folder.path("out/arm.gltf").exists());
+    let failed: Vec<Value> = records(&folder, "out")
+        .into_iter()
+        .filter(|record| !record["error"].is_null())
+        .collect();
+    assert_eq!(failed.len(), 2);
+    assert!(failed.iter().all(|record| record["output"].is_null()), "{failed:?}");
+}
+
+#[test]
+fn only_what_changed_is_retargeted_again() {
+    let folder = folder();
+    folder.succeeds(COMMAND);
+    let again = format!("{COMMAND} --resume");
+    assert!(
+        folder
+            .succeeds(&again)
+            .contains("0 of 2 files converted, 2 done before")
+    );
+    // Another scale, and another character of the same name.
+    let said = folder.succeeds(&format!("{again} --scale 1.5"));
+    assert!(said.contains("2 of 2 files converted, 0 done before"), "{said}");
+    let hero = fs::read("fixtures/skeletons/human_default.gltf").unwrap();
+    folder.write("in/hero.gltf", &hero);
+    let said = folder.succeeds(&format!("{again} --scale 1.5"));
+    assert!(said.contains("2 of 2 files converted, 0 done before"), "{said}");
+}
+
+#[test]
+fn the_largest_angle_counts_also_for_motions_that_were_done_before() {
+    let folder = folder();
+    folder.succeeds(COMMAND);
+    let said = ends_with(&folder, 1, &format!("{COMMAND} --resume --max-angle 0"));
+    assert!(said.contains("2 done before"), "{said}");
+    assert!(
+        said.contains("2 of 2 clips are farther off than --max-angle allows"),
+        "{said}"
+    );
+    folder.succeeds(&format!("{COMMAND} --resume --max-angle 179"));
+}
+
+#[test]
+fn shards_make_what_one_run_makes() {
+    let folder = folder();
+    folder.succeeds(COMMAND);
+    for shard in ["1/2", "2/2"] {
+        folder.succeeds(&format!(
+            "retarget in --character in/hero.gltf -o parts/ --allow-empty --shard {shard}"
+        ));
+    }
+    folder.succeeds("merge-manifest parts");
+    let without_seconds = |name: &str| {
+        let mut records = records(&folder, name);
+        for record in &mut records {
+            record.as_object_mut().unwrap().remove("seconds");
+        }
+        records
+    };
+    assert_eq!(without_seconds("parts"), without_seconds("out"));
+    for output in ["a.gltf", "below/b.gltf"] {
+        assert!(folder.read(&format!("out/{output}")) == folder.read(&format!("parts/{output}")));
+    }
+}
+
+/// A BVH file does not say who wrote it: the manifest does.
+#[test]
+fn a_file_of_another_program_is_replaced_by_force_alone() {
+    let folder = folder();
+    let command = "retarget in/below --to-skeleton in/a.bvh --to bvh -o out/";
+    folder.succeeds(command);
+    folder.succeeds(&format!("{command} --scale 1.5"));
+    folder.write("out/b.bvh", &folder.read("in/a.bvh"));
+    let said = ends_with(&folder, 1, command);
+    assert!(said.contains("--force"), "{said}");
+    assert!(folder.read("out/b.bvh") == folder.read("in/a.bvh"));
+    folder.succeeds(&format!("{command} --force"));
+
+    // An input is not replaced at all.
+    let before = folder.read("in/below/b.bvh");
+    let command = "retarget in/below --to-skeleton in/a.bvh --to bvh -o in/below --force";
+    ends_with(&folder, 1, command);
+    assert!(folder.read("in/below/b.bvh") == before);
+}
+
+#[test]
+fn what_cannot_be_done_for_many_is_refused() {
+    let folder = folder();
+    let refused = |arguments: &str, reason: &str| folder.refuses(arguments, 2, reason);
+    refused(
+        "retarget in in/hero.gltf -o out.gltf",
+        "name an output folder, -o FOLDER/",
+    );
+    refused(
+        "retarget in/a.bvh in/hero.gltf -o out.gltf --resume",
+        "--resume would do nothing",
+    );
+    refused(
+        &format!("{COMMAND} --json"),
+        "the manifest in the folder has those of many",
+    );
+    refused(&format!("{COMMAND} --to bvh"), "--to: the format must be .gltf");
+    refused(
+        &format!("{COMMAND} --to fbx --textures beside"),
+        "textures of many files",
+    );
+    assert!(!folder.path("out").exists());
+}
