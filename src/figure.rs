@@ -3,6 +3,7 @@
 //!
 //! Every answer is a guess with a reason. [`Figure`] and [`survey`] change nothing; the caller decides what to do.
 
+pub(crate) mod axes;
 mod axis;
 pub(crate) mod body;
 pub(crate) mod contacts;

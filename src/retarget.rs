@@ -23,6 +23,7 @@ mod measure;
 mod plan;
 mod root;
 mod rules;
+mod sight;
 mod skin;
 mod solve;
 
@@ -34,6 +35,7 @@ pub use self::measure::{Clamped, FeetReport, FootMotion, LimbError, RetargetRepo
 use self::plan::Plan;
 pub use self::plan::Unmapped;
 use self::root::Root;
+pub use self::sight::{Aspect, Seen};
 use self::solve::Solved;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};

@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::hierarchy::Hierarchy;
 use crate::figure::t_pose::{self, limb_end};
-use crate::figure::{Figure, Humanoid, HumanoidBone as Bone, TPose, humanoid};
+use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, TPose, TPoseSource, humanoid};
 use crate::pose::Trs;
 use crate::scene::{NodeId, NodeKind, Scene, Side};
 
@@ -153,6 +153,27 @@ impl Body {
     /// The rotation of a node to the world in the reference pose.
     pub(crate) fn rotation(&self, node: NodeId) -> Quat {
         self.t_pose.rotations[node.index()]
+    }
+
+    /// Whether the T-pose is computed, from a rest pose that does not stand.
+    pub(crate) fn is_computed(&self) -> bool {
+        self.t_pose.source == TPoseSource::Computed
+    }
+
+    /// Whether the T-pose is made from the rest pose, which stands.
+    pub(crate) fn stands_at_rest(&self) -> bool {
+        self.t_pose.source == TPoseSource::RestPose
+    }
+
+    /// Limbs of which nothing says how they are turned about themselves, with the reason.
+    pub(crate) fn guessed(&self) -> Vec<(Bone, &'static str)> {
+        let is_limb = |bone: &Bone| matches!(bone.on(Side::Left), Bone::LeftUpperArm | Bone::LeftUpperLeg);
+        let unsure = self
+            .t_pose
+            .bones
+            .iter()
+            .filter(|(bone, found)| is_limb(bone) && found.confidence == Confidence::Unsure && self.is_computed());
+        unsure.map(|(bone, found)| (*bone, found.reason.as_str())).collect()
     }
 
     /// Up in the world.

@@ -16,6 +16,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Serialize;
 
 use super::Figure;
+use super::axes::{Evidence, Shown, angle_about};
 use super::axis::RestPose;
 use super::hierarchy::Hierarchy;
 use crate::math::directions::{arc, rotation_of};
@@ -32,6 +33,13 @@ const POINTED_FOOT: f32 = 0.9;
 /// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the bone
 /// is turned about itself: arms that hang down turn by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
+
+/// The roll of a palm that looks forward or back in a rest pose that stands, in radians.
+const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
+
+/// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21 degrees
+/// below the palm.
+const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The pose from which a T-pose is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -60,6 +68,11 @@ pub enum TPoseReason {
     StandsInMotion,
     /// It is turned as on the average of the motion, against the chest.
     AverageOfMotion,
+    /// It points where it does in a T-pose, turned about itself so that the palm is down, by the knuckles.
+    Knuckles,
+    /// It points where it does in a T-pose, turned about itself so that its knee or elbow bends as it does in the
+    /// motion: a shin goes back, a forearm forward.
+    Hinge,
     /// It follows the bone above it.
     FollowsTheBoneAbove,
 }
@@ -79,6 +92,8 @@ impl TPoseReason {
             Self::OnItsSole => "as it stands on its sole, turned forward",
             Self::StandsInMotion => "as it stands in the motion",
             Self::AverageOfMotion => "as on the average of the motion",
+            Self::Knuckles => "with its palm down, by the knuckles",
+            Self::Hinge => "by the axis about which it bends in the motion",
             Self::FollowsTheBoneAbove => "with the bone above it",
         }
     }
@@ -141,13 +156,18 @@ impl TPose {
         let rest_pose = figure.rest_pose.value;
         let stands = matches!(rest_pose, RestPose::TPose | RestPose::APose | RestPose::IPose);
         let axes = figure.figure_to_world();
-        let (source, reference) = standing::reference(scene, &humanoid, figure.up.value, &axes, stands);
+        let hierarchy = Hierarchy::new(scene);
         let bones = humanoid.bones.iter().map(|(bone, joint)| (*bone, joint.joint));
+        let bones = bones.collect();
+        // A rest pose that stands says how bones are turned about themselves.
+        let shown = (!stands).then(|| Shown::new(scene, &hierarchy, &bones));
+        let (source, reference) = standing::reference(scene, &humanoid, figure.up.value, &axes, shown.as_ref());
         let mut builder = Builder {
             source,
             axes: Quat::from_mat3(&axes).normalize(),
-            bones: bones.collect(),
-            hierarchy: Hierarchy::new(scene),
+            bones,
+            hierarchy,
+            shown,
             positions: (0..scene.nodes.len())
                 .map(|node| reference.position(NodeId::new(node)))
                 .collect(),
@@ -201,6 +221,8 @@ struct Builder {
     axes: Quat,
     bones: BTreeMap<Bone, NodeId>,
     hierarchy: Hierarchy,
+    /// What the motion shows, where the rest pose does not stand.
+    shown: Option<Shown>,
     /// The reference pose.
     positions: Vec<Vec3>,
     rotations: Vec<Quat>,
@@ -241,7 +263,10 @@ impl Builder {
                 match next(&self.hierarchy, &self.bones, bone, joint) {
                     Some(next) => {
                         let along = start * (self.position(next) - self.position(joint));
-                        (arc(along, self.axes * direction) * start, TPoseReason::ShortestArc)
+                        let turn = arc(along, self.axes * direction) * start;
+                        self.palm_down(bone, joint, turn, direction)
+                            .or_else(|| self.rolled(bone, joint, turn, direction, above))
+                            .unwrap_or((turn, TPoseReason::ShortestArc))
                     }
                     None => (start, TPoseReason::FollowsTheBoneAbove),
                 }
@@ -259,14 +284,65 @@ impl Builder {
             confidence: match self.source {
                 TPoseSource::RestPose if is_small => Confidence::Sure,
                 TPoseSource::RestPose | TPoseSource::FirstFrame => Confidence::Likely,
+                TPoseSource::Computed if matches!(reason, TPoseReason::Hinge | TPoseReason::Knuckles) => {
+                    Confidence::Likely
+                }
                 TPoseSource::Computed => Confidence::Unsure,
             },
             reason,
         }
     }
 
+    /// A bone that points along `direction` after a `turn`, rolled about itself as the motion shows it. `above` is
+    /// the rotation of the bone above.
+    fn rolled(
+        &self,
+        bone: Bone,
+        joint: NodeId,
+        turn: Quat,
+        direction: Vec3,
+        above: Quat,
+    ) -> Option<(Quat, TPoseReason)> {
+        let rotation = |node: NodeId| turn * self.rotations[node.index()];
+        let forearm = |node: NodeId| above * self.rotations[node.index()];
+        let shown = self.shown.as_ref()?;
+        let (roll, evidence) = shown.roll(bone, joint, self.axes, self.axes * direction, rotation, forearm)?;
+        match evidence {
+            Evidence::Hinge => Some((roll * turn, TPoseReason::Hinge)),
+            // A first frame that is a T-pose says more than an average.
+            Evidence::Average if self.source == TPoseSource::FirstFrame => None,
+            Evidence::Average => Some((roll * turn, TPoseReason::AverageOfMotion)),
+        }
+    }
+
+    /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
+    /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
+    /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose palm
+    /// looks up has its whole arm turned.
+    fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
+        let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
+        let at = |finger: Bone| Some(self.position(self.joint(finger.on(side))?));
+        let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
+        let thumb = || {
+            let thumb = at(Bone::LeftThumbProximal).or(at(Bone::LeftThumbDistal))?;
+            Some(thumb - self.position(joint))
+        };
+        let (across, forward) = match knuckles {
+            Some((index, little)) => (index - little, Vec3::Z),
+            None => (thumb()?, THUMB),
+        };
+        let along = self.axes * direction;
+        let angle = angle_about(along, turn * across, self.axes * forward)?;
+        let counts = self.source == TPoseSource::Computed || SIDEWAYS_PALM.contains(&angle.abs());
+        counts.then(|| (Quat::from_axis_angle(along, angle) * turn, TPoseReason::Knuckles))
+    }
+
     /// The rotation about the up axis that makes the figure of the reference pose face along an axis.
     fn turn_to_face(&self, up: Vec3, forward: Vec3) -> Quat {
+        // One that is computed faces there, whatever its collar bones do.
+        if self.source == TPoseSource::Computed {
+            return Quat::IDENTITY;
+        }
         let across = |left: Bone, right: Bone| {
             let across = self.position(self.joint(left)?) - self.position(self.joint(right)?);
             (across - across.project_onto_normalized(up)).try_normalize()

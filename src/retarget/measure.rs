@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::feet::Soles;
 use super::plan::Unmapped;
 use super::root::Root;
+use super::sight::{Aspect, Seen, Sight};
 use crate::edit::{FootLockReport, contacts_of};
 use crate::figure::HumanoidBone as Bone;
 use crate::figure::body::Body;
@@ -120,6 +121,10 @@ pub struct RetargetReport {
     pub mean_degrees: f64,
     /// The largest angle of a limb in a frame, in degrees.
     pub max_degrees: f64,
+    /// Roll, trunk, head and palms, the farthest off first.
+    pub seen: Vec<Seen>,
+    /// Bones of the source of which nothing says how they are turned about themselves, and how they are turned.
+    pub guessed: Vec<Unmapped>,
     /// What is not moved, and why.
     pub unmapped: Vec<Unmapped>,
     /// What a leg could not reach, and why: with locked feet alone.
@@ -127,8 +132,51 @@ pub struct RetargetReport {
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
     /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
-    /// within 3, poor where they are farther off or nothing could be compared.
+    /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a line
+    /// of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm is turned
+    /// about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, or the feet are
+    /// below the floor in more than half of the frames and deeper than 20 cm.
     pub verdict: Verdict,
+}
+
+/// The angles of an aspect above which a motion is no more than fair, and above which it is poor, in degrees.
+const fn limits(aspect: Aspect) -> (f64, f64) {
+    match aspect {
+        Aspect::Roll | Aspect::Trunk => (15.0, 30.0),
+        Aspect::Head => (60.0, 90.0),
+        Aspect::Palm => (60.0, f64::INFINITY),
+    }
+}
+
+/// The fraction of frames with a foot below the floor, and how deep, in metres, above which a motion is poor.
+const OFTEN_BELOW: f64 = 0.5;
+const DEEP_BELOW: f64 = 0.2;
+
+/// What a motion is good for by its limbs, in degrees in the mean, and by all else in its report.
+fn verdict(report: &RetargetReport) -> Verdict {
+    let by_limbs = match report.mean_degrees {
+        _ if report.limbs.is_empty() => Verdict::Poor,
+        mean if mean <= 1.0 => Verdict::Good,
+        mean if mean <= 3.0 => Verdict::Fair,
+        _ => Verdict::Poor,
+    };
+    let by_sight = report.seen.iter().map(|seen| match limits(seen.aspect) {
+        (_, poor) if seen.mean_degrees > poor => Verdict::Poor,
+        (fair, _) if seen.mean_degrees > fair => Verdict::Fair,
+        _ => Verdict::Good,
+    });
+    let by_guess = if report.guessed.is_empty() {
+        Verdict::Good
+    } else {
+        Verdict::Fair
+    };
+    let is_below = |feet: FootMotion| feet.share_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
+    let by_floor = match report.feet {
+        Some(feet) if is_below(feet.target) => Verdict::Poor,
+        _ => Verdict::Good,
+    };
+    let all = by_sight.chain([by_limbs, by_guess, by_floor]);
+    all.max_by_key(|verdict| *verdict as u8).unwrap_or(Verdict::Poor)
 }
 
 impl RetargetReport {
@@ -144,6 +192,13 @@ impl RetargetReport {
         });
         self.clamped = clamped.filter(|clamped| clamped.frames > 0).collect();
         self
+    }
+
+    /// The worst angle of all: the largest of a limb in a frame, and the mean of each roll, line of the trunk, head and
+    /// palm.
+    pub fn worst_degrees(&self) -> f64 {
+        let seen = self.seen.iter().map(|seen| seen.mean_degrees);
+        seen.fold(self.max_degrees, f64::max)
     }
 
     /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the
@@ -282,23 +337,45 @@ pub(super) fn measure(
         limbs.push(limb);
     }
     let mean_degrees = sum / count.max(1) as f64;
-    RetargetReport {
+    let mut report = RetargetReport {
         clip: target.animation.name.clone(),
         frames: ticks.len(),
         scale,
         max_degrees: limbs.iter().map(|limb| limb.max_degrees).fold(0.0, f64::max),
-        verdict: match mean_degrees {
-            _ if limbs.is_empty() => Verdict::Poor,
-            mean if mean <= 1.0 => Verdict::Good,
-            mean if mean <= 3.0 => Verdict::Fair,
-            _ => Verdict::Poor,
-        },
+        verdict: Verdict::Poor,
+        seen: sight(source, target, ticks),
+        guessed: guessed(source.body),
         limbs,
         mean_degrees,
         unmapped: unmapped.to_vec(),
         clamped: Vec::new(),
         feet: feet(source, target, (&was, &is), ticks, root),
+    };
+    report.verdict = verdict(&report);
+    report
+}
+
+/// The most frames at which both bodies are looked at.
+const LOOKS: usize = 400;
+
+fn sight(source: &Moving<'_>, target: &Moving<'_>, ticks: &[f64]) -> Vec<Seen> {
+    let mut sight = Sight::new(source.body, target.body);
+    let bindings = [source, target].map(|moving| Binding::new(moving.scene, moving.animation));
+    let (mut was, mut is) = (Pose::rest(source.scene), Pose::rest(target.scene));
+    for &tick in ticks.iter().step_by(ticks.len().div_ceil(LOOKS).max(1)) {
+        was.sample(&bindings[0], source.animation, tick);
+        is.sample(&bindings[1], target.animation, tick);
+        sight.look(&was, &is, tick);
     }
+    sight.found(ticks.first().copied().unwrap_or_default())
+}
+
+fn guessed(body: &Body) -> Vec<Unmapped> {
+    let guess = |(bone, reason): (Bone, &str)| Unmapped {
+        bone,
+        reason: format!("turned about itself {reason}: the motion does not bend it"),
+    };
+    body.guessed().into_iter().map(guess).collect()
 }
 
 /// What the feet do in the frames in which [`contacts`](crate::edit::contacts()) finds those of the source at rest. Of

@@ -200,7 +200,7 @@ impl Builder<'_> {
         let name = |body: &Body, joint: &NodeId| body.names[joint.index()].clone();
         let is_same = mine.len() == theirs.len()
             && std::iter::zip(&mine, &theirs).all(|(joint, other)| name(self.to, joint) == name(self.from, other));
-        if is_same && mine.len() > 1 {
+        if is_same && mine.len() > 1 && self.has_rest_of_others() {
             for (joint, other) in std::iter::zip(&mine, &theirs) {
                 let track = self.track(bone, *other, None);
                 self.copy(bone, *joint, track);
@@ -208,6 +208,11 @@ impl Builder<'_> {
         } else {
             self.share_twist(bone, whole, &mine, target);
         }
+    }
+
+    /// Whether the T-poses of both bodies say how joints are turned that are no bones. One that is computed does not.
+    fn has_rest_of_others(&self) -> bool {
+        [self.from, self.to].iter().all(|body| !body.is_computed())
     }
 
     /// Moves the joints of a bone, and the helpers beside it, by shares of its twist. A thigh or an upper arm is
@@ -284,6 +289,9 @@ impl Builder<'_> {
 
     /// Joints that are no bones, and have a counterpart of the same name that depends on the same bone.
     fn joints_of_one_name(&mut self, target: &Scene) {
+        if !self.has_rest_of_others() {
+            return;
+        }
         let bone_of = |body: &Body| -> HashMap<usize, Bone> {
             body.bones.iter().map(|(bone, joint)| (joint.index(), *bone)).collect()
         };

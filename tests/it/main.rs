@@ -56,6 +56,7 @@ mod retargeting;
 #[cfg(feature = "cli")]
 mod robot_command;
 mod robots;
+mod roll;
 mod sample;
 mod schema;
 #[cfg(feature = "cli")]

@@ -3,42 +3,90 @@
 use glam::{Mat3, Mat4, Quat, Vec3};
 
 use super::TPoseSource;
+use crate::figure::axes::Shown;
 use crate::figure::axis::{Axis, RestPose};
 use crate::figure::humanoid::Humanoid;
 use crate::figure::measure::Measures;
+use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
-/// The rest pose where `stands`; else the first frame of the motion if that is a T-pose; else a figure whose bones are
+/// The largest angle between the trunk of a figure that stands and the up axis, in radians.
+const UPRIGHT: f32 = 0.35;
+
+/// The rest pose where it stands, and nothing of the motion is `shown`; else the first frame of the motion if that is a T-pose; else a figure whose bones are
 /// turned to where they point in one.
 pub(super) fn reference(
     scene: &Scene,
     humanoid: &Humanoid,
     up: Axis,
     figure_to_world: &Mat3,
-    stands: bool,
+    shown: Option<&Shown>,
 ) -> (TPoseSource, Pose) {
     let rest = Pose::rest(scene);
-    if stands {
-        return (TPoseSource::RestPose, rest);
-    }
+    let Some(shown) = shown else {
+        return (
+            TPoseSource::RestPose,
+            upright(scene, humanoid, figure_to_world.y_axis, rest),
+        );
+    };
     if let Some(first) = Pose::at_tick(scene, 0, 0.0) {
         let positions = (0..scene.nodes.len()).map(|node| first.position(NodeId::new(node)));
         let figure = Measures::with_places(scene, humanoid, positions.collect());
-        if figure.rest_pose(up).value == RestPose::TPose {
+        // One who moves raises the arms too, and does not stand upright then.
+        let is_upright = figure
+            .rest_up()
+            .is_some_and(|trunk| trunk.dot(figure_to_world.y_axis) > UPRIGHT.cos());
+        if is_upright && figure.rest_pose(up).value == RestPose::TPose {
             return (TPoseSource::FirstFrame, first);
         }
     }
-    (TPoseSource::Computed, computed(scene, figure_to_world, humanoid, rest))
+    (
+        TPoseSource::Computed,
+        computed(scene, figure_to_world, humanoid, shown, rest),
+    )
+}
+
+/// A rest pose whose trunk lies or leans in the world of the motion, as below a root that is turned in every frame,
+/// brought upright.
+fn upright(scene: &Scene, humanoid: &Humanoid, up: Vec3, mut rest: Pose) -> Pose {
+    let positions = (0..scene.nodes.len()).map(|node| rest.position(NodeId::new(node)));
+    let trunk = Measures::with_places(scene, humanoid, positions.collect()).rest_up();
+    let Some(trunk) = trunk.filter(|trunk| trunk.angle_between(up) > UPRIGHT) else {
+        return rest;
+    };
+    let turn = Mat4::from_quat(arc(trunk, up));
+    for (index, node) in scene.nodes.iter().enumerate() {
+        if node.parent.is_none() {
+            rest.node_to_parent[index] = turn * rest.node_to_parent[index];
+        }
+    }
+    rest.update_world();
+    rest
 }
 
 /// Turns each bone, from the hips outwards, to where it points in T-pose.
-fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, rest: Pose) -> Pose {
+fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, shown: &Shown, rest: Pose) -> Pose {
     let axes = Axes::new(figure_to_world);
+    let to_world = Quat::from_mat3(figure_to_world).normalize();
     let joint = |bone: Bone| humanoid.joint(bone);
+    let is_bone = |node: NodeId| humanoid.bones.values().any(|joint| joint.joint == node);
+    let settle = |pose: &mut Pose, node: NodeId| {
+        let rotation = rotation_of(&pose.node_to_world[node.index()]);
+        if let Some(about) = shown.settle(node, to_world, rotation) {
+            turn(pose, scene, node, about);
+        }
+    };
+    let mut between = shown.trunk.iter().copied().filter(|node| !is_bone(*node)).peekable();
     let mut pose = rest;
     for &bone in Bone::ALL {
         let Some(node) = joint(bone) else { continue };
+        // Joints of the trunk that are no bones are turned before those below them.
+        while shown.trunk.contains(&node)
+            && let Some(above) = between.next_if(|above| above.index() < node.index())
+        {
+            settle(&mut pose, above);
+        }
         let rotation = match bone {
             Bone::Hips => axes.hips(&pose, &joint),
             _ => next_of(scene, bone, node, &joint).and_then(|next| {
@@ -52,6 +100,14 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, rest: Po
             && let Some(about) = axes.shoulders(scene, &pose, node, &joint)
         {
             turn(&mut pose, scene, node, about);
+        }
+        if shown.trunk.contains(&node) {
+            settle(&mut pose, node);
+        }
+        let along = axes.direction(bone);
+        let as_it_is = |node: NodeId| rotation_of(&pose.node_to_world[node.index()]);
+        if let Some((roll, _)) = along.and_then(|along| shown.roll(bone, node, to_world, along, as_it_is, as_it_is)) {
+            turn(&mut pose, scene, node, roll);
         }
     }
     pose
@@ -164,7 +220,10 @@ impl Axes {
         node: NodeId,
         joint: &impl Fn(Bone) -> Option<NodeId>,
     ) -> Option<Quat> {
-        let (left, right) = (joint(Bone::LeftUpperArm)?, joint(Bone::RightUpperArm)?);
+        // Collar bones may lie anywhere in a rest pose that does not stand; where they begin is on the trunk.
+        let collars = joint(Bone::LeftShoulder).zip(joint(Bone::RightShoulder));
+        let apart = collars.filter(|(left, right)| pose.position(*left).distance(pose.position(*right)) > 1e-6);
+        let (left, right) = apart.or_else(|| joint(Bone::LeftUpperArm).zip(joint(Bone::RightUpperArm)))?;
         let parent = |node: &NodeId| scene.nodes[node.index()].parent;
         if !std::iter::successors(Some(left), parent).any(|above| above == node) {
             return None;

@@ -264,6 +264,25 @@ pub(super) fn tell(found: &RetargetReport) {
             limb.tick
         ));
     }
+    for seen in found.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
+        report::say(&format!(
+            "{}: {} of {} {:.0} degrees off in the mean, {:.0} at tick {}",
+            found.clip,
+            seen.aspect.as_str(),
+            seen.bone.as_str(),
+            seen.mean_degrees,
+            seen.max_degrees,
+            seen.tick
+        ));
+    }
+    for guess in &found.guessed {
+        report::say(&format!(
+            "{}: {} is guessed: {}",
+            found.clip,
+            guess.bone.as_str(),
+            guess.reason
+        ));
+    }
     if let Some(feet) = &found.feet {
         let centimetres = |metres: f64| 100.0 * metres;
         report::say(&format!(
@@ -300,25 +319,24 @@ pub(super) fn tell(found: &RetargetReport) {
     }
 }
 
-/// An error where a limb is farther off than allowed.
+/// An error where anything of a motion is farther off than allowed.
 fn require(reports: &[&RetargetReport], most: f64) -> Result<(), Failure> {
-    let mut worst = None;
-    for found in reports {
-        for limb in &found.limbs {
-            if worst.is_none_or(|(_, angle, _)| limb.max_degrees > angle) {
-                worst = Some((&found.clip, limb.max_degrees, limb));
-            }
-        }
-    }
-    match worst {
-        Some((clip, angle, limb)) if angle > most => {
-            report::complain(&format!(
-                "{clip}: {} is {angle:.2} degrees off at tick {}, and {most} are allowed",
-                limb.bone.as_str(),
-                limb.tick
-            ));
-            Err(Failure::Told)
-        }
-        _ => Ok(()),
-    }
+    let worst = reports.iter().map(|found| (found, found.worst_degrees()));
+    let worst = worst.max_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((found, angle)) = worst.filter(|(_, angle)| *angle > most) else {
+        return Ok(());
+    };
+    let limb = found.limbs.iter().find(|limb| limb.max_degrees == angle);
+    let seen = found.seen.iter().find(|seen| seen.mean_degrees == angle);
+    let what = match (limb, seen) {
+        (Some(limb), _) => format!("{} is {angle:.2} degrees off at tick {}", limb.bone.as_str(), limb.tick),
+        (None, Some(seen)) => format!(
+            "the {} of {} is {angle:.2} degrees off in the mean",
+            seen.aspect.as_str(),
+            seen.bone.as_str()
+        ),
+        (None, None) => format!("a limb is {angle:.2} degrees off"),
+    };
+    report::complain(&format!("{}: {what}, and {most} are allowed", found.clip));
+    Err(Failure::Told)
 }

@@ -1,0 +1,290 @@
+//! What an eye sees of a motion on another body besides the directions of limbs: how limbs are rolled about themselves,
+//! the trunk, the head and the palms.
+//!
+//! Of the source, positions are looked at alone: lines of the trunk, planes in which elbows and knees bend, knuckles.
+//! Of the target, where its joints carry the axes of its own T-pose. So a T-pose of the source that is wrong is seen.
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use crate::figure::axes::{angle_about, bend_axis};
+use crate::figure::body::Body;
+use crate::figure::t_pose::limb_end;
+use crate::figure::{HumanoidBone as Bone, Side};
+use crate::math::directions::rotation_of;
+use crate::pose::Pose;
+use crate::scene::NodeId;
+
+/// The sine of the smallest bend that shows the plane of a hinge: 20 degrees.
+const BENT: f32 = 0.34;
+
+/// The fewest frames that show one.
+const FEWEST: usize = 5;
+
+/// What of a body is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Aspect {
+    /// The roll of a limb about itself: the plane in which its elbow or knee bends.
+    Roll,
+    /// The line of the hip joints, that of the shoulder joints, and that from hips to neck.
+    Trunk,
+    /// Where the face looks against the chest, on the average: 0 is straight ahead.
+    Head,
+    /// The palms, by the knuckles of index and little finger.
+    Palm,
+}
+
+impl Aspect {
+    /// Its name, as in JSON.
+    ///
+    /// ```
+    /// assert_eq!(mocap::retarget::Aspect::Roll.as_str(), "roll");
+    /// ```
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Roll => "roll",
+            Self::Trunk => "trunk",
+            Self::Head => "head",
+            Self::Palm => "palm",
+        }
+    }
+}
+
+/// How far something that an eye sees is off.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Seen {
+    /// What is compared.
+    pub aspect: Aspect,
+    /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for that
+    /// of the shoulders.
+    pub bone: Bone,
+    /// The mean angle of all frames that show it, in degrees: of a roll the mean of signed angles, for single planes
+    /// are noisy.
+    pub mean_degrees: f64,
+    /// The largest angle of a frame, in degrees.
+    pub max_degrees: f64,
+    /// The tick of the largest angle.
+    pub tick: f64,
+}
+
+/// Angles of one aspect of one bone, in radians, with their ticks.
+struct Angles {
+    aspect: Aspect,
+    bone: Bone,
+    all: Vec<(f32, f64)>,
+}
+
+impl Angles {
+    fn seen(self) -> Option<Seen> {
+        let enough = if self.aspect == Aspect::Roll { FEWEST } else { 1 };
+        if self.all.len() < enough {
+            return None;
+        }
+        let count = self.all.len() as f32;
+        let mean = match self.aspect {
+            Aspect::Roll => {
+                let sine: f32 = self.all.iter().map(|(angle, _)| angle.sin()).sum();
+                let cosine: f32 = self.all.iter().map(|(angle, _)| angle.cos()).sum();
+                sine.atan2(cosine).abs()
+            }
+            _ => self.all.iter().map(|(angle, _)| angle).sum::<f32>() / count,
+        };
+        let (largest, tick) = self.all.iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+        Some(Seen {
+            aspect: self.aspect,
+            bone: self.bone,
+            mean_degrees: f64::from(mean.to_degrees()),
+            max_degrees: f64::from(largest.abs().to_degrees()),
+            tick: *tick,
+        })
+    }
+}
+
+/// Compares poses of two bodies, one after another.
+pub(super) struct Sight<'a> {
+    source: &'a Body,
+    target: &'a Body,
+    rolls: Vec<(Limb, Angles)>,
+    lines: Vec<([Ends; 2], Angles)>,
+    palms: Vec<([[NodeId; 3]; 2], Angles)>,
+    /// The sum of directions of the face, in the frame of the chest, and the frames.
+    face: (Vec3, usize),
+}
+
+/// Two ends of a line: each the middle of two joints.
+type Ends = [[NodeId; 2]; 2];
+
+/// A bone with a hinge.
+struct Limb {
+    /// Start, hinge and end on the source.
+    joints: [NodeId; 3],
+    /// Where the bone begins and ends on the target, and the joint that turns with it at its hinge.
+    target: [NodeId; 2],
+    turned: NodeId,
+    /// From the frame of the T-pose to that joint.
+    frame_to_joint: Quat,
+    axis: Vec3,
+}
+
+impl<'a> Sight<'a> {
+    pub(super) fn new(source: &'a Body, target: &'a Body) -> Self {
+        let angles = |aspect, bone| Angles {
+            aspect,
+            bone,
+            all: Vec::new(),
+        };
+        // A rest pose that stands says how limbs are rolled: there the plane of an elbow need not be that of the joint.
+        let limbs = Bone::ALL.iter().filter(|_| !source.stands_at_rest());
+        let rolls = limbs.filter_map(|bone| Some((Limb::new(source, target, *bone)?, angles(Aspect::Roll, *bone))));
+        let lines = [Bone::Hips, Bone::Chest, Bone::Spine].into_iter().filter_map(|bone| {
+            let ends = [line(source, bone)?, line(target, bone)?];
+            Some((ends, angles(Aspect::Trunk, bone)))
+        });
+        let palms = [Bone::LeftHand, Bone::RightHand].into_iter().filter_map(|bone| {
+            let joints = [palm(source, bone)?, palm(target, bone)?];
+            Some((joints, angles(Aspect::Palm, bone)))
+        });
+        Self {
+            rolls: rolls.collect(),
+            lines: lines.collect(),
+            palms: palms.collect(),
+            face: (Vec3::ZERO, 0),
+            source,
+            target,
+        }
+    }
+
+    /// Looks at both bodies at a tick.
+    pub(super) fn look(&mut self, was: &Pose, is: &Pose, tick: f64) {
+        let (to_source, to_target) = (self.source.axes.inverse(), self.target.axes.inverse());
+        for (limb, angles) in &mut self.rolls {
+            let angle = limb.roll(was, is, to_source, to_target);
+            angles.all.extend(angle.map(|angle| (angle, tick)));
+        }
+        for ([from, to], angles) in &mut self.lines {
+            let (from, to) = (to_source * along(was, from), to_target * along(is, to));
+            angles.all.push((angle_between(from, to), tick));
+        }
+        for ([from, to], angles) in &mut self.palms {
+            let (from, to) = (to_source * normal(was, from), to_target * normal(is, to));
+            angles.all.push((angle_between(from, to), tick));
+        }
+        if let Some(face) = self.face_in_chest(is) {
+            self.face = (self.face.0 + face, self.face.1 + 1);
+        }
+    }
+
+    /// What was seen, the farthest off first.
+    pub(super) fn found(self, tick: f64) -> Vec<Seen> {
+        let rolls = self.rolls.into_iter().map(|(_, angles)| angles);
+        let lines = self.lines.into_iter().map(|(_, angles)| angles);
+        let palms = self.palms.into_iter().map(|(_, angles)| angles);
+        let mut head = Angles {
+            aspect: Aspect::Head,
+            bone: Bone::Head,
+            all: Vec::new(),
+        };
+        if self.face.1 >= FEWEST {
+            head.all.push((angle_between(self.face.0, Vec3::Z), tick));
+        }
+        let all = rolls.chain(lines).chain(palms).chain([head]);
+        let mut all: Vec<Seen> = all.filter_map(Angles::seen).collect();
+        all.sort_by(|a, b| b.mean_degrees.total_cmp(&a.mean_degrees));
+        all
+    }
+
+    /// Where the face of the target looks, in left, up and forward of its chest.
+    fn face_in_chest(&self, is: &Pose) -> Option<Vec3> {
+        let head = self.target.joint(Bone::Head)?;
+        self.source.joint(Bone::Head)?;
+        let left = along(is, &line(self.target, Bone::Chest)?).try_normalize()?;
+        let up = along(is, &line(self.target, Bone::Spine)?);
+        let up = up.reject_from_normalized(left).try_normalize()?;
+        let rotation = rotation_of(&is.node_to_world[head.index()]);
+        let face = rotation * self.target.frame_to_joint(Bone::Head, head).inverse() * Vec3::Z;
+        Some(Vec3::new(face.dot(left), face.dot(up), face.dot(left.cross(up))))
+    }
+}
+
+impl Limb {
+    fn new(source: &Body, target: &Body, bone: Bone) -> Option<Self> {
+        let axis = bend_axis(bone)?;
+        let side = bone.side()?;
+        let part = bone.on(Side::Left);
+        let (upper, is_upper) = match part {
+            Bone::LeftUpperLeg | Bone::LeftLowerLeg => (Bone::LeftUpperLeg.on(side), part == Bone::LeftUpperLeg),
+            _ => (Bone::LeftUpperArm.on(side), part == Bone::LeftUpperArm),
+        };
+        let lower = limb_end(upper)?;
+        let end = limb_end(lower)?;
+        // A forearm turns about itself besides.
+        if !is_upper && part == Bone::LeftLowerArm {
+            return None;
+        }
+        let turned = match is_upper {
+            true => *target.segment(bone).last()?,
+            false => target.joint(bone)?,
+        };
+        Some(Self {
+            joints: [source.joint(upper)?, source.joint(lower)?, source.joint(end)?],
+            target: [target.joint(bone)?, target.joint(limb_end(bone)?)?],
+            turned,
+            frame_to_joint: target.frame_to_joint(bone, turned),
+            axis,
+        })
+    }
+
+    /// From where the target bends to where the source does, about the bone, in radians; `None` where it is straight.
+    fn roll(&self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<f32> {
+        let at = self.joints.map(|joint| was.position(joint));
+        let upper = (at[1] - at[0]).try_normalize()?;
+        let lower = (at[2] - at[1]).try_normalize()?;
+        let plane = upper.cross(lower);
+        (plane.length() > BENT).then_some(())?;
+        let along = to_target * (is.position(self.target[1]) - is.position(self.target[0])).try_normalize()?;
+        let rotation = rotation_of(&is.node_to_world[self.turned.index()]);
+        let carried = to_target * (rotation * self.frame_to_joint.inverse() * self.axis);
+        angle_about(along, carried, to_source * plane)
+    }
+}
+
+/// A line of the trunk.
+fn line(body: &Body, bone: Bone) -> Option<Ends> {
+    let twice = |bone: Bone| body.joint(bone).map(|joint| [joint; 2]);
+    match bone {
+        Bone::Hips => Some([twice(Bone::RightUpperLeg)?, twice(Bone::LeftUpperLeg)?]),
+        Bone::Chest => Some([twice(Bone::RightUpperArm)?, twice(Bone::LeftUpperArm)?]),
+        _ => {
+            let hips = [body.joint(Bone::LeftUpperLeg)?, body.joint(Bone::RightUpperLeg)?];
+            Some([hips, twice(Bone::Neck).or_else(|| twice(Bone::Head))?])
+        }
+    }
+}
+
+/// Hand, index and little finger.
+fn palm(body: &Body, hand: Bone) -> Option<[NodeId; 3]> {
+    let joint = |bone: Bone| body.joint(bone.on(hand.side()?));
+    Some([
+        body.joint(hand)?,
+        joint(Bone::LeftIndexProximal)?,
+        joint(Bone::LeftLittleProximal)?,
+    ])
+}
+
+fn along(pose: &Pose, ends: &Ends) -> Vec3 {
+    let [from, to] = ends.map(|[a, b]| 0.5 * (pose.position(a) + pose.position(b)));
+    to - from
+}
+
+fn normal(pose: &Pose, joints: &[NodeId; 3]) -> Vec3 {
+    let [hand, index, little] = joints.map(|joint| pose.position(joint));
+    (index - hand).cross(little - hand)
+}
+
+/// The angle between two vectors, in radians; 0 where one has no length.
+fn angle_between(a: Vec3, b: Vec3) -> f32 {
+    a.cross(b).length().atan2(a.dot(b))
+}

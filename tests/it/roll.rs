@@ -1,0 +1,136 @@
+//! How bones are rolled about themselves where the rest pose says nothing: by the hinges of the motion.
+
+use mocap::figure::{Figure, HumanoidBone as Bone, TPoseReason, humanoid};
+use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
+use mocap::{Pose, Scene};
+
+use crate::retarget::{character, motion};
+
+/// Files whose rest pose does not stand.
+const COLLAPSED: [&str; 5] = [
+    "real/rokoko_dance.bvh",
+    "real/additive_root_walk.bvh",
+    "skeletons/vicon_sword_attack.bvh",
+    "skeletons/animics_all_along_z.bvh",
+    "skeletons/accad_run_turn.bvh",
+];
+
+const LIMBS: [Bone; 8] = [
+    Bone::LeftUpperLeg,
+    Bone::LeftLowerLeg,
+    Bone::RightUpperLeg,
+    Bone::RightLowerLeg,
+    Bone::LeftUpperArm,
+    Bone::LeftLowerArm,
+    Bone::RightUpperArm,
+    Bone::RightLowerArm,
+];
+
+/// The same motion in the world with the frame of every joint turned by a rotation of its own.
+fn with_other_frames(scene: &Scene) -> Scene {
+    let mut turned = scene.clone();
+    let frame = |node: usize| {
+        let turn = node as f32;
+        Quat::from_euler(
+            mocap::glam::EulerRot::XYZ,
+            2.4 * turn + 1.0,
+            1.7 * turn - 0.5,
+            0.9 * turn,
+        )
+    };
+    let above = |node: usize| {
+        let parent = scene.nodes[node].parent;
+        parent.map_or(Quat::IDENTITY, |parent| frame(parent.index()))
+    };
+    for (index, node) in turned.nodes.iter_mut().enumerate() {
+        node.transform = Mat4::from_quat(above(index).inverse()) * node.transform * Mat4::from_quat(frame(index));
+    }
+    for channel in turned
+        .animations
+        .iter_mut()
+        .flat_map(|animation| &mut animation.channels)
+    {
+        let Some(node) = channel.node else { continue };
+        let (back, own) = (above(node.index()).inverse(), frame(node.index()));
+        for key in &mut channel.rotation_keys.values {
+            *key = (back * *key * own).normalize();
+        }
+        for key in &mut channel.position_keys.values {
+            *key = back * *key;
+        }
+    }
+    turned
+}
+
+/// The rotations of the limbs of a character with a motion, at some ticks.
+fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
+    let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
+    let animation = retargeter.animation(source, &source.animations[0]);
+    let moved = Scene {
+        animations: vec![animation],
+        ..target.clone()
+    };
+    let bones = humanoid(target);
+    let ticks = (0..8).map(|at| (moved.animations[0].duration * f64::from(at) / 8.0).floor());
+    let at_tick = |tick: f64| {
+        let pose = Pose::at_tick(&moved, 0, tick).unwrap();
+        let rotation = |bone: &Bone| {
+            let matrix = pose.node_to_world[bones.joint(*bone).unwrap().index()];
+            matrix.to_scale_rotation_translation().1
+        };
+        LIMBS.iter().map(rotation).collect()
+    };
+    ticks.map(at_tick).collect()
+}
+
+#[test]
+fn limbs_bend_on_a_character_where_they_bend_in_the_motion() {
+    let target = character("human_game_engine");
+    for file in COLLAPSED {
+        let source = motion(file);
+        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let (_, report) = retargeter.clip(&source, 0, &target, false).unwrap();
+        let of = |aspect: Aspect| report.seen.iter().filter(move |seen| seen.aspect == aspect);
+        assert!(of(Aspect::Roll).count() >= 2, "{file}: {:?}", report.seen);
+        for seen in of(Aspect::Roll).chain(of(Aspect::Trunk)) {
+            assert!(seen.mean_degrees < 10.0, "{file}: {seen:?}");
+        }
+        assert_ne!(report.verdict, Verdict::Poor, "{file}");
+    }
+}
+
+#[test]
+fn the_frames_of_joints_say_nothing_where_the_rest_pose_does_not_stand() {
+    let target = character("human_game_engine");
+    for file in ["skeletons/vicon_sword_attack.bvh", "skeletons/accad_run_turn.bvh"] {
+        let source = motion(file);
+        let other = with_other_frames(&source);
+        let [pose, turned] = [&source, &other].map(|scene| Pose::at_tick(scene, 0, 7.0).unwrap());
+        let moved = std::iter::zip(&pose.node_to_world, &turned.node_to_world);
+        let moved = moved.map(|(a, b)| a.transform_point3(Vec3::ZERO).distance(b.transform_point3(Vec3::ZERO)));
+        assert!(moved.fold(0.0, f32::max) < 1e-3, "{file}: another motion");
+        for (was, is) in std::iter::zip(limbs(&source, &target), limbs(&other, &target)) {
+            for ((was, is), bone) in std::iter::zip(was, is).zip(LIMBS) {
+                let off = was.angle_between(is).to_degrees();
+                assert!(off < 2.0, "{file}: {} {off} degrees", bone.as_str());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_t_pose_says_why_a_limb_is_rolled_as_it_is() {
+    let scene = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
+    let figure = Figure::new(&scene);
+    let t_pose = figure.t_pose(&scene).unwrap();
+    for bone in [
+        Bone::LeftUpperArm,
+        Bone::RightUpperArm,
+        Bone::LeftUpperLeg,
+        Bone::RightUpperLeg,
+    ] {
+        assert_eq!(t_pose.bones[&bone].reason, TPoseReason::Hinge, "{}", bone.as_str());
+    }
+    assert_eq!(t_pose.bones[&Bone::LeftHand].reason, TPoseReason::Knuckles);
+}
