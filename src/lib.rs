@@ -18,12 +18,12 @@
 //! |---|---|
 //! | read a file, or bytes in memory | [`import()`], [`Importer`]; [`FORMATS`] lists what is read |
 //! | have metres with +Y up, a part of the clip, another frame rate | [`Conversion`] |
-//! | write glTF, BVH, FBX or a VRM animation | [`gltf`], [`bvh`], [`fbx`], [`vrma`] |
-//! | write small files within an error bound | [`compress`], and the options of each format |
+//! | write glTF, BVH, FBX, a VRM animation or a packed clip, small within an error bound | [`Exporter`] |
+//! | have all that one format takes | [`gltf`], [`bvh`], [`fbx`], [`vrma`]; [`compress`] has the packed clips |
 //! | see a motion: a page with a player, pictures, curves | [`render`], with the feature of that name |
 //! | play it in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time |
-//! | put it on a character | [`retarget`] |
-//! | put it on a robot of URDF or MJCF | [`robot`] |
+//! | put it on a character, a skeleton, or a robot of URDF or MJCF | [`Retargeting`] |
+//! | move single poses as they come | [`retarget`], [`robot`] |
 //! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] turns limbs to a goal |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
