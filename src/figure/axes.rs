@@ -3,13 +3,13 @@
 //! Where a bone points is seen in the positions of its ends; how it is turned about that line is not. A rest pose that
 //! stands says it. Where none does, the motion does:
 //!
-//! - An elbow and a knee are hinges. The axis about which they bend is at right angles to both bones, and is constant in
-//!   the frames of both joints: the mean of the cross products of upper and lower bone, over the frames in which they
-//!   are bent. In a T-pose that faces +Z a shin would go back and a forearm forward, so the axis is +X for a knee, -Y
-//!   for the left and +Y for the right elbow.
+//! - An elbow and a knee are hinges. The axis about which they bend is at right angles to both bones, and is constant
+//!   in the frames of both joints: the mean of the cross products of upper and lower bone, over the frames in which
+//!   they are bent. In a T-pose that faces +Z a shin would go back and a forearm forward, so the axis is +X for a
+//!   knee, -Y for the left and +Y for the right elbow.
 //! - Pelvis, spine, neck and head are turned as hips and shoulders on the average: nobody looks aside all the time.
-//! - An upper arm or a thigh that never bends is turned about itself by as little as can be on the average, against the
-//!   trunk; so is a hand, against its forearm.
+//! - An upper arm or a thigh that never bends is turned about itself by as little as can be on the average, against
+//!   the trunk; so is a hand, against its forearm.
 
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
@@ -30,19 +30,19 @@ const BENT: f32 = 0.2;
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;
 
-/// How far the axis of a hinge may be from its mean, in radians, that is fixed in the frame of the lower joint. That of
-/// an elbow whose joint turns the forearm too is not.
+/// How far the axis of a hinge may be from its mean, in radians, that is fixed in the frame of the lower joint. That
+/// of an elbow whose joint turns the forearm too is not.
 const FIXED: f32 = 0.21;
 
-/// The largest angle between the axis of a hinge that is not fixed and where it belongs, in radians, with which a lower
-/// bone is turned as the upper one.
+/// The largest angle between the axis of a hinge that is not fixed and where it belongs, in radians, with which a
+/// lower bone is turned as the upper one.
 const FARTHEST: f32 = 1.05;
 
 /// The angle at which an axis counts half in the mean, in radians.
 const HALF_WEIGHT: f32 = 0.15;
 
-/// The largest angle between a joint of the trunk, or of the head, and its average in the motion, in radians, with which
-/// the rest pose is believed.
+/// The largest angle between a joint of the trunk, or of the head, and its average in the motion, in radians, with
+/// which the rest pose is believed.
 const AGREES: f32 = 0.44;
 const HEAD_AGREES: f32 = 0.7;
 
@@ -137,9 +137,9 @@ impl Shown {
         }
     }
 
-    /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes` is
-    /// the rotation from the frame of the T-pose to the world, `rotation` that of each joint of the bone as it is, and
-    /// `forearm_rotation` that of the joint of a forearm in the T-pose.
+    /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes`
+    /// is the rotation from the frame of the T-pose to the world, `rotation` that of each joint of the bone as it is,
+    /// and `forearm_rotation` that of the joint of a forearm in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,
@@ -155,7 +155,8 @@ impl Shown {
             return Some((Quat::from_axis_angle(along, angle), Evidence::Hinge));
         }
         if let Some((node, hinge)) = self.loose_hinges.get(&bone) {
-            // A forearm is turned against its elbow by up to a quarter turn; more is a joint frame that lies otherwise.
+            // A forearm is turned against its elbow by up to a quarter turn; more is a joint frame that lies
+            // otherwise.
             let angle = angle_about(along, rotation(*node) * hinge.axis, axes * bend_axis(bone)?)?;
             let quarters = (angle / FRAC_PI_2).round() * FRAC_PI_2;
             return (angle.abs() > FARTHEST).then(|| (Quat::from_axis_angle(along, quarters), Evidence::Average));

@@ -30,15 +30,15 @@ const FACING_IS_INEXACT: f32 = 0.09;
 /// A foot that points further down than this, as a share of its length, does not stand on its sole at rest.
 const POINTED_FOOT: f32 = 0.9;
 
-/// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the bone
-/// is turned about itself: arms that hang down turn by 90 degrees.
+/// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the
+/// bone is turned about itself: arms that hang down turn by 90 degrees.
 const SMALL_TURN: f32 = 1.05;
 
 /// The roll of a palm that looks forward or back in a rest pose that stands, in radians.
 const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 
-/// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21 degrees
-/// below the palm.
+/// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21
+/// degrees below the palm.
 const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The pose from which a T-pose is made.
@@ -251,8 +251,8 @@ impl Builder {
         self.turns = turned;
     }
 
-    /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole figure
-    /// forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
+    /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole
+    /// figure forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
     fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> Turn {
         let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
             (Some(direction), part) => {
@@ -317,8 +317,8 @@ impl Builder {
 
     /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
     /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
-    /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose palm
-    /// looks up has its whole arm turned.
+    /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose
+    /// palm looks up has its whole arm turned.
     fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
         let at = |finger: Bone| Some(self.position(self.joint(finger.on(side))?));

@@ -132,10 +132,10 @@ pub struct RetargetReport {
     /// The feet; absent where one skeleton has none.
     pub feet: Option<FeetReport>,
     /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
-    /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a line
-    /// of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm is turned
-    /// about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, or the feet are
-    /// below the floor in more than half of the frames and deeper than 20 cm.
+    /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a
+    /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm
+    /// is turned about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, or
+    /// the feet are below the floor in more than half of the frames and deeper than 20 cm.
     pub verdict: Verdict,
 }
 
@@ -194,11 +194,14 @@ impl RetargetReport {
         self
     }
 
-    /// The worst angle of all: the largest of a limb in a frame, and the mean of each roll, line of the trunk, head and
+    /// The worst angle of all: the largest of a limb in a frame, and the mean of each roll, line of the trunk and
     /// palm.
     pub fn worst_degrees(&self) -> f64 {
-        let seen = self.seen.iter().map(|seen| seen.mean_degrees);
-        seen.fold(self.max_degrees, f64::max)
+        // Where a head looks is no difference: people do look aside.
+        let differences = self.seen.iter().filter(|seen| seen.aspect != Aspect::Head);
+        differences
+            .map(|seen| seen.mean_degrees)
+            .fold(self.max_degrees, f64::max)
     }
 
     /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the

@@ -1,5 +1,5 @@
-//! What an eye sees of a motion on another body besides the directions of limbs: how limbs are rolled about themselves,
-//! the trunk, the head and the palms.
+//! What an eye sees of a motion on another body besides the directions of limbs: how limbs are rolled about
+//! themselves, the trunk, the head and the palms.
 //!
 //! Of the source, positions are looked at alone: lines of the trunk, planes in which elbows and knees bend, knuckles.
 //! Of the target, where its joints carry the axes of its own T-pose. So a T-pose of the source that is wrong is seen.
@@ -58,11 +58,11 @@ impl Aspect {
 pub struct Seen {
     /// What is compared.
     pub aspect: Aspect,
-    /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for that
-    /// of the shoulders.
+    /// The bone: of the trunk hips for the line of the hip joints, spine for that from hips to neck, and chest for
+    /// that of the shoulders.
     pub bone: Bone,
-    /// The mean angle of all frames that show it, in degrees: of a roll the mean of signed angles, for single planes
-    /// are noisy.
+    /// The mean angle of all frames that show it, in degrees: of a roll the mean of signed angles, weighted by the
+    /// square of the sine of the bend, for planes of limbs that are nearly straight are noisy.
     pub mean_degrees: f64,
     /// The largest angle of a frame, in degrees.
     pub max_degrees: f64,
@@ -75,6 +75,8 @@ struct Angles {
     aspect: Aspect,
     bone: Bone,
     all: Vec<(f32, f64)>,
+    /// How much each counts in the mean.
+    weights: Vec<f32>,
 }
 
 impl Angles {
@@ -86,9 +88,11 @@ impl Angles {
         let count = self.all.len() as f32;
         let mean = match self.aspect {
             Aspect::Roll => {
-                let sine: f32 = self.all.iter().map(|(angle, _)| angle.sin()).sum();
-                let cosine: f32 = self.all.iter().map(|(angle, _)| angle.cos()).sum();
-                sine.atan2(cosine).abs()
+                let weighted = |of: fn(f32) -> f32| -> f32 {
+                    let all = self.all.iter().zip(&self.weights);
+                    all.map(|((angle, _), weight)| weight * of(*angle)).sum()
+                };
+                weighted(f32::sin).atan2(weighted(f32::cos)).abs()
             }
             _ => self.all.iter().map(|(angle, _)| angle).sum::<f32>() / count,
         };
@@ -135,8 +139,10 @@ impl<'a> Sight<'a> {
             aspect,
             bone,
             all: Vec::new(),
+            weights: Vec::new(),
         };
-        // A rest pose that stands says how limbs are rolled: there the plane of an elbow need not be that of the joint.
+        // A rest pose that stands says how limbs are rolled: there the plane of an elbow need not be that of the
+        // joint.
         let limbs = Bone::ALL.iter().filter(|_| !source.stands_at_rest());
         let rolls = limbs.filter_map(|bone| Some((Limb::new(source, target, *bone)?, angles(Aspect::Roll, *bone))));
         let lines = [Bone::Hips, Bone::Chest, Bone::Spine].into_iter().filter_map(|bone| {
@@ -162,7 +168,10 @@ impl<'a> Sight<'a> {
         let (to_source, to_target) = (self.source.axes.inverse(), self.target.axes.inverse());
         for (limb, angles) in &mut self.rolls {
             let angle = limb.roll(was, is, to_source, to_target);
-            angles.all.extend(angle.map(|angle| (angle, tick)));
+            if let Some((angle, bend)) = angle {
+                angles.all.push((angle, tick));
+                angles.weights.push(bend * bend);
+            }
         }
         for ([from, to], angles) in &mut self.lines {
             let (from, to) = (to_source * along(was, from), to_target * along(is, to));
@@ -186,6 +195,7 @@ impl<'a> Sight<'a> {
             aspect: Aspect::Head,
             bone: Bone::Head,
             all: Vec::new(),
+            weights: Vec::new(),
         };
         if self.face.1 >= FEWEST {
             head.all.push((angle_between(self.face.0, Vec3::Z), tick));
@@ -237,8 +247,9 @@ impl Limb {
         })
     }
 
-    /// From where the target bends to where the source does, about the bone, in radians; `None` where it is straight.
-    fn roll(&self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<f32> {
+    /// From where the target bends to where the source does, about the bone, in radians, and the sine of the bend;
+    /// `None` where it is straight.
+    fn roll(&self, was: &Pose, is: &Pose, to_source: Quat, to_target: Quat) -> Option<(f32, f32)> {
         let at = self.joints.map(|joint| was.position(joint));
         let upper = (at[1] - at[0]).try_normalize()?;
         let lower = (at[2] - at[1]).try_normalize()?;
@@ -247,7 +258,7 @@ impl Limb {
         let along = to_target * (is.position(self.target[1]) - is.position(self.target[0])).try_normalize()?;
         let rotation = rotation_of(&is.node_to_world[self.turned.index()]);
         let carried = to_target * (rotation * self.frame_to_joint.inverse() * self.axis);
-        angle_about(along, carried, to_source * plane)
+        Some((angle_about(along, carried, to_source * plane)?, plane.length()))
     }
 }
 

@@ -14,8 +14,8 @@ use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 /// The largest angle between the trunk of a figure that stands and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;
 
-/// The rest pose where it stands, and nothing of the motion is `shown`; else the first frame of the motion if that is a T-pose; else a figure whose bones are
-/// turned to where they point in one.
+/// The rest pose where it stands, and nothing of the motion is `shown`; else the first frame of the motion if that is
+/// a T-pose; else a figure whose bones are turned to where they point in one.
 pub(super) fn reference(
     scene: &Scene,
     humanoid: &Humanoid,
