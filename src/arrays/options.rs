@@ -40,8 +40,8 @@ pub struct ArrayOptions {
     /// A regular expression for the names of the joints and end sites to keep; it may match anywhere in a name.
     /// Default: all.
     pub joints: Option<String>,
-    /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by slerp;
-    /// at a [cut](crate::figure::cuts) the nearer side is used. Default: the file's own frames.
+    /// Frames per second of the output. Between two frames, positions are interpolated linearly and rotations by
+    /// slerp; at a [cut](crate::figure::cuts) the nearer side is used. Default: the file's own frames.
     pub frames_per_second: Option<f64>,
     /// The first moment to keep, not after the last frame. Default: the start.
     pub first: Option<Moment>,
@@ -60,8 +60,8 @@ pub struct ArrayOptions {
     /// Joints of the file for bones of the humanoid, from which the unit, the up axis and the feet are found. Default:
     /// none, all bones are searched for.
     pub bones: HumanoidMap,
-    /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at the
-    /// first and the last frame; 0 for a single frame. Default: `false`.
+    /// Whether to compute velocities: central differences, (p(i + 1) - p(i - 1)) / 2 x the frame rate, one-sided at
+    /// the first and the last frame; 0 for a single frame. Default: `false`.
     pub velocities: bool,
     /// The thresholds for foot contacts. Default: `None`, no contacts.
     pub contacts: Option<Contacts>,
@@ -100,9 +100,9 @@ pub enum Space {
     Local,
 }
 
-/// Foot contacts, by the rule of [`edit::contacts()`](crate::edit::contacts()): a point of a foot is in contact when it is
-/// low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08 seconds are dropped, gaps
-/// shorter than 0.05 seconds closed.
+/// Foot contacts, by the rule of [`edit::contacts()`](crate::edit::contacts()): a point of a foot is in contact when
+/// it is low and slow, and until it is 1.6 times too high or too fast; contacts shorter than 0.08 seconds are
+/// dropped, gaps shorter than 0.05 seconds closed.
 ///
 /// Heights are along the up axis, above the level on which the points rest: the fifth percentile of the height of the
 /// lowest one, so that a rest pose in the first frame does not count. Ankles have a level, and the balls of the feet
@@ -111,8 +111,8 @@ pub enum Space {
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Contacts {
-    /// A regular expression for the names of the feet among the joints of the output. Default: the ankles and the balls
-    /// of the feet of the humanoid; where the skeleton is none, `(?i)foot|toe|ankle`.
+    /// A regular expression for the names of the feet among the joints of the output. Default: the ankles and the
+    /// balls of the feet of the humanoid; where the skeleton is none, `(?i)foot|toe|ankle`.
     pub feet: Option<String>,
     /// The largest height above the level of rest, in metres. Default: 0.05.
     pub height: f64,

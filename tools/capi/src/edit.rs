@@ -10,8 +10,8 @@ use crate::border::{Failure, guard};
 use crate::handle::Scene;
 use crate::{opened, text};
 
-/// A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of them:
-/// each a text as `mocap edit --step` takes it, or an object with its name and its options.
+/// A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of
+/// them: each a text as `mocap edit --step` takes it, or an object with its name and its options.
 ///
 ///     mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 ///
@@ -67,8 +67,8 @@ pub unsafe extern "C" fn mocap_edit_report_count(scene: *const Scene) -> usize {
     guard(0, || Ok(unsafe { opened(scene) }?.edit_reports.len()))
 }
 
-/// What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The text
-/// lives as long as the scene.
+/// What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The
+/// text lives as long as the scene.
 ///
 /// # Safety
 /// `scene` is an open scene.

@@ -49,7 +49,7 @@ pub(crate) struct Record {
     /// How well the motion sits on the robot: a [`RobotReport`] as text, so that its numbers stay as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) robot: Option<Box<RawValue>>,
-    /// How well each clip sits on the character, likewise: a list of [`RetargetReport`](mocap::retarget::RetargetReport).
+    /// How well each clip sits on the character: a list of [`RetargetReport`](mocap::retarget::RetargetReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) retarget: Option<Box<RawValue>>,
     /// The duration of the work.
