@@ -417,8 +417,8 @@ const char *mocap_assumption_text(const struct mocap_scene *scene,
                                   size_t assumption);
 
 /*
- A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of them:
- each a text as `mocap edit --step` takes it, or an object with its name and its options.
+ A copy of a scene that steps have changed in their order, as `mocap edit` changes it. `steps` is a JSON list of
+ them: each a text as `mocap edit --step` takes it, or an object with its name and its options.
 
      mocap_edit(walk, "[\"mirror\", {\"step\": \"smooth\", \"cut-off\": 8}]", NULL, 0)
 
@@ -447,8 +447,8 @@ struct mocap_scene *mocap_edit(const struct mocap_scene *scene,
 size_t mocap_edit_report_count(const struct mocap_scene *scene);
 
 /*
- What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The text
- lives as long as the scene.
+ What a step changed, from 0, with units, as in "mirror: 17 pairs of joints exchanged". NULL beyond the last. The
+ text lives as long as the scene.
 
  # Safety
  `scene` is an open scene.
