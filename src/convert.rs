@@ -26,8 +26,8 @@ use crate::limits::{self, Limits};
 use crate::process;
 use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
 
-pub use self::moment::Moment;
 pub(crate) use self::moment::part_ticks;
+pub use self::moment::{Moment, TimeRange};
 pub(crate) use self::space::{Needs, Space, figure_of};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU

@@ -6,7 +6,7 @@ mod text;
 
 pub use self::reading::Reading;
 pub use self::source::{BoneMap, Source, SourceFrames, SourceMap, SourceSpace, SourceUp};
-pub use self::text::{Angle, Length, Rest, StepLength, TimeRange, UnitChoice, UpChoice};
+pub use self::text::{Angle, Length, Rest, StepLength, UnitChoice, UpChoice};
 
 /// Whether a value needs no place in a job file.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

@@ -1,5 +1,8 @@
 //! The part of a motion to keep.
 
+use std::fmt;
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Code, Diagnostic, Result};
@@ -33,6 +36,66 @@ impl Moment {
             Self::Seconds(seconds) => (seconds * ticks_per_second).round(),
             Self::Frame(frame) => frame as f64,
         }
+    }
+}
+
+/// A part of a motion, both ends included.
+///
+/// ```
+/// use mocap::convert::{Moment, TimeRange};
+///
+/// let range: TimeRange = "1.5..480f".parse().unwrap();
+/// assert_eq!((range.first, range.last), (Some(Moment::Seconds(1.5)), Some(Moment::Frame(480))));
+/// assert_eq!(range.to_string(), "1.5..480f");
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TimeRange {
+    /// The first moment. Default: the beginning.
+    pub first: Option<Moment>,
+    /// The last moment. Default: the end.
+    pub last: Option<Moment>,
+}
+
+impl TimeRange {
+    #[cfg(feature = "schema")]
+    pub(crate) const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
+}
+
+impl FromStr for TimeRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "not A..B, as in 1.5..4 (seconds) or 120f..480f (frames)".to_owned();
+        let moment = |text: &str| -> Result<Option<Moment>, String> {
+            if text.is_empty() {
+                return Ok(None);
+            }
+            let moment = match text.strip_suffix('f') {
+                Some(frame) => frame.parse().ok().map(Moment::Frame),
+                None => text
+                    .parse()
+                    .ok()
+                    .filter(|time: &f64| time.is_finite() && *time >= 0.0)
+                    .map(Moment::Seconds),
+            };
+            moment.map(Some).ok_or_else(wrong)
+        };
+        let (first, last) = text.split_once("..").ok_or_else(wrong)?;
+        Ok(Self {
+            first: moment(first)?,
+            last: moment(last)?,
+        })
+    }
+}
+
+impl fmt::Display for TimeRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let moment = |moment| match moment {
+            None => String::new(),
+            Some(Moment::Seconds(seconds)) => seconds.to_string(),
+            Some(Moment::Frame(frame)) => format!("{frame}f"),
+        };
+        write!(f, "{}..{}", moment(self.first), moment(self.last))
     }
 }
 

@@ -9,8 +9,8 @@ use serde_json::{Map, Value};
 
 use super::step::{keys_of, recorded};
 use super::{
-    Blend, Concat, Despike, Fill, FootLock, InBetween, Layer, Loop, Mirror, Smooth, Step, StepInfo, StepInput, Warp,
-    text,
+    Blend, Concat, Despike, DropFirstFrame, ExtractRoot, Fill, FootLock, InBetween, InPlace, Layer, Loop, Mirror,
+    Resample, Reverse, Smooth, Step, StepInfo, StepInput, Trim, Warp, text,
 };
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::scene::Scene;
@@ -102,7 +102,10 @@ macro_rules! steps {
 }
 
 // In the order of the help.
-steps! { FootLock Mirror Smooth Despike Fill Loop Concat Blend Layer Warp InBetween }
+steps! {
+    FootLock Mirror Smooth Despike Fill Loop Concat Blend Layer Warp InBetween
+    Trim Resample DropFirstFrame InPlace ExtractRoot Reverse
+}
 
 impl EditStep {
     /// Its name.

@@ -36,7 +36,8 @@ pub trait Step: Serialize + DeserializeOwned + Clone + PartialEq + fmt::Debug {
     /// What it changed. It prints as a sentence with units; its JSON is in metres, seconds and degrees.
     type Report: fmt::Display + Serialize + Clone + PartialEq + fmt::Debug;
 
-    /// Changes the scene without a record of it; [`apply`](Self::apply) records it too.
+    /// Changes the scene without a record of the step; [`apply`](Self::apply) records it too. What a
+    /// [`Conversion`](crate::Conversion) does stands in the record anyway.
     ///
     /// # Errors
     /// Those of the step, which its type states. `scene` is then unchanged.
@@ -124,7 +125,7 @@ impl<'a> StepInput<'a> {
 }
 
 /// The joint of every bone by its name; `None` for a bone that no joint is.
-fn names(scene: &Scene, humanoid: &Humanoid) -> HumanoidMap {
+pub(super) fn names(scene: &Scene, humanoid: &Humanoid) -> HumanoidMap {
     let name = |bone: HumanoidBone| {
         humanoid
             .joint(bone)
@@ -251,6 +252,8 @@ pub enum Takes {
     OneOf(&'static [&'static str]),
     /// The first and the last frame.
     FrameRange,
+    /// A part of a motion.
+    TimeRange,
     /// Frames.
     Frames,
     /// A weight, or a curve of weights over time.
@@ -277,7 +280,7 @@ impl Takes {
             Self::Count | Self::Input => "N",
             Self::Flag => "true|false",
             Self::OneOf(_) => "WORD",
-            Self::FrameRange => "A..B",
+            Self::FrameRange | Self::TimeRange => "A..B",
             Self::Frames => "A+B+...",
             Self::Weights => "0..1 or S:0..1+...",
             Self::Path => "[S:]M/M+...",
@@ -300,6 +303,7 @@ impl fmt::Display for Takes {
             Self::Flag => "true or false",
             Self::OneOf(words) => return f.write_str(&words.join(" or ")),
             Self::FrameRange => "two frames such as 20..140",
+            Self::TimeRange => "a part A..B in seconds such as 0..1.5, or in frames such as 20f..140f",
             Self::Frames => "frames such as 0+30+60",
             Self::Weights => "a weight from 0 to 1 such as 0.5, or a curve SECONDS:WEIGHT+... such as 0:0+1.5:1",
             Self::Path => "points M/M+... such as 0/0+1/2, or SECONDS:M/M+... such as 0:0/0+2.5:1/2",

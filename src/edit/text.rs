@@ -224,7 +224,7 @@ mod tests {
     use crate::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
-    const TEXTS: [(&str, &str); 20] = [
+    const TEXTS: [(&str, &str); 29] = [
         (
             "foot-lock",
             "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
@@ -266,6 +266,15 @@ mod tests {
             "in-between:keys=3+9,every=20,interpolation=slerp",
             "in-between:every=20,interpolation=slerp,keys=3+9",
         ),
+        ("trim:range=0..1.5", "trim:range=0..1.5"),
+        ("trim:range=20f..", "trim:range=20f.."),
+        ("trim", "trim:range=.."),
+        ("resample:rate=60", "resample:rate=60.0"),
+        ("drop-first-frame", "drop-first-frame:always=false"),
+        ("drop-first-frame:always=true", "drop-first-frame:always=true"),
+        ("in-place", "in-place"),
+        ("root-motion", "root-motion"),
+        ("reverse", "reverse"),
     ];
 
     #[test]
@@ -376,6 +385,10 @@ mod tests {
                 "weight takes a weight from 0 to 1 such as 0.5, or a curve",
             ),
             ("warp:path=1/2+3", "path takes points M/M+... such as 0/0+1/2"),
+            (
+                "trim:range=early..",
+                "range takes a part A..B in seconds such as 0..1.5, or in frames",
+            ),
             (
                 "warp:0=soon",
                 "moments takes pairs of times in seconds such as 0=0,1.5=3, got \"0=soon\"",

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-use super::text::{Rest, TimeRange, UnitChoice, UpChoice};
-use crate::convert::{Conversion, FirstFrame};
+use super::text::{Rest, UnitChoice, UpChoice};
+use crate::convert::{Conversion, FirstFrame, TimeRange};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{HumanoidBone, HumanoidMap};
 use crate::import::read_text;

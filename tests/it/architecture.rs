@@ -16,13 +16,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("player", &["error", "limits", "scene", "pose"]),
     ("figure", &["error", "scene", "math", "pose"]),
     ("ik", &["options", "scene", "math", "pose"]),
-    ("edit", &["error", "limits", "scene", "math", "pose", "figure", "ik"]),
     ("compress", &["error", "scene", "math", "pose"]),
     (
         "process",
         &[
             "error", "limits", "options", "scene", "math", "pose", "figure", "compress",
         ],
+    ),
+    ("convert", &["error", "limits", "scene", "figure", "process"]),
+    (
+        "edit",
+        &["error", "limits", "scene", "math", "pose", "figure", "ik", "convert"],
     ),
     (
         "retarget",
@@ -32,7 +36,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "robot",
         &["error", "options", "scene", "pose", "figure", "edit", "retarget"],
     ),
-    ("convert", &["error", "limits", "scene", "figure", "process"]),
     (
         "format",
         &[

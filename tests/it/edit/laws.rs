@@ -6,7 +6,7 @@ use mocap::process::{trim, validate};
 use super::*;
 
 /// Every step, with parameters that change something.
-const STEPS: [&str; 18] = [
+const STEPS: [&str; 23] = [
     "foot-lock",
     "mirror",
     "smooth",
@@ -25,6 +25,11 @@ const STEPS: [&str; 18] = [
     "warp:path=0:0/0+1:0/1,facing=kept",
     "in-between:every=15",
     "in-between:every=15,interpolation=slerp",
+    "trim:range=0..1",
+    "resample:rate=30",
+    "drop-first-frame:always=true",
+    "in-place",
+    "reverse",
 ];
 
 fn apply(step: &str, scene: &mut Scene, other: &Scene) -> mocap::Result<mocap::edit::EditReport> {

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use clap::Args as _;
 use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
+use mocap::convert::TimeRange;
 
-use mocap::job::{Reading, SourceMap, SourceSpace, TimeRange};
+use mocap::job::{Reading, SourceMap, SourceSpace};
 
 use super::{Given, OutArgs};
 #[cfg(feature = "parquet")]

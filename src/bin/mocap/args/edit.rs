@@ -112,15 +112,20 @@ fn parse_step(text: &str) -> Result<EditStep, String> {
 
 /// The steps, with their help in a column of its own.
 fn steps() -> String {
-    const INDENT: usize = 14;
     const WIDTH: usize = 100;
+    let name = EditStep::ALL
+        .iter()
+        .map(|step| step.name.len())
+        .max()
+        .unwrap_or_default();
+    let indent = name + 4;
     let mut text = "Steps (S: seconds, M: metres, N: a number):\n".to_owned();
     for step in EditStep::ALL {
-        let mut line = format!("  {:<10}  ", step.name);
+        let mut line = format!("  {:<name$}  ", step.name);
         for word in step.to_string().split(' ') {
             if line.len() + word.len() > WIDTH {
                 text += &format!("{}\n", line.trim_end());
-                line = " ".repeat(INDENT);
+                line = " ".repeat(indent);
             }
             line += &format!("{word} ");
         }

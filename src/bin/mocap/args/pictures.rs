@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use mocap::Conversion;
-use mocap::job::{Reading, SourceMap, SourceSpace, SourceUp, TimeRange};
+use mocap::convert::TimeRange;
+use mocap::job::{Reading, SourceMap, SourceSpace, SourceUp};
 
 use super::{FrameRateArgs, InputArgs};
 

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Reading, SourceMap, SourceSpace, StepLength, TimeRange};
+use mocap::job::{BoneMap, Reading, SourceMap, SourceSpace, StepLength};
 
 use super::{FeetArg, InputArgs, SpreadArgs};
 

@@ -32,14 +32,20 @@ __all__ = [
     "concat",
     "contacts",
     "despike",
+    "drop_first_frame",
     "fill",
     "foot_lock",
     "in_between",
+    "in_place",
     "layer",
     "loop_clip",
     "mirror",
     "prepare",
+    "resample",
+    "reverse",
+    "root_motion",
     "smooth",
+    "trim",
     "warp_path",
     "warp_time",
     "write",
@@ -208,6 +214,36 @@ def in_between(
 ) -> Edited:
     """Keeps key frames, and computes the others."""
     return apply(scene, _step("in-between", keys=keys, every=every, interpolation=interpolation))
+
+
+def trim(scene: Scene, first: float = 0.0, last: float | None = None) -> Edited:
+    """Keeps the part from ``first`` to ``last``, in seconds."""
+    return apply(scene, _step("trim", range=f"{first}..{'' if last is None else last}"))
+
+
+def resample(scene: Scene, rate: float) -> Edited:
+    """Changes the frame rate, at the same speed."""
+    return apply(scene, _step("resample", rate=rate))
+
+
+def drop_first_frame(scene: Scene, *, always: bool | None = None) -> Edited:
+    """Drops the first frame where it is a rest pose, or ``always``."""
+    return apply(scene, _step("drop-first-frame", always=always))
+
+
+def in_place(scene: Scene) -> Edited:
+    """Takes the motion of the root over the ground out."""
+    return apply(scene, _step("in-place"))
+
+
+def root_motion(scene: Scene) -> Edited:
+    """Moves the motion of the root over the ground to a joint of its own."""
+    return apply(scene, _step("root-motion"))
+
+
+def reverse(scene: Scene) -> Edited:
+    """Plays the motion backwards."""
+    return apply(scene, _step("reverse"))
 
 
 def contacts(

@@ -1,0 +1,49 @@
+//! Drops the first frame.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::{Conversion, FirstFrame};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Drops the first frame, which is a rest pose in some files; by default only where it is one, as
+    /// [`FirstFrame::DropRestPose`] does.
+    ///
+    /// ```
+    /// use mocap::edit::{DropFirstFrame, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// for frames in [74, 74] {
+    ///     let report = DropFirstFrame::new().apply(&mut scene, &StepInput::new())?;
+    ///     assert_eq!(report.frames, frames);
+    /// }
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    DropFirstFrame {
+        /// Whether it is dropped also where it is no rest pose. Default: `false`.
+        always: bool = false, Takes::Flag;
+    }
+}
+
+impl Step for DropFirstFrame {
+    const NAME: &'static str = "drop-first-frame";
+    const HELP: &'static str = "drop the first frame where it is a rest pose, or always";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        let first = match self.always {
+            true => FirstFrame::Drop,
+            false => FirstFrame::DropRestPose,
+        };
+        converted(scene, input, Conversion::new().first_frame(first))
+    }
+
+    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}

@@ -1,0 +1,39 @@
+//! Moves the motion over the ground to a joint of its own.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
+use crate::convert::{Conversion, RootMotion};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Moves the motion of the root over the ground to a new joint above it, as [`RootMotion::Extract`] does.
+    ///
+    /// ```
+    /// use mocap::edit::{ExtractRoot, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// ExtractRoot::new().apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!((&*scene.nodes[0].name, &*scene.nodes[1].name), ("Root", "Hips"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    ExtractRoot {}
+}
+
+impl Step for ExtractRoot {
+    const NAME: &'static str = "root-motion";
+    const HELP: &'static str = "move the motion of the root over the ground to a joint of its own";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        converted(scene, input, Conversion::new().root(RootMotion::Extract))
+    }
+
+    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}

@@ -1,0 +1,63 @@
+//! What steps that change the frames of a motion report, and the conversion that does some of them.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::StepInput;
+use super::step::names;
+use crate::convert::Conversion;
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::Scene;
+
+/// The frames of a motion before and after a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct FramesReport {
+    /// Frames before.
+    pub frames_before: usize,
+    /// Frames now.
+    pub frames: usize,
+    /// Seconds from the first frame to the last, now.
+    pub seconds: f64,
+}
+
+impl fmt::Display for FramesReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            frames_before,
+            frames,
+            seconds,
+        } = self;
+        write!(f, "{frames_before} frames, now {frames}, which are {seconds:.2} s")
+    }
+}
+
+/// Applies a conversion that keeps the unit and the axes of the scene, to all of its animations.
+pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Conversion) -> Result<FramesReport> {
+    let frames = |scene: &Scene| {
+        let animation = scene.animations.get(input.animation);
+        animation.map(|animation| (animation.frame_count(), animation.duration / animation.ticks_per_second))
+    };
+    let Some((frames_before, _)) = frames(scene) else {
+        let (animation, count) = (input.animation, scene.animations.len());
+        let message = format!("there is no animation {animation}: the scene has {count}");
+        return Err(Diagnostic::new(Code::NoMotion, message).into());
+    };
+    let bones = input
+        .humanoid
+        .map(|humanoid| names(scene, humanoid))
+        .unwrap_or_default();
+    let known = scene.metadata.assumptions.len();
+    if let Err(error) = conversion.keep_units(true).bones(bones).apply(scene) {
+        // What was guessed for a conversion that was not done.
+        scene.metadata.assumptions.truncate(known);
+        return Err(error);
+    }
+    let (frames, seconds) = frames(scene).unwrap_or_default();
+    Ok(FramesReport {
+        frames_before,
+        frames,
+        seconds,
+    })
+}

@@ -1,0 +1,40 @@
+//! Removes the motion over the ground.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
+use crate::convert::{Conversion, RootMotion};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Keeps the root above where it begins, as [`RootMotion::InPlace`] does: its height and its rotation stay.
+    ///
+    /// ```
+    /// use mocap::edit::{InPlace, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// InPlace::new().apply(&mut scene, &StepInput::new())?;
+    /// let positions = &scene.animations[0].channels[0].position_keys.values;
+    /// assert!(positions.iter().all(|at| at.x == positions[0].x && at.z == positions[0].z));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    InPlace {}
+}
+
+impl Step for InPlace {
+    const NAME: &'static str = "in-place";
+    const HELP: &'static str = "take the motion of the root over the ground out";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        converted(scene, input, Conversion::new().root(RootMotion::InPlace))
+    }
+
+    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}

@@ -1,0 +1,43 @@
+//! Changes the frame rate.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::Conversion;
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Gives a motion another frame rate at the same speed, as [`Conversion::frame_rate`] does.
+    ///
+    /// ```
+    /// use mocap::edit::{Resample, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?; // 75 frames at 120 a second
+    /// let report = Resample::new().rate(30.0).apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.frames, 19);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation; those of
+    /// [`Conversion::apply`] for a rate that is not possible.
+    Resample {
+        /// Frames per second. Default: 30.
+        rate: f64 = 30.0, Takes::Hertz;
+    }
+}
+
+impl Step for Resample {
+    const NAME: &'static str = "resample";
+    const HELP: &'static str = "change the frame rate";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        converted(scene, input, Conversion::new().frame_rate(self.rate))
+    }
+
+    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}

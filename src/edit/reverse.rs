@@ -1,0 +1,44 @@
+//! Plays a motion backwards.
+
+use super::frames::Frames;
+use super::frames_report::FramesReport;
+use super::step::step;
+use super::{Step, StepInput, StepKey};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Plays a motion backwards: its last frame is its first. Twice, it is what it was.
+    ///
+    /// ```
+    /// use mocap::edit::{Reverse, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// Reverse::new().apply(&mut scene, &StepInput::new())?;
+    /// // The lecture's first position of Shoulder.
+    /// assert!((scene.animations[0].channels[0].position_keys.values[9].x - 0.1).abs() < 1e-6);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    Reverse {}
+}
+
+impl Step for Reverse {
+    const NAME: &'static str = "reverse";
+    const HELP: &'static str = "play backwards";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        let frames = Frames::new(scene, input.animation, &[])?;
+        let rows = (0..frames.len()).rev().map(|frame| frames.row(frame).to_vec());
+        frames.with_rows(rows.collect()).write_all(scene, input.animation);
+        Ok(FramesReport {
+            frames_before: frames.len(),
+            frames: frames.len(),
+            seconds: frames.len().saturating_sub(1) as f64 / frames.rate,
+        })
+    }
+}

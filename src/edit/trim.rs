@@ -1,0 +1,45 @@
+//! Keeps a part of a motion.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::{Conversion, TimeRange};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Keeps a part of a motion, as [`Conversion::trim`] does.
+    ///
+    /// ```
+    /// use mocap::convert::TimeRange;
+    /// use mocap::edit::{Step, StepInput, Trim};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let range: TimeRange = "0.2..0.5".parse().unwrap();
+    /// let report = Trim::new().range(range).apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.to_string(), "10 frames, now 4, which are 0.30 s");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation; those of
+    /// [`Conversion::apply`] for a part that the motion does not have.
+    Trim {
+        /// The first and the last moment to keep. Default: the whole motion.
+        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+    }
+}
+
+impl Step for Trim {
+    const NAME: &'static str = "trim";
+    const HELP: &'static str = "keep a part";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        converted(scene, input, Conversion::new().trim(self.range.first, self.range.last))
+    }
+
+    /// The conversion records what it does, so that [`verify`](crate::verify) can undo it.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}
