@@ -41,7 +41,7 @@ pub(crate) struct RetargetArgs {
     #[arg(long)]
     pub(crate) replace_animations: bool,
     /// Largest allowed angle in degrees; above it the exit code is 1. It is the worst of all: between a limb of the
-    /// motion and that of the character in any frame, and in the mean the roll of a limb, a line of the trunk, and palms
+    /// motion and that of the character in any frame, and in the mean a roll of a limb, a line of the trunk, a palm
     #[arg(long, value_name = "DEGREES")]
     pub(crate) max_angle: Option<Angle>,
     /// Print the report of one output as JSON
