@@ -93,7 +93,7 @@ impl FormatInfo {
         let extension = path.extension()?;
         let is_its = |known: &&str| extension.eq_ignore_ascii_case(known);
         let mut written = FORMATS.iter().filter(|row| row.writes());
-        written.find(|row| row.extensions.iter().any(|known| is_its(&known)))
+        written.find(|row| row.extensions.iter().any(is_its))
     }
 
     /// The extensions of all written formats, in a sentence.

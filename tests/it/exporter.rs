@@ -46,7 +46,7 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
         .unwrap()
         .map(|entry| entry.unwrap())
         .collect();
-    files.sort_by_key(|file| file.path());
+    files.sort_by_key(fs::DirEntry::path);
     for file in files {
         let path = file.path();
         let is_motion = path
