@@ -64,8 +64,10 @@ pub enum RestPoseSource {
 }
 
 /// What to do with the root's motion over the ground.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum RootMotion {
     /// Leave it in the root joint.
     #[default]

@@ -1,12 +1,195 @@
-//! The options of a piece of work, declared once: a command line, a program and a job file read the same types.
+//! One piece of work: what a command line, a call from Python, JavaScript or C, and a job file all mean.
+//!
+//! A [`Job`] reads motions ([`Reading`]), says what is known of them and which frames are taken ([`Sources`]), changes
+//! them ([`EditStep`]), puts them on another body ([`Onto`]), and writes the result ([`Writing`]). It serializes:
+//! `docs/job.schema.json` is its JSON Schema, `mocap run job.json` does what a file says, and `--print-job` prints what
+//! a command line means.
+//!
+//! ```
+//! use mocap::job::Job;
+//!
+//! let job = Job::from_json(r#"{
+//!     "source": {"inputs": ["walk.bvh"], "space": {"unit": "cm"}, "frames": {"trim": "0..2.5"}},
+//!     "steps": [{"step": "smooth", "cut-off": 8}, "foot-lock"],
+//!     "onto": {"character": {"file": "hero.vrm"}},
+//!     "write": {"output": "hero_walk.vrm"}
+//! }"#)?;
+//! assert_eq!(job.steps.len(), 2);
+//! # Ok::<(), mocap::Error>(())
+//! ```
 
+mod onto;
 mod reading;
+mod report;
+mod robot_format;
+mod run;
 mod source;
 mod text;
+mod writing;
 
+use serde::{Deserialize, Serialize};
+
+pub use self::onto::{Feet, Onto, OntoBody, OntoRobot, RequiredVerdict};
 pub use self::reading::Reading;
-pub use self::source::{BoneMap, Source, SourceFrames, SourceMap, SourceSpace, SourceUp};
+pub use self::report::{JobReport, OutputFile};
+pub use self::robot_format::RobotFormat;
+use self::run::{Files, Made};
+pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 pub use self::text::{Angle, Length, Rest, StepLength, UnitChoice, UpChoice};
+pub use self::writing::{DrawnMesh, OutSpace, OutUp, Smaller, Writing, WritingBvh, WritingFbx};
+use crate::edit::EditStep;
+use crate::error::{Code, Diagnostic, Result};
+use crate::format::Written;
+use crate::import::MemoryFile;
+use crate::verify::Verifier;
+
+/// The JSON Schema of a [`Job`], as text.
+pub const SCHEMA: &str = include_str!("../docs/job.schema.json");
+
+/// One piece of work: inputs, changes, another body, an output.
+///
+/// The [module](self) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Job {
+    /// How the inputs are read.
+    #[serde(skip_serializing_if = "is_default")]
+    pub read: Reading,
+    /// The inputs, and what is known of them.
+    pub source: Sources,
+    /// What changes the motion, in this order. With a step, the first animation of an input is taken.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(schema_with = "steps_schema"))]
+    pub steps: Vec<EditStep>,
+    /// The body that the motions are put on. Default: their own.
+    #[serde(skip_serializing_if = "is_default")]
+    pub onto: Option<Onto>,
+    /// The output.
+    pub write: Writing,
+}
+
+impl Job {
+    /// A job without an input and an output.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The job of a JSON text.
+    ///
+    /// ```
+    /// use mocap::job::Job;
+    ///
+    /// let error = Job::from_json(r#"{"write": {"outptu": "a.glb"}}"#).unwrap_err();
+    /// assert!(error.to_string().contains("write: unknown field `outptu`, expected one of `output`"));
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`], with the place as a path, where the text is no job.
+    pub fn from_json(text: &str) -> Result<Self> {
+        // An empty list would be an empty job.
+        if !text.trim_start().starts_with('{') {
+            let message = "the job: it must be a JSON object";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        let mut deserializer = serde_json::Deserializer::from_str(text);
+        let read = serde_path_to_error::deserialize(&mut deserializer);
+        if read.is_ok() && deserializer.end().is_err() {
+            let message = "the job: something follows the JSON object";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        read.map_err(|error: serde_path_to_error::Error<serde_json::Error>| {
+            let (place, message) = (error.path().to_string(), error.inner().to_string());
+            let message = match place.as_str() {
+                "." | "?" => format!("the job: {message}"),
+                place => format!("the job: {place}: {message}"),
+            };
+            Diagnostic::new(Code::InvalidValue, message)
+                .help("mocap run --schema prints what a job may hold")
+                .into()
+        })
+    }
+
+    /// The job as indented JSON, without what has its default.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// Reads the inputs, and writes the output: whole, or not at all.
+    ///
+    /// # Errors
+    /// Those of its parts, with the file: of [`Importer::import`](crate::Importer::import), of the steps, of
+    /// [`Retargeting`](crate::retargeting::Retargeting), of [`Exporter::export`](crate::Exporter::export).
+    pub fn run(&self) -> Result<JobReport> {
+        let output = &self.write.output;
+        let policy = self.policy();
+        policy.check_inputs(output)?;
+        let Made {
+            mut written,
+            mut report,
+            provenance,
+        } = self.make(&Files::Disk)?;
+        written.save(output, &policy)?;
+        report.describe(&mut written, output);
+        if self.write.verify {
+            let mut verifier = Verifier::new().importer(self.read.importer());
+            if let Some(provenance) = provenance {
+                verifier = verifier.provenance(provenance);
+            }
+            let verification = verifier.files(self.source.inputs.first().unwrap_or(output), output)?;
+            if !verification.is_within(self.write.smaller.tolerance()) {
+                report.problem = Some("the output is farther from its source than allowed".to_owned());
+            }
+            report.verification = Some(verification);
+        }
+        Ok(report)
+    }
+
+    /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a
+    /// disk, and nothing is written there.
+    ///
+    /// ```
+    /// use mocap::MemoryFile;
+    /// use mocap::job::Job;
+    ///
+    /// let bytes = std::fs::read("fixtures/real/cmu_short.bvh").unwrap();
+    /// let job = Job::from_json(r#"{"source": {"inputs": ["a.bvh"]}, "write": {"output": "a.glb"}}"#)?;
+    /// let (written, report) = job.run_in_memory(&[MemoryFile { name: "a.bvh", bytes: &bytes }])?;
+    /// assert!(written.into_bytes()?.starts_with(b"glTF"));
+    /// assert_eq!(report.files[0].name, "a.glb");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`run`](Self::run); [`Code::MissingFile`] where the job names a file that is not given;
+    /// [`Code::InvalidValue`] for `verify`, which compares files.
+    pub fn run_in_memory(&self, files: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+        if self.write.verify {
+            let message = "the job: write.verify compares files on a disk, and these are in memory";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        let mut made = self.make(&Files::Memory(files))?;
+        made.report.describe(&mut made.written, &self.write.output);
+        Ok((made.written, made.report))
+    }
+}
+
+/// A step is a text, or an object with its name and its options.
+#[cfg(feature = "schema")]
+fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let object = |step: &crate::edit::StepInfo| {
+        serde_json::json!({
+            "type": "object",
+            "description": step.to_string(),
+            "properties": {"step": {"const": step.name}},
+            "required": ["step"],
+        })
+    };
+    let text = serde_json::json!({"type": "string", "description": "a step as text: NAME:key=value,..."});
+    let all: Vec<_> = std::iter::once(text).chain(EditStep::ALL.iter().map(object)).collect();
+    schemars::json_schema!({"type": "array", "items": {"anyOf": all}})
+}
 
 /// Whether a value needs no place in a job file.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

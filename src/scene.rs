@@ -116,6 +116,7 @@ pub struct SourceLines {
 /// CHANNELS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum RotationOrder {
     Xyz,

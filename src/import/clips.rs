@@ -11,6 +11,7 @@ use crate::scene::{AppliedStep, Scene};
 /// Which animations of a file to keep.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "ClipText", into = "String")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(with = "ClipText"))]
 #[non_exhaustive]
 pub enum Clips {
     /// All of them.
@@ -55,6 +56,7 @@ impl From<Clips> for String {
 /// What a JSON file has: a name, or a number from 0.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "the name of a clip, or its number from 0")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 enum ClipText {
     Index(usize),
     Name(String),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::text::{Rest, UnitChoice, UpChoice};
-use crate::convert::{Conversion, FirstFrame, TimeRange};
+use crate::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{HumanoidBone, HumanoidMap};
 use crate::import::read_text;
@@ -16,16 +16,16 @@ use crate::scene::{Scene, UpAxis};
 /// What a job works on.
 ///
 /// ```
-/// use mocap::job::Source;
+/// use mocap::job::Sources;
 ///
-/// let source: Source = serde_json::from_str(r#"{"inputs": ["walk.bvh"], "space": {"unit": "cm"}}"#).unwrap();
+/// let source: Sources = serde_json::from_str(r#"{"inputs": ["walk.bvh"], "space": {"unit": "cm"}}"#).unwrap();
 /// assert_eq!(source.space.unit.metres(), Some(0.01));
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Source {
+pub struct Sources {
     /// The motion files.
     pub inputs: Vec<PathBuf>,
     /// The second motions, which steps join, blend or layer with the first; a step counts them from 2.
@@ -212,6 +212,11 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "cli", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
     pub rest: Rest,
+    /// What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root.
+    // Not an argument of its own: a command line has two switches for it.
+    #[cfg_attr(feature = "cli", arg(skip))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub root: RootMotion,
 }
 
 impl SourceSpace {

@@ -95,6 +95,14 @@ impl Report {
         }
     }
 
+    /// The name of the clip.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Body(report) => &report.clip,
+            Self::Robot(report) => &report.clip,
+        }
+    }
+
     /// The mean angle between the limbs of the target and those of the source, in degrees.
     pub fn mean_degrees(&self) -> f64 {
         match self {

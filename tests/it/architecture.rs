@@ -45,12 +45,6 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),
     ("export", &["error", "files", "scene", "figure", "compress", "format"]),
     (
-        "job",
-        &[
-            "error", "scene", "figure", "edit", "process", "retarget", "robot", "convert", "format", "import",
-        ],
-    ),
-    (
         "retargeting",
         &[
             "error", "scene", "figure", "process", "retarget", "robot", "convert", "format", "import",
@@ -73,6 +67,27 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "verify",
         &[
             "error", "limits", "scene", "pose", "figure", "edit", "process", "format", "import", "arrays",
+        ],
+    ),
+    (
+        "job",
+        &[
+            "error",
+            "scene",
+            "figure",
+            "files",
+            "edit",
+            "compress",
+            "process",
+            "retarget",
+            "robot",
+            "convert",
+            "format",
+            "import",
+            "export",
+            "retargeting",
+            "arrays",
+            "verify",
         ],
     ),
 ];

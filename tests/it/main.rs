@@ -32,6 +32,7 @@ mod hostile;
 mod humanoid;
 #[cfg(all(unix, feature = "cli"))]
 mod interrupted;
+mod jobs;
 mod kinematics;
 mod motion_steps;
 mod numbers;

@@ -2,40 +2,38 @@
 
 mod arrays;
 mod batch;
-mod bvh;
 mod change;
 mod compress;
 mod edit;
 mod fbx;
 mod given;
 mod help;
+mod job;
 mod pictures;
 mod read;
 mod retarget;
 mod robot;
-mod source;
+mod run;
 mod write;
 
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use mocap::job::{Length, Reading, SourceMap, SourceSpace};
+use mocap::job::{DrawnMesh, Length, Reading, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
-pub(crate) use self::bvh::BvhArgs;
 pub(crate) use self::change::ChangeArgs;
-pub(crate) use self::compress::{CompressArg, CompressArgs};
 pub(crate) use self::edit::EditArgs;
-pub(crate) use self::fbx::{FbxArgs, FbxOutArgs, NOT_ONE_FILE};
+pub(crate) use self::fbx::{FbxOutArgs, NOT_ONE_FILE};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::FrameRateArgs;
-pub(crate) use self::retarget::{FeetArg, RetargetArgs};
-pub(crate) use self::robot::{RobotArgs, RobotFormatArg, VerdictArg};
-pub(crate) use self::source::OutArgs;
+pub(crate) use self::retarget::RetargetArgs;
+pub(crate) use self::robot::RobotArgs;
+pub(crate) use self::run::{PrintJobArgs, RunArgs};
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
@@ -90,6 +88,8 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats,
+    /// Do the job of a JSON file, as --print-job prints it
+    Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),
 }
@@ -102,7 +102,7 @@ pub(crate) struct ConvertArgs {
     pub(crate) paths: Vec<PathBuf>,
     /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
     #[arg(long, value_name = "KIND")]
-    pub(crate) mesh: Option<MeshArg>,
+    pub(crate) mesh: Option<DrawnMesh>,
     /// Embed the buffer of a .gltf, instead of writing a .bin beside it
     #[arg(long)]
     pub(crate) embed: bool,
@@ -126,6 +126,8 @@ pub(crate) struct ConvertArgs {
     pub(crate) read: Reading,
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintJobArgs,
 }
 
 /// The tolerance of `verify`.
@@ -154,26 +156,6 @@ pub(crate) struct VerifyArgs {
     pub(crate) tolerance: ToleranceArgs,
     #[command(flatten)]
     pub(crate) read: Reading,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum MeshArg {
-    /// One mesh per node
-    Segmented,
-    /// One mesh with bones
-    Skinned,
-    /// No mesh
-    None,
-}
-
-impl From<MeshArg> for mocap::SkeletonMesh {
-    fn from(arg: MeshArg) -> Self {
-        match arg {
-            MeshArg::Segmented => Self::Segmented,
-            MeshArg::Skinned => Self::Skinned,
-            MeshArg::None => Self::None,
-        }
-    }
 }
 
 #[derive(Debug, clap::Args)]

@@ -20,6 +20,7 @@ pub(crate) mod retarget_many;
 pub(crate) mod robot;
 pub(crate) mod robot_many;
 mod robot_reports;
+pub(crate) mod run;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;
 pub(crate) mod verify;

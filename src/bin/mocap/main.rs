@@ -81,6 +81,7 @@ fn main() -> ExitCode {
         Command::Check(args) => commands::check::run(args),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
+        Command::Run(args) => commands::run::run(args),
         Command::Formats => commands::formats::run(),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::View(args) => commands::view::run(args),

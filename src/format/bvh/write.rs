@@ -25,6 +25,7 @@ mod angles;
 mod build;
 mod number;
 
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 use crate::error::{Diagnostic, Result};
@@ -33,14 +34,21 @@ use crate::format::{WriteOptions, Written, WrittenFile};
 use crate::scene::{RotationOrder, Scene};
 
 /// Which joints have position channels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Channels {
     /// The ROOT, and joints whose position differs from their OFFSET in some frame.
     #[default]
     Auto,
     /// Only the ROOT. Other joints keep the position of the first frame, and the motion of their positions is lost.
+    #[serde(rename = "3")]
+    #[cfg_attr(feature = "cli", value(name = "3"))]
     Three,
     /// Every joint.
+    #[serde(rename = "6")]
+    #[cfg_attr(feature = "cli", value(name = "6"))]
     Six,
 }
 

@@ -35,6 +35,7 @@ mod skeleton;
 mod space;
 mod time;
 
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 use glam::DMat4;
@@ -57,12 +58,19 @@ use crate::scene::{Scene, UpAxis};
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
 
 /// The version of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum FbxVersion {
     /// 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
+    #[serde(rename = "7.4")]
+    #[cfg_attr(feature = "cli", value(name = "7.4"))]
     V7400,
     /// 7.5, of FBX 2016 and newer.
     #[default]
+    #[serde(rename = "7.5")]
+    #[cfg_attr(feature = "cli", value(name = "7.5"))]
     V7500,
 }
 
@@ -76,7 +84,10 @@ impl FbxVersion {
 }
 
 /// Where the rotations of the rest pose are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum FbxRest {
     /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
     #[default]
@@ -103,7 +114,10 @@ impl Default for FbxRoot {
 }
 
 /// Where the images of textures are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum FbxTextures {
     /// In the file itself.
     #[default]
@@ -139,7 +153,10 @@ pub struct FbxOptions {
 }
 
 /// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum FbxTarget {
     /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
     Unreal,
@@ -148,6 +165,8 @@ pub enum FbxTarget {
     /// Maya: centimetres with +Y up, the rest pose as joint orient.
     Maya,
     /// MotionBuilder: centimetres with +Y up, a root called `Reference`, a whole frame rate.
+    #[serde(rename = "motionbuilder")]
+    #[cfg_attr(feature = "cli", value(name = "motionbuilder"))]
     MotionBuilder,
 }
 

@@ -14,6 +14,7 @@ mod convert;
 mod edit;
 mod handle;
 mod retarget;
+mod run;
 
 use std::ffi::{CStr, c_char};
 use std::path::Path;
@@ -40,6 +41,7 @@ pub use crate::retarget::{
     Retargeter, mocap_retarget_pose, mocap_retargeter_free, mocap_retargeter_new, mocap_unmapped_count,
     mocap_unmapped_text,
 };
+pub use crate::run::{mocap_run, mocap_text_free};
 
 /// The version of this interface. It grows when a program that was compiled against an older header may break;
 /// compare it with `mocap_interface_version`.

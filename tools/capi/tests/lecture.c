@@ -3,6 +3,8 @@
  *     lecture lecture_Test.bvh
  */
 
+#define _XOPEN_SOURCE 700 /* mkdtemp */
+
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -132,6 +134,28 @@ static void check_refusals(const mocap_scene *scene)
     mocap_close(NULL);
 }
 
+/* A job reads and writes files by itself. */
+static void check_jobs(const char *path)
+{
+    char job[1024], output[] = "/tmp/mocap-job-XXXXXX";
+    CHECK(mkdtemp(output) != NULL);
+    snprintf(job, sizeof job,
+             "{\"source\": {\"inputs\": [\"%s\"]}, \"write\": {\"output\": \"%s/arm.bvh\"}}", path, output);
+    char *report = mocap_run(job);
+    CHECK(report != NULL && strstr(report, "\"name\":\"arm.bvh\"") != NULL);
+    mocap_text_free(report);
+    mocap_text_free(NULL);
+    char written[64];
+    snprintf(written, sizeof written, "%s/arm.bvh", output);
+    mocap_scene *scene = mocap_open_file(written);
+    CHECK(scene != NULL && mocap_node_count(scene) == NODES);
+    mocap_close(scene);
+    CHECK(remove(written) == 0 && remove(output) == 0);
+    CHECK(mocap_run("{\"wirte\": {}}") == NULL);
+    CHECK(strstr(mocap_error_text(), "unknown field `wirte`") != NULL);
+    CHECK(mocap_run(NULL) == NULL);
+}
+
 /* Twice as fast, the arm stands at each moment where it stood at twice the time. */
 static void check_edits(const mocap_scene *scene)
 {
@@ -224,6 +248,7 @@ int main(int argc, char **argv)
     check_skeleton(scene);
     check_conversions(scene);
     check_edits(scene);
+    check_jobs(argv[1]);
     check_poses(scene);
     check_refusals(scene);
 

@@ -12,6 +12,7 @@ mod edit;
 mod errors;
 mod retarget;
 mod robot;
+mod run;
 mod scene;
 
 use std::path::PathBuf;
@@ -39,6 +40,8 @@ mod _mocap {
     use super::retarget::{add_motions, retarget};
     #[pymodule_export]
     use super::robot::Robot;
+    #[pymodule_export]
+    use super::run::run;
     #[pymodule_export]
     use super::scene::{Node, Scene};
     #[pymodule_export]

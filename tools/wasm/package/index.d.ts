@@ -329,11 +329,32 @@ export class Mocap {
   readCharacter(files: File[], options?: ReadOptions): Scene;
   /** Opens a packed clip (`.mclip`), to sample poses from it without unpacking it. `read` makes a scene of it instead. */
   openClip(bytes: Bytes, name?: string): PackedClip;
+  /**
+   * Does a job on files in memory, as `mocap run` does it on a disk: `{source: {inputs: ["walk.bvh"]}, steps: ["mirror"],
+   * write: {output: "walk.glb"}}`. `mocap run --schema` prints what a job may hold, `--print-job` the job of a command line.
+   * Nothing is written: the files of the output are in the answer.
+   */
+  run(job: object, files: File[]): JobReport;
   /** What is wrong with a file, and what it leaves open; it never throws for what the file holds. */
   check(bytes: Bytes, name: string, options?: ReadOptions): Checked;
   check(files: File[], options?: ReadOptions): Checked;
   /** Bytes of memory that the module has taken. */
   readonly memory: number;
+}
+
+/** What a job has done. */
+export interface JobReport {
+  /** The files of the output; the last is the one that the job names. */
+  files: { name: string; bytes: Uint8Array }[];
+  /** What was decided, chosen and left out, a sentence each. */
+  notes: string[];
+  warnings: Diagnostic[];
+  /** What each step changed. */
+  steps?: object[];
+  /** How well each motion is the same on the other body. */
+  clips?: object[];
+  /** What is worse than the job allows. */
+  problem?: string;
 }
 
 export interface Checked {

@@ -379,6 +379,14 @@ export class Mocap {
     return this.#scene("readCharacter", args);
   }
 
+  run(job, files) {
+    const names = files.map(({ name }) => name);
+    const { answer, bytes } = this.#alive.call({ call: "run", job, files: names }, files.map((file) => bytesOf(file.bytes)));
+    let at = 0;
+    const written = answer.files.map(({ name, bytes: length }) => ({ name, bytes: bytes.slice(at, (at += length)) }));
+    return { ...answer, files: written, warnings: answer.warnings.map(flat) };
+  }
+
   check(...args) {
     const { answer } = this.#call("check", args);
     return { ...answer, diagnostics: answer.diagnostics.map(flat) };

@@ -7,10 +7,11 @@ use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, EditReport, EditStep, apply_all, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::gltf::{self, BufferPlace};
+use mocap::job::Job;
 use mocap::render::{self, Clip, PageClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
-use mocap::{Code, Conversion, Error, Format, FormatInfo, Importer, MemoryFile, Scene, SkeletonMesh};
+use mocap::{Code, Conversion, Error, Format, FormatInfo, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
 use serde::{Deserialize, Serialize};
 
 use crate::answer::SceneAt;
@@ -58,6 +59,8 @@ enum Request {
         #[serde(default)]
         bones: HumanoidMap,
     },
+    /// A whole job on files in memory. The answer has the bytes of all files of the output, one after the other.
+    Run { job: serde_json::Value, files: Vec<String> },
     /// A motion on a character, as a scene.
     Retarget {
         scene: u32,
@@ -109,6 +112,7 @@ pub(crate) fn answer(
             others,
             bones,
         } => edit(scenes, scene, &steps, &others, bones),
+        Request::Run { job, files: names } => run(&job, &names, files),
         Request::Retarget {
             scene,
             character,
@@ -121,6 +125,15 @@ pub(crate) fn answer(
         }
         Request::Write { scene, format, options } => write(scenes.get(scene)?, &format, &options),
     }
+}
+
+fn run(job: &serde_json::Value, names: &[String], files: &[Vec<u8>]) -> Result<Answer, Failure> {
+    let job = Job::from_json(&job.to_string())?;
+    let (first, mut all) = memory_files(names, files)?;
+    all.insert(0, first);
+    let (written, report) = job.run_in_memory(&all)?;
+    let bytes = written.files.into_iter().flat_map(WrittenFile::into_bytes);
+    Ok((json(&report)?, bytes.collect()))
 }
 
 fn memory_files<'a>(

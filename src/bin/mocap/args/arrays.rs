@@ -8,9 +8,9 @@ use clap::ValueEnum;
 use mocap::arrays::{ArrayOptions, Contacts, Rotation, RotationSpace, Space};
 use mocap::convert::TimeRange;
 
-use mocap::job::{Reading, SourceMap, SourceSpace};
+use mocap::job::{OutSpace, Reading, SourceMap, SourceSpace};
 
-use super::{Given, OutArgs};
+use super::Given;
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
 use crate::Failure;
@@ -123,7 +123,7 @@ pub(crate) struct ArraysArgs {
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TimeRange>,
     #[command(flatten)]
-    out: OutArgs,
+    out: OutSpace,
     /// Add velocities: central differences, one-sided at both ends, in units per second
     #[arg(long)]
     velocities: bool,

@@ -2,16 +2,14 @@
 
 use mocap::Conversion;
 use mocap::convert::RootMotion;
-use mocap::job::SourceFrames;
-
-use super::OutArgs;
+use mocap::job::{OutSpace, SourceFrames};
 
 /// Changes of the motion.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Changing")]
 pub(crate) struct ChangeArgs {
     #[command(flatten)]
-    pub(crate) out: OutArgs,
+    pub(crate) out: OutSpace,
     #[command(flatten)]
     pub(crate) frames: SourceFrames,
     /// Keep the figure in place over the ground

@@ -6,7 +6,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
 use mocap::job::{SourceMap, SourceSpace};
 
-use super::{FbxOutArgs, FrameRateArgs};
+use super::{FbxOutArgs, FrameRateArgs, PrintJobArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -45,6 +45,8 @@ pub(crate) struct EditArgs {
     pub(crate) map: SourceMap,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintJobArgs,
 }
 
 /// The steps in the order given: those of --step, and --loop, which is one of them.

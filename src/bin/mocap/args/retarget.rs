@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use mocap::figure::HumanoidMap;
-use mocap::job::{Angle, BoneMap, SourceMap, SourceSpace, StepLength};
+use mocap::job::{Angle, BoneMap, Feet, SourceMap, SourceSpace, StepLength};
 
 use super::batch::is_folder;
-use super::{FbxOutArgs, FrameRateArgs, InputArgs, SpreadArgs};
+use super::{FbxOutArgs, FrameRateArgs, InputArgs, PrintJobArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RetargetArgs {
@@ -36,7 +35,7 @@ pub(crate) struct RetargetArgs {
     pub(crate) scale: StepLength,
     /// Hold feet still while those of the source stand, where they would slide more; free leaves them as they come
     #[arg(long, value_name = "lock|free", default_value = "lock")]
-    pub(crate) feet: FeetArg,
+    pub(crate) feet: Feet,
     /// Leave out the animations that the character has; by default they stay
     #[arg(long)]
     pub(crate) replace_animations: bool,
@@ -68,6 +67,8 @@ pub(crate) struct RetargetArgs {
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintJobArgs,
 }
 
 impl RetargetArgs {
@@ -75,11 +76,4 @@ impl RetargetArgs {
     pub(crate) fn is_many(&self) -> bool {
         is_folder(&self.output)
     }
-}
-
-/// `--feet`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum FeetArg {
-    Lock,
-    Free,
 }

@@ -1,13 +1,12 @@
 //! The options of `mocap robot`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::ValueEnum;
 use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Reading, SourceMap, SourceSpace, StepLength};
+use mocap::job::{BoneMap, Feet, Reading, RequiredVerdict, RobotFormat, SourceMap, SourceSpace, StepLength};
 
-use super::{FeetArg, InputArgs, SpreadArgs};
+use super::{InputArgs, PrintJobArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
@@ -23,7 +22,7 @@ pub(crate) struct RobotArgs {
     pub(crate) output: PathBuf,
     /// Format of the outputs [default: what the name of the output says, else npz]
     #[arg(long, value_name = "FORMAT")]
-    pub(crate) to: Option<RobotFormatArg>,
+    pub(crate) to: Option<RobotFormat>,
     /// Frames per second to write [default: those of the motion]
     #[arg(long, value_name = "RATE")]
     pub(crate) fps: Option<f64>,
@@ -35,7 +34,7 @@ pub(crate) struct RobotArgs {
     pub(crate) scale: StepLength,
     /// Feet: lock (they stand where those of the source stand), or free
     #[arg(long, value_name = "KIND", default_value = "lock")]
-    pub(crate) feet: FeetArg,
+    pub(crate) feet: Feet,
     /// Keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
@@ -45,7 +44,7 @@ pub(crate) struct RobotArgs {
     pub(crate) robot_map: Option<HumanoidMap>,
     /// Exit with 1 where the verdict of a motion is worse than this
     #[arg(long, value_name = "VERDICT")]
-    pub(crate) require: Option<VerdictArg>,
+    pub(crate) require: Option<RequiredVerdict>,
     /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
@@ -69,6 +68,8 @@ pub(crate) struct RobotArgs {
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
+    #[command(flatten)]
+    pub(crate) print: PrintJobArgs,
 }
 
 impl RobotArgs {
@@ -78,54 +79,4 @@ impl RobotArgs {
         let is_file = self.output.as_os_str() == "-" || self.output.extension().is_some();
         !(is_one && is_file) || self.output.is_dir()
     }
-}
-
-/// `--to`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum RobotFormatArg {
-    /// NumPy arrays: fps, root_pos, root_rot (x y z w), dof_pos, dof_names
-    Npz,
-    /// A pickle of these arrays, as GMR writes it
-    Pkl,
-    /// Rows: position and rotation (x y z w) of the base, joints
-    Csv,
-    /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
-    Qpos,
-    /// The links of the robot as an animated skeleton, in glTF
-    Glb,
-}
-
-impl RobotFormatArg {
-    pub(crate) fn extension(self) -> &'static str {
-        match self {
-            Self::Npz | Self::Qpos => "npz",
-            Self::Pkl => "pkl",
-            Self::Csv => "csv",
-            Self::Glb => "glb",
-        }
-    }
-
-    /// As on the command line.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Qpos => "qpos",
-            _ => self.extension(),
-        }
-    }
-
-    /// The format that the extension of a file names.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?;
-        let formats = [Self::Npz, Self::Pkl, Self::Csv, Self::Glb].into_iter();
-        formats
-            .into_iter()
-            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
-    }
-}
-
-/// `--require`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum VerdictArg {
-    Good,
-    Fair,
 }

@@ -7,7 +7,9 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use mocap::{Exporter, FORMATS, Format, FormatInfo, WriteOption};
 
-use super::{BvhArgs, CompressArgs, FbxArgs, Given};
+use mocap::job::{Smaller, WritingBvh, WritingFbx};
+
+use super::{Given, compress, fbx};
 use crate::Failure;
 
 /// A written format, by one of its extensions.
@@ -56,11 +58,11 @@ pub(crate) struct WriteArgs {
     #[arg(long)]
     pub(crate) keep_constant: bool,
     #[command(flatten)]
-    bvh: BvhArgs,
+    pub(crate) bvh: WritingBvh,
     #[command(flatten)]
-    fbx: FbxArgs,
+    pub(crate) fbx: WritingFbx,
     #[command(flatten)]
-    pub(crate) compress: CompressArgs,
+    pub(crate) smaller: Smaller,
 }
 
 impl WriteArgs {
@@ -73,23 +75,23 @@ impl WriteArgs {
         one_file: Option<&str>,
     ) -> Result<Exporter, Failure> {
         refuse_options(given, format)?;
-        self.compress.check(given, format)?;
+        compress::check(&self.smaller, given, format)?;
         if let Some(reason) = one_file {
-            self.fbx.check_one_file(reason)?;
+            fbx::check_one_file(&self.fbx, reason)?;
         }
         let mut exporter = Exporter::new()
             .format(format.format)
             .keep_constant(self.keep_constant)
             .bvh(self.bvh.options())
             .fbx(self.fbx.options());
-        if let Some(metres) = self.compress.max_error() {
-            exporter = exporter.max_error(metres);
+        if let Some(length) = self.smaller.max_error {
+            exporter = exporter.max_error(length.to_metres());
         }
-        if let Some(metres) = self.compress.shell_distance() {
-            exporter = exporter.shell_distance(metres);
+        if let Some(length) = self.smaller.shell_distance {
+            exporter = exporter.shell_distance(length.to_metres());
         }
-        if let Some(kind) = self.compress.compress {
-            exporter = exporter.compression(kind.into());
+        if let Some(kind) = self.smaller.compress {
+            exporter = exporter.compression(kind);
         }
         Ok(exporter)
     }

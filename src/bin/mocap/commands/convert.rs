@@ -5,13 +5,14 @@ use std::path::Path;
 
 use mocap::figure::humanoid;
 use mocap::files::{ReplacePolicy, remove_unfinished};
-use mocap::gltf::{Achieved, BufferPlace, Provenance, Renamed};
+use mocap::gltf::{Achieved, BufferPlace, Compression, Provenance, Renamed};
+use mocap::job::Smaller;
 use mocap::scene::{Animation, Assumption, Confidence, Scene, Topic, UpAxis};
 use mocap::verify::{Verification, Verifier};
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, SkeletonMesh, WriteOption, Written};
 
-use super::{change, import_to_resample, verify};
-use crate::args::{CompressArg, CompressArgs, ConvertArgs, Given, NOT_ONE_FILE, OutputFormat};
+use super::{change, import_to_resample, run as job, verify};
+use crate::args::{ConvertArgs, Given, NOT_ONE_FILE, OutputFormat};
 use crate::batch::hash::sha256_of;
 use crate::batch::thread_count;
 use crate::{Failure, report, streams};
@@ -50,6 +51,9 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         }
     };
     let wanted = Wanted::new(args, given, format)?;
+    if args.print.print_job {
+        return job::print(&args.job(input, &output, format.extension));
+    }
     if streams::is_standard(&output) {
         return to_standard_output(&wanted, input);
     }
@@ -65,7 +69,7 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
         tell(input, &output, &converted);
     }
     match &converted.verification {
-        Some(verification) => verify::require(verification, args.write.compress.tolerance()),
+        Some(verification) => verify::require(verification, args.write.smaller.tolerance()),
         None => Ok(()),
     }
 }
@@ -142,15 +146,15 @@ pub(crate) fn check(args: &ConvertArgs) -> Result<(), Failure> {
 }
 
 /// Half of what to know about a smaller file was said; this is the other half.
-fn choice(compress: &CompressArgs, format: OutputFormat) -> Option<String> {
-    match (compress.compress, compress.max_error()) {
+fn choice(smaller: &Smaller, format: OutputFormat) -> Option<String> {
+    match (smaller.compress, smaller.max_error) {
         (None, Some(_)) if !format.row().takes(WriteOption::Compress) => None,
         (None, Some(_)) => {
             Some("compress: int16, core glTF that all but Assimp read; --compress names others".to_owned())
         }
-        (Some(kind), None) if kind != CompressArg::None => Some(format!(
+        (Some(kind), None) if kind != Compression::None => Some(format!(
             "max-error: {} mm, because none was named",
-            verify::millimetres(compress.tolerance())
+            verify::millimetres(smaller.tolerance())
         )),
         _ => None,
     }
@@ -308,7 +312,7 @@ pub(crate) fn convert(
         warnings,
         verification: verifier.map(|verifier| verifier.files(input, output)).transpose()?,
         hash,
-        choice: choice(&args.write.compress, *format),
+        choice: choice(&args.write.smaller, *format),
         decisions,
         renamed: written.renamed,
         bytes,

@@ -59,7 +59,7 @@ impl Work for Convert<'_> {
         record.warnings = converted.warnings.iter().map(ToString::to_string).collect();
         record.output_sha256 = converted.hash;
         record.max_error = converted.max_error;
-        let allowed = self.args.write.compress.tolerance();
+        let allowed = self.args.write.smaller.tolerance();
         if let Some(verification) = converted.verification.filter(|found| !found.is_within(allowed)) {
             // It is written, and it is not what it should be.
             record.output = Some(output.name.to_owned());

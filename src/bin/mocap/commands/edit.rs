@@ -12,8 +12,8 @@ use mocap::{Conversion, SkeletonMesh, arrays};
 
 use super::plot::joints_named;
 use super::{
-    check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, scene_bytes, short_name,
-    unknown_extension, write_drawing, write_output, write_whole_output,
+    check_json, convert_aloud, extension, import_moving, mapped, output_format, print_json, run as job, scene_bytes,
+    short_name, unknown_extension, write_drawing, write_output, write_whole_output,
 };
 use crate::args::{EditArgs, Given};
 use crate::report::Voice;
@@ -42,6 +42,9 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     let names: Vec<String> = args.inputs[1..].iter().map(|file| file.display().to_string()).collect();
     let others = second_motions(&args.steps.0, &names);
     let others = others.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
+    if args.print.print_job {
+        return job::print(&args.job(&format)?);
+    }
     let policy = ReplacePolicy::new(&args.inputs).force(args.force);
     if !streams::is_standard(&args.output) {
         policy.check_inputs(&args.output)?;

@@ -4,16 +4,17 @@ use std::path::{Path, PathBuf};
 
 use mocap::fbx::FbxOptions;
 use mocap::files::ReplacePolicy;
+use mocap::job::Feet;
 use mocap::retarget::RetargetReport;
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::{Scene, Topic};
 use mocap::{Code, Importer, SkeletonMesh, vrma};
 
 use super::{
-    ImageFile, check_json, extension, import_moving, output_format, print_json, scene_bytes, short_name,
+    ImageFile, check_json, extension, import_moving, output_format, print_json, run as job, scene_bytes, short_name,
     unknown_extension, write_whole_output,
 };
-use crate::args::{FeetArg, Given, RetargetArgs};
+use crate::args::{Given, RetargetArgs};
 use crate::report::Voice;
 use crate::{Failure, report, streams};
 
@@ -40,6 +41,9 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let format = output_format(&args.output, args.to.as_deref(), default)?;
     check_output(args, &file, &target, &format, &args.output)?;
     let fbx = args.fbx.options(given, &format, &args.output)?;
+    if args.print.print_job {
+        return job::print(&args.job(&motions, &file, &format));
+    }
     let mut retargeting = onto(args, target, &file)?;
     let importer = args.read.importer();
     for motion in &motions {
@@ -70,7 +74,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
 pub(super) fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting, Failure> {
     let options = RetargetingOptions::new()
         .scale(args.scale.0)
-        .lock_feet(args.feet == FeetArg::Lock)
+        .lock_feet(args.feet == Feet::Lock)
         .source_bones(args.map.bones_here())
         .target_bones(args.character_map.clone().unwrap_or_default())
         .replace_animations(args.replace_animations);

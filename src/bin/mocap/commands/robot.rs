@@ -2,22 +2,19 @@
 
 use std::path::Path;
 
-use mocap::arrays::{npz, robot as arrays};
-use mocap::fbx::FbxOptions;
 use mocap::files::ReplacePolicy;
-use mocap::retarget::Verdict;
-use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
+use mocap::job::{Feet, RequiredVerdict, RobotFormat};
+use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::robot::RobotReport;
 use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
-use super::{check_json, import_to_resample, print_json, scene_bytes, unknown_extension, write_output};
-use crate::args::{FeetArg, Given, RobotArgs, RobotFormatArg, VerdictArg};
-use crate::report::Voice;
+use super::{check_json, import_to_resample, print_json, run as job, unknown_extension, write_output};
+use crate::args::{Given, RobotArgs};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     let robot = import_robot(args)?;
-    let named = RobotFormatArg::of(&args.output);
+    let named = RobotFormat::of_output(&args.output);
     given.refuse(
         &["resume", "shard", "threads", "progress", "allow-empty", "report"],
         "one motion goes into one file; name a folder",
@@ -29,9 +26,12 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         }
         (Some(to), _) => to,
         (None, Some(named)) => named,
-        (None, None) if streams::is_standard(&args.output) => RobotFormatArg::Npz,
+        (None, None) if streams::is_standard(&args.output) => RobotFormat::Npz,
         (None, None) => return Err(unknown_extension(&args.output, ".npz, .pkl, .csv or .glb")),
     };
+    if args.print.print_job {
+        return job::print(&args.job(format));
+    }
     let policy = ReplacePolicy::new(args.paths.iter().chain([&args.robot])).force(args.force);
     if !streams::is_standard(&args.output) {
         policy.check_inputs(&args.output)?;
@@ -64,7 +64,7 @@ pub(super) fn import_robot(args: &RobotArgs) -> Result<Retargeting, Failure> {
     report::warnings(Some(&args.robot), &robot.warnings);
     let options = RetargetingOptions::new()
         .scale(args.scale.0)
-        .lock_feet(args.feet == FeetArg::Lock)
+        .lock_feet(args.feet == Feet::Lock)
         .source_bones(args.map.bones_here())
         .target_bones(args.robot_map.clone().unwrap_or_default())
         .conversion(conversion(args))
@@ -96,23 +96,8 @@ impl OnRobot {
         found.expect("the source has a motion, and the target is a robot")
     }
 
-    pub(super) fn bytes(&self, format: RobotFormatArg) -> mocap::Result<Vec<u8>> {
-        let motion = self
-            .retargeting
-            .clips()
-            .iter()
-            .find_map(|clip| clip.robot_motion.as_ref());
-        let motion = motion.expect("the source has a motion, and the target is a robot");
-        Ok(match (format, self.retargeting.target()) {
-            (RobotFormatArg::Csv, Target::Robot(robot)) => arrays::csv(motion, robot).into_bytes(),
-            (RobotFormatArg::Qpos, _) => npz::write_qpos(motion),
-            (RobotFormatArg::Pkl, _) => arrays::pickle(motion),
-            (RobotFormatArg::Glb, _) => {
-                let scene = self.retargeting.scene_in_metres()?;
-                scene_bytes(&scene, "glb", &FbxOptions::default(), &mut Voice::Aloud)?.0
-            }
-            _ => npz::write_robot(motion),
-        })
+    pub(super) fn bytes(&self, format: RobotFormat) -> mocap::Result<Vec<u8>> {
+        format.write(&self.retargeting)?.into_bytes()
     }
 }
 
@@ -149,12 +134,8 @@ pub(super) fn moved(args: &RobotArgs, robot: &Retargeting, file: &Path) -> Resul
     Ok(OnRobot { retargeting, said })
 }
 
-pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<VerdictArg>) -> bool {
-    match wanted {
-        None => true,
-        Some(VerdictArg::Fair) => found.verdict != Verdict::Poor,
-        Some(VerdictArg::Good) => found.verdict == Verdict::Good,
-    }
+pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<RequiredVerdict>) -> bool {
+    wanted.is_none_or(|wanted| wanted.allows(found.verdict))
 }
 
 fn tell(found: &RobotReport) {

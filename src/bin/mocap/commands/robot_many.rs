@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
+use mocap::job::RobotFormat;
 use mocap::retargeting::Retargeting;
 use mocap::robot::RobotReport;
 
 use super::robot::{import_robot, is_good_enough, moved};
 use super::robot_reports;
-use crate::args::{Given, RobotArgs, RobotFormatArg};
+use crate::args::{Given, RobotArgs};
 use crate::batch::folder::{Made, Many, Work, verdicts};
 use crate::batch::hash::sha256;
 use crate::batch::manifest::Record;
@@ -23,11 +24,11 @@ pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         let message = "--json prints the report of one motion; the manifest in the folder has those of many";
         return Err(Failure::Usage(message.to_owned()));
     }
-    if RobotFormatArg::of(folder).is_some() && !folder.is_dir() {
+    if RobotFormat::of_output(folder).is_some() && !folder.is_dir() {
         let message = "several motions go into a folder, and this is the name of a file: name a folder";
         return Err(Failure::Usage(format!("{}: {message}", folder.display())));
     }
-    let format = args.to.unwrap_or(RobotFormatArg::Npz);
+    let format = args.to.unwrap_or(RobotFormat::Npz);
     let hash = sha256(&args.robot).map_err(|error| Failure::Folder(args.robot.clone(), error))?;
     let many = Many {
         paths: &args.paths,
@@ -51,7 +52,7 @@ struct OnRobots<'a> {
     args: &'a RobotArgs,
     /// The robot, without a motion yet.
     robot: Retargeting,
-    format: RobotFormatArg,
+    format: RobotFormat,
     /// The table of the reports, where one is asked for.
     table: Option<PathBuf>,
 }

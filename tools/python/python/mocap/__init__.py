@@ -11,8 +11,9 @@ the interpreter let go, so threads work side by side.
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 from . import _mocap, edit
@@ -47,6 +48,7 @@ __all__ = [
     "read",
     "read_bytes",
     "retarget",
+    "run",
     "table",
 ]
 
@@ -109,6 +111,25 @@ def convert(
     write = WriteOptions(max_error, shell_distance, compress, overwrite)
     read = changed(ReadOptions(), options, "unit", "up", "fps", "max_error", "shell_distance", "compress", "overwrite")
     return _mocap.convert(source, target, metres(unit), up, fps, read, write)
+
+
+def run(job: Mapping[str, Any]) -> dict[str, Any]:
+    """Does a job, as ``mocap run`` does a job file: reads files, changes motions, puts them on another body, writes files.
+
+    >>> run({"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "walk.glb"}})  # doctest: +SKIP
+
+    Args:
+        job: What ``mocap run --schema`` describes. ``mocap convert ... --print-job`` prints the job of a command line.
+
+    Returns:
+        What was done: ``files`` with their sizes, ``notes``, ``warnings``, the reports of ``steps`` and ``clips``, and
+        ``problem`` where the output is worse than the job allows.
+
+    Raises:
+        MocapError: Where a file cannot be read or written, or a step cannot be done.
+        ValueError: Where the job holds what no job has; the message says where.
+    """
+    return json.loads(_mocap.run(json.dumps(job, default=os.fspath)))
 
 
 def table(

@@ -22,6 +22,7 @@ __all__ = [
     "read",
     "read_bytes",
     "retarget",
+    "run",
     "table",
     "write",
 ]
@@ -74,6 +75,7 @@ class ArrowTable:
 
 def read(path: str | os.PathLike[str], options: ReadOptions) -> Scene: ...
 def read_bytes(data: bytes, name: str, options: ReadOptions) -> Scene: ...
+def run(job: str) -> str: ...
 def convert(
     source: str | os.PathLike[str],
     target: str | os.PathLike[str],

@@ -1,0 +1,24 @@
+//! The options of `mocap run`, and `--print-job`.
+
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct RunArgs {
+    /// The job: a JSON file, or - for standard input; paths in it are relative to the current folder
+    #[arg(required_unless_present = "schema", value_name = "JOB")]
+    pub(crate) job: Option<PathBuf>,
+    /// Print what was done as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the JSON Schema of a job
+    #[arg(long, exclusive = true)]
+    pub(crate) schema: bool,
+}
+
+/// `--print-job`, for commands that do a job.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PrintJobArgs {
+    /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
+    #[arg(long)]
+    pub(crate) print_job: bool,
+}

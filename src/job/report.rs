@@ -1,0 +1,92 @@
+//! What a job has done.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::edit::EditReport;
+use crate::error::Diagnostic;
+use crate::format::{Achieved, Written};
+use crate::retargeting::Report;
+use crate::verify::Verification;
+
+/// What a job has done.
+///
+/// ```
+/// use mocap::job::Job;
+///
+/// let folder = tempfile::tempdir().unwrap();
+/// let output = folder.path().join("walk.glb");
+/// let job = serde_json::json!({
+///     "source": {"inputs": ["fixtures/real/cmu_12_01_walk.bvh"]},
+///     "steps": [{"step": "smooth", "cut-off": 8}],
+///     "write": {"output": output},
+/// });
+/// let report = Job::from_json(&job.to_string())?.run()?;
+/// assert_eq!(report.steps.len(), 1);
+/// assert!(report.files[0].bytes > 100_000);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, Serialize)]
+#[non_exhaustive]
+pub struct JobReport {
+    /// The files of the output; the last is the one that the job names.
+    pub files: Vec<OutputFile>,
+    /// What was decided, chosen and left out, a sentence each.
+    pub notes: Vec<String>,
+    /// What may be wrong with the inputs, or misread in the output.
+    pub warnings: Vec<Diagnostic>,
+    /// What each step changed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<EditReport>,
+    /// How well each motion is the same on the other body.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<Report>,
+    /// How far the output is from the motion, where keys or bits were left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<Achieved>,
+    /// How far the output is from its source, where the job asks for that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verification: Option<Verification>,
+    /// What is worse than the job allows: the files are written all the same.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// A file of an output.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct OutputFile {
+    /// Its name, without the folder; empty for a stream.
+    pub name: String,
+    /// Its size.
+    pub bytes: usize,
+}
+
+impl JobReport {
+    /// Takes over what there is to say of an output.
+    pub(super) fn describe(&mut self, written: &mut Written, output: &Path) {
+        let name = output.file_name().unwrap_or_default().to_string_lossy();
+        let last = written.files.len().saturating_sub(1);
+        let named = written.files.iter().enumerate();
+        self.files = named
+            .map(|(index, file)| OutputFile {
+                name: if index == last {
+                    name.to_string()
+                } else {
+                    file.name().to_owned()
+                },
+                bytes: file.len(),
+            })
+            .collect();
+        self.notes.append(&mut written.notes);
+        self.notes.extend(
+            written
+                .renamed
+                .drain(..)
+                .map(|renamed| format!("node \"{}\" has the name \"{}\" in the file", renamed.from, renamed.to)),
+        );
+        self.warnings.append(&mut written.warnings);
+        self.error = written.error.take();
+    }
+}

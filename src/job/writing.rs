@@ -1,0 +1,372 @@
+//! What a job writes, and how.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use super::text::{Length, UnitChoice};
+use crate::compress::ErrorBound;
+use crate::error::{Code, Diagnostic, Result};
+use crate::export::Exporter;
+use crate::format::bvh::{BvhOptions, Channels};
+use crate::format::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
+use crate::format::gltf::{BufferPlace, Compression};
+use crate::format::{FormatInfo, WriteOption};
+use crate::process::SkeletonMesh;
+use crate::scene::{RotationOrder, UpAxis};
+
+/// What a job writes, and how. What a format does not take is refused.
+///
+/// ```
+/// use mocap::job::Writing;
+///
+/// let writing: Writing = serde_json::from_str(r#"{"output": "walk.glb", "smaller": {"max-error": "1mm"}}"#).unwrap();
+/// assert_eq!(writing.smaller.max_error.unwrap().to_metres(), 0.001);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Writing {
+    /// The file to write. Its extension names the format.
+    pub output: PathBuf,
+    /// The format by one of its extensions, where the extension of the output is another; for a robot also qpos.
+    #[serde(skip_serializing_if = "is_default")]
+    pub to: Option<String>,
+    /// Whether a file is replaced that may be a source. An input is never replaced.
+    #[serde(skip_serializing_if = "is_default")]
+    pub force: bool,
+    /// Whether the output is compared with its source.
+    #[serde(skip_serializing_if = "is_default")]
+    pub verify: bool,
+    /// The unit and the up axis of the output.
+    #[serde(skip_serializing_if = "is_default")]
+    pub space: OutSpace,
+    /// How the skeleton of a file without meshes is drawn.
+    #[serde(skip_serializing_if = "is_default")]
+    pub mesh: Option<DrawnMesh>,
+    /// Whether the buffer of a .gltf is in the file itself.
+    #[serde(skip_serializing_if = "is_default")]
+    pub embed: bool,
+    /// Whether constant tracks are kept in the animation.
+    #[serde(skip_serializing_if = "is_default")]
+    pub keep_constant: bool,
+    /// Fewer keys and bits.
+    #[serde(skip_serializing_if = "is_default")]
+    pub smaller: Smaller,
+    /// Options of BVH.
+    #[serde(skip_serializing_if = "is_default")]
+    pub bvh: WritingBvh,
+    /// Options of FBX.
+    #[serde(skip_serializing_if = "is_default")]
+    pub fbx: WritingFbx,
+}
+
+/// The unit and the up axis of an output.
+///
+/// ```
+/// use mocap::job::OutSpace;
+///
+/// let space: OutSpace = serde_json::from_str(r#"{"out-unit": "cm"}"#).unwrap();
+/// assert_eq!(space.metres_per_unit(), Some(0.01));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct OutSpace {
+    /// Unit of length of the output: m, dm, cm, mm, inch, cmu, or metres in one unit [default: the input's; glTF is in
+    /// metres]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "UNIT", value_parser = super::text::parse_unit))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub out_unit: Option<UnitChoice>,
+    /// Up axis of the output [default: the input's; glTF has +Y up]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "AXIS"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub out_up: Option<OutUp>,
+}
+
+/// The up axis of an output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum OutUp {
+    /// +Y.
+    Y,
+    /// +Z.
+    Z,
+}
+
+/// How the skeleton of a file without meshes is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum DrawnMesh {
+    /// One mesh per node.
+    Segmented,
+    /// One mesh with bones.
+    Skinned,
+    /// No mesh.
+    None,
+}
+
+impl From<DrawnMesh> for SkeletonMesh {
+    fn from(mesh: DrawnMesh) -> Self {
+        match mesh {
+            DrawnMesh::Segmented => Self::Segmented,
+            DrawnMesh::Skinned => Self::Skinned,
+            DrawnMesh::None => Self::None,
+        }
+    }
+}
+
+/// Fewer keys and bits, within a largest error.
+///
+/// ```
+/// use mocap::job::Smaller;
+///
+/// let smaller: Smaller = serde_json::from_str(r#"{"max-error": "1mm", "compress": "int16"}"#).unwrap();
+/// assert_eq!(smaller.tolerance(), 0.001);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Smaller files"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Smaller {
+    /// Largest distance of any joint or end site from its position, at any frame, in metres or with a unit, such as
+    /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub max_error: Option<Length>,
+    /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
+    /// [default: 0, joints and end sites alone]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub shell_distance: Option<Length>,
+    /// How to store the keys [default with --max-error: int16, otherwise none]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub compress: Option<Compression>,
+}
+
+/// Options of BVH.
+///
+/// ```
+/// use mocap::job::WritingBvh;
+///
+/// let bvh: WritingBvh = serde_json::from_str(r#"{"order": "XYZ", "digits": 4}"#).unwrap();
+/// assert_eq!(bvh.options().digits, Some(4));
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Writing BVH"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct WritingBvh {
+    /// Order of the rotation channels [default: each joint's own, or else ZXY]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ORDER", value_parser = parse_order))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub order: Option<RotationOrder>,
+    /// Decimals of every number [default: as many as are needed to read the same motion back]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub digits: Option<usize>,
+    /// Which joints have position channels
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND", default_value = "auto"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub channels: Channels,
+}
+
+/// Options of FBX.
+///
+/// ```
+/// use mocap::fbx::FbxRoot;
+/// use mocap::job::WritingFbx;
+///
+/// let fbx: WritingFbx = serde_json::from_str(r#"{"target": "unreal"}"#).unwrap();
+/// assert_eq!(fbx.options().root, FbxRoot::None);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Writing FBX"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct WritingFbx {
+    /// Version of the file
+    #[cfg_attr(feature = "cli", arg(long, value_name = "VERSION", default_value = "7.5"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub fbx_version: FbxVersion,
+    /// Where the rotations of the rest pose are [default: rotation; for --target maya pre-rotation]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "WHERE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub fbx_rest: Option<FbxRest>,
+    /// The program whose conventions the file is to have: unit, axes, root, frame rate
+    #[cfg_attr(feature = "cli", arg(long, value_name = "PROGRAM"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub target: Option<FbxTarget>,
+    /// Where the images of textures are
+    #[cfg_attr(feature = "cli", arg(long, value_name = "WHERE", default_value = "embedded"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub textures: FbxTextures,
+}
+
+impl OutSpace {
+    /// Metres in a unit of the output, where that is stated.
+    pub fn metres_per_unit(&self) -> Option<f64> {
+        self.out_unit.and_then(UnitChoice::metres)
+    }
+
+    /// The up axis of the output, where it is stated.
+    pub fn up(&self) -> Option<UpAxis> {
+        self.out_up.map(|up| match up {
+            OutUp::Y => UpAxis::Y,
+            OutUp::Z => UpAxis::Z,
+        })
+    }
+}
+
+impl Smaller {
+    /// The largest error in metres, including the default.
+    pub fn tolerance(&self) -> f64 {
+        self.max_error
+            .map_or(ErrorBound::default().max_error, Length::to_metres)
+    }
+
+    /// Whether keys or bits may be left out.
+    pub fn has_bound(&self) -> bool {
+        self.max_error.is_some() || self.compress.is_some_and(|kind| kind != Compression::None)
+    }
+}
+
+impl WritingBvh {
+    /// The options of the writer.
+    pub fn options(&self) -> BvhOptions {
+        BvhOptions {
+            order: self.order,
+            digits: self.digits,
+            channels: self.channels,
+        }
+    }
+}
+
+impl WritingFbx {
+    /// The options of the writer.
+    pub fn options(&self) -> FbxOptions {
+        let options = self.target.map(FbxOptions::of_target).unwrap_or_default();
+        FbxOptions {
+            version: self.fbx_version,
+            rest: self.fbx_rest.unwrap_or(options.rest),
+            textures: self.textures,
+            ..options
+        }
+    }
+}
+
+impl Writing {
+    /// The options that are stated, of those that only some formats take.
+    fn stated(&self) -> Vec<WriteOption> {
+        let Self {
+            smaller,
+            bvh,
+            fbx,
+            space,
+            ..
+        } = self;
+        let all = [
+            (WriteOption::Mesh, self.mesh.is_some()),
+            (WriteOption::KeepConstant, self.keep_constant),
+            (WriteOption::Embed, self.embed),
+            (WriteOption::OutUnit, space.out_unit.is_some()),
+            (WriteOption::OutUp, space.out_up.is_some()),
+            (WriteOption::MaxError, smaller.max_error.is_some()),
+            (WriteOption::ShellDistance, smaller.shell_distance.is_some()),
+            (WriteOption::Compress, smaller.compress.is_some()),
+            (WriteOption::Order, bvh.order.is_some()),
+            (WriteOption::Digits, bvh.digits.is_some()),
+            (WriteOption::Channels, bvh.channels != Channels::default()),
+            (WriteOption::FbxVersion, fbx.fbx_version != FbxVersion::default()),
+            (WriteOption::FbxRest, fbx.fbx_rest.is_some()),
+            (WriteOption::Target, fbx.target.is_some()),
+            (WriteOption::Textures, fbx.textures != FbxTextures::default()),
+        ];
+        let stated = all.into_iter().filter(|(_, is_stated)| *is_stated);
+        stated.map(|(option, _)| option).collect()
+    }
+
+    /// The extension that names the format, in lower case.
+    pub(super) fn extension(&self) -> String {
+        let extension = self.output.extension().and_then(|extension| extension.to_str());
+        self.to
+            .as_deref()
+            .or(extension)
+            .unwrap_or_default()
+            .to_ascii_lowercase()
+    }
+
+    /// The row of the format, and a name of the output that has its extension.
+    ///
+    /// # Errors
+    /// [`Code::UnknownFormat`] where no format is written under the extension; [`Code::InvalidValue`] where an option is
+    /// stated that the format does not take.
+    pub(super) fn row(&self) -> Result<(&'static FormatInfo, PathBuf)> {
+        let extension = self.extension();
+        let path = self.output.with_extension(&extension);
+        let Some(row) = FormatInfo::of_output(&path) else {
+            let message = format!("no format is written under the extension {extension:?}");
+            return Err(Diagnostic::new(Code::UnknownFormat, message)
+                .expected_found(
+                    FormatInfo::written_extensions(),
+                    format!("{:?}", self.output.display().to_string()),
+                )
+                .into());
+        };
+        let refused = self
+            .stated()
+            .into_iter()
+            .find_map(|option| row.refusal(option, &extension));
+        match refused {
+            Some(refusal) => Err(refusal.into()),
+            None => Ok((row, path)),
+        }
+    }
+
+    /// The exporter of the output.
+    pub(super) fn exporter(&self) -> Exporter {
+        let mut exporter = Exporter::new()
+            .keep_constant(self.keep_constant)
+            .bvh(self.bvh.options())
+            .fbx(self.fbx.options());
+        if let Some(length) = self.smaller.max_error {
+            exporter = exporter.max_error(length.to_metres());
+        }
+        if let Some(length) = self.smaller.shell_distance {
+            exporter = exporter.shell_distance(length.to_metres());
+        }
+        if let Some(kind) = self.smaller.compress {
+            exporter = exporter.compression(kind);
+        }
+        match self.embed || self.is_stream() {
+            true => exporter.buffer(BufferPlace::Embedded),
+            false => exporter,
+        }
+    }
+
+    /// Whether the output is one stream of bytes, beside which no file can stand.
+    pub(super) fn is_stream(&self) -> bool {
+        self.output == Path::new("-")
+    }
+}
+
+#[cfg(feature = "cli")]
+fn parse_order(text: &str) -> Result<RotationOrder, String> {
+    let named = |order: &RotationOrder| format!("{order:?}").eq_ignore_ascii_case(text);
+    RotationOrder::ALL
+        .into_iter()
+        .find(named)
+        .ok_or_else(|| "none of XYZ, XZY, YXZ, YZX, ZXY, ZYX".to_owned())
+}

@@ -1,0 +1,201 @@
+//! Jobs: what a command line means, done by `mocap run`.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use mocap::MemoryFile;
+use mocap::job::Job;
+
+/// Command lines that do a job; OUT is a folder of the run.
+const LINES: &[&str] = &[
+    "convert fixtures/real/cmu_short.bvh OUT/a.glb",
+    "convert fixtures/real/cmu_short.bvh OUT/a.gltf --embed --keep-constant --mesh segmented --force",
+    "convert fixtures/real/cmu_short.bvh OUT/a.gltf",
+    "convert fixtures/real/cmu_short.bvh OUT/a.bvh --out-unit cm --out-up z --digits 5 --order XYZ",
+    "convert fixtures/real/cmu_short.bvh OUT/a.bvh --channels 6",
+    "convert fixtures/real/cmu_short.bvh OUT/a.fbx --target maya --max-error 1mm",
+    "convert fixtures/real/cmu_short.bvh OUT/a.vrma --verify",
+    "convert fixtures/real/cmu_short.bvh OUT/a.mclip --max-error 5mm --shell-distance 3cm",
+    "convert fixtures/real/cmu_short.bvh OUT/a.glb --trim 0.2..1.1 --fps 24 --in-place --up y",
+    "convert fixtures/real/cmu_short.bvh OUT/a.glb --trim 10f..60f --root-motion --drop-first-frame yes --rest frame:20",
+    "convert fixtures/real/cmu_short.bvh OUT/a.glb --max-error 1mm --compress none",
+    "edit fixtures/real/cmu_short.bvh -o OUT/a.glb --step smooth:cut-off=8 --step mirror",
+    "edit fixtures/real/cmu_short.bvh -o OUT/a.bvh --step foot-lock --unit cmu",
+    "edit fixtures/real/cmu_short.bvh fixtures/real/cmu_short.bvh -o OUT/a.fbx --step concat --step warp:speed=2",
+    "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_vrm1.gltf -o OUT/a.gltf",
+    "retarget fixtures/real/cmu_short.bvh -o OUT/a.bvh --to-skeleton fixtures/skeletons/human_default.gltf --scale 2",
+    "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_vrm1.gltf -o OUT/a.vrma --feet free",
+    "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_cmu.gltf -o OUT/a.fbx --max-error 1mm",
+    "robot fixtures/real/cmu_short.bvh --robot fixtures/robots/h1.urdf -o OUT/a.npz --trim 0..0.3 --fps 30",
+    "robot fixtures/real/cmu_short.bvh --robot fixtures/robots/h1.urdf -o OUT/a.npz --to qpos --trim 0..0.2",
+    "robot fixtures/real/cmu_short.bvh --robot fixtures/robots/h1.urdf -o OUT/a.csv --trim 0..0.2 --velocity-limits",
+];
+
+fn mocap(words: &[String]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_mocap")).args(words).output().unwrap()
+}
+
+fn words(line: &str, folder: &Path) -> Vec<String> {
+    let folder = folder.to_str().unwrap();
+    line.split(' ').map(|word| word.replace("OUT", folder)).collect()
+}
+
+/// The names and the bytes of all files of a folder.
+fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = entries
+        .map(|path| {
+            (
+                path.file_name().unwrap().to_string_lossy().into_owned(),
+                fs::read(&path).unwrap(),
+            )
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+/// A command line and the job that it prints write the same files, byte for byte.
+#[test]
+fn a_command_and_its_job_write_the_same() {
+    for line in LINES {
+        let (plain, of_job) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let done = mocap(&words(line, plain.path()));
+        assert!(
+            done.status.success(),
+            "{line}: {}",
+            String::from_utf8_lossy(&done.stderr)
+        );
+        let mut print = words(line, of_job.path());
+        print.push("--print-job".to_owned());
+        let printed = mocap(&print);
+        assert!(
+            printed.status.success(),
+            "{line}: {}",
+            String::from_utf8_lossy(&printed.stderr)
+        );
+        assert!(files(of_job.path()).is_empty(), "{line}: --print-job writes nothing");
+        let job = of_job.path().join("job.json");
+        fs::write(&job, &printed.stdout).unwrap();
+        let ran = mocap(&["run".to_owned(), job.to_str().unwrap().to_owned()]);
+        assert!(ran.status.success(), "{line}: {}", String::from_utf8_lossy(&ran.stderr));
+        fs::remove_file(job).unwrap();
+        let (expected, found) = (files(plain.path()), files(of_job.path()));
+        let names = |files: &[(String, Vec<u8>)]| files.iter().map(|file| file.0.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&found), names(&expected), "{line}");
+        assert!(
+            found == expected,
+            "{line}: {}",
+            String::from_utf8_lossy(&printed.stdout)
+        );
+    }
+}
+
+/// What is printed is read as the job that was printed.
+#[test]
+fn a_job_survives_its_json() {
+    for line in LINES {
+        let folder = tempfile::tempdir().unwrap();
+        let mut print = words(line, folder.path());
+        print.push("--print-job".to_owned());
+        let text = String::from_utf8(mocap(&print).stdout).unwrap();
+        let job = Job::from_json(&text).unwrap();
+        assert_eq!(job.to_json(), text.trim_end(), "{line}");
+    }
+}
+
+#[test]
+fn a_wrong_job_says_where() {
+    for (json, expected) in [
+        ("", "the job: it must be a JSON object"),
+        ("{", "the job: EOF while parsing an object"),
+        ("[]", "the job: it must be a JSON object"),
+        (r#"{} {}"#, "the job: something follows the JSON object"),
+        (
+            r#"{"wirte": {}}"#,
+            "the job: unknown field `wirte`, expected one of `read`, `source`",
+        ),
+        (
+            r#"{"write": {"smaller": {"max-error": "far"}}}"#,
+            "the job: write.smaller.max-error: \"far\": not a length, such as 1mm",
+        ),
+        (
+            r#"{"source": {"frames": {"fps": "fast"}}}"#,
+            "the job: source.frames.fps: invalid type: string \"fast\", expected f64",
+        ),
+        (
+            r#"{"onto": {"animal": {}}}"#,
+            "the job: onto: unknown variant `animal`, expected one of `character`, `skeleton`, `robot`",
+        ),
+        (r#"{"steps": ["shake"]}"#, "there is no step \"shake\""),
+    ] {
+        let error = Job::from_json(json).unwrap_err();
+        let message = &error.diagnostic().message;
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
+fn a_job_refuses_what_its_format_does_not_take() {
+    let refused = |write: &str| {
+        let json = format!(r#"{{"source": {{"inputs": ["fixtures/real/lecture_Test.bvh"]}}, "write": {write}}}"#);
+        let error = Job::from_json(&json).unwrap().run().unwrap_err();
+        (error.code().as_str(), error.diagnostic().message.clone())
+    };
+    let (code, message) = refused(r#"{"output": "a.glb", "bvh": {"digits": 3}}"#);
+    assert_eq!(code, "invalid-value");
+    assert!(message.starts_with("--digits has no effect on"), "{message}");
+    assert_eq!(refused(r#"{"output": "a.xyz"}"#).0, "unknown-format");
+    assert_eq!(
+        refused(r#"{"output": "fixtures/real/lecture_Test.bvh", "force": true}"#).0,
+        "output-is-input"
+    );
+}
+
+#[test]
+fn a_job_runs_in_memory_as_on_a_disk() {
+    let motion = fs::read("fixtures/real/cmu_short.bvh").unwrap();
+    let hero = fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap();
+    let robot = fs::read("fixtures/robots/h1.urdf").unwrap();
+    let files = [
+        MemoryFile {
+            name: "fixtures/real/cmu_short.bvh",
+            bytes: &motion,
+        },
+        MemoryFile {
+            name: "fixtures/skeletons/human_vrm1.gltf",
+            bytes: &hero,
+        },
+        MemoryFile {
+            name: "fixtures/robots/h1.urdf",
+            bytes: &robot,
+        },
+    ];
+    for (onto, output) in [
+        ("", "a.glb"),
+        ("", "a.gltf"),
+        (
+            r#""onto": {"character": {"file": "fixtures/skeletons/human_vrm1.gltf"}},"#,
+            "a.gltf",
+        ),
+        (r#""onto": {"robot": {"file": "fixtures/robots/h1.urdf"}},"#, "a.csv"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(output);
+        let json = format!(
+            r#"{{"source": {{"inputs": ["fixtures/real/cmu_short.bvh"], "frames": {{"trim": "0..0.5"}}}}, {onto} "write": {{"output": {path:?}}}}}"#
+        );
+        let job = Job::from_json(&json).unwrap();
+        job.run().unwrap();
+        let (written, report) = job.run_in_memory(&files).unwrap();
+        let in_memory = written.files.iter().map(|file| file.bytes().into_owned());
+        let on_disk = report
+            .files
+            .iter()
+            .map(|file| fs::read(folder.path().join(&file.name)).unwrap());
+        assert!(in_memory.eq(on_disk), "{json}");
+    }
+    let job = Job::from_json(r#"{"source": {"inputs": ["b.bvh"]}, "write": {"output": "b.glb"}}"#).unwrap();
+    assert_eq!(job.run_in_memory(&files).unwrap_err().code().as_str(), "missing-file");
+}
