@@ -274,8 +274,12 @@ impl Job {
         let extension = self.write.extension();
         let is_character = matches!(retargeting.target(), Target::Character(_));
         if is_character && ["glb", "gltf", "vrm"].contains(&extension.as_str()) {
-            let bytes = retargeting.character_file()?.unwrap_or_default();
-            return Ok(Written::from(bytes));
+            let written = retargeting.character_file_with(&self.write.smaller.gltf())?;
+            let (bytes, gltf) = written.unwrap_or_default();
+            let mut written = Written::from(bytes);
+            written.warnings = gltf.warnings;
+            written.error = gltf.achieved;
+            return Ok(written);
         }
         let (row, path) = self.write.row()?;
         if row.has_one_clip && retargeting.clips().len() > 1 {

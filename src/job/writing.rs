@@ -11,7 +11,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::export::Exporter;
 use crate::format::bvh::{BvhOptions, Channels};
 use crate::format::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
-use crate::format::gltf::{BufferPlace, Compression};
+use crate::format::gltf::{BufferPlace, Compression, GltfOptions};
 use crate::format::{FormatInfo, WriteOption};
 use crate::process::SkeletonMesh;
 use crate::scene::{RotationOrder, UpAxis};
@@ -237,6 +237,25 @@ impl Smaller {
             .map_or(ErrorBound::default().max_error, Length::to_metres)
     }
 
+    /// How the clips of a character are stored, whose file is passed through.
+    pub(super) fn gltf(&self) -> GltfOptions {
+        let compression = match (self.compress, self.max_error) {
+            (Some(kind), _) => kind,
+            (None, Some(_)) => Compression::Int16,
+            (None, None) => Compression::None,
+        };
+        let bound = ErrorBound::new(self.tolerance());
+        let bound = match self.shell_distance {
+            Some(length) => bound.shell_distance(length.to_metres()),
+            None => bound,
+        };
+        GltfOptions {
+            compression,
+            error_bound: self.has_bound().then_some(bound),
+            ..GltfOptions::default()
+        }
+    }
+
     /// Whether keys or bits may be left out.
     pub fn has_bound(&self) -> bool {
         self.max_error.is_some() || self.compress.is_some_and(|kind| kind != Compression::None)
@@ -311,8 +330,8 @@ impl Writing {
     /// The row of the format, and a name of the output that has its extension.
     ///
     /// # Errors
-    /// [`Code::UnknownFormat`] where no format is written under the extension; [`Code::InvalidValue`] where an option is
-    /// stated that the format does not take.
+    /// [`Code::UnknownFormat`] where no format is written under the extension; [`Code::InvalidValue`] where an option
+    /// is stated that the format does not take.
     pub(super) fn row(&self) -> Result<(&'static FormatInfo, PathBuf)> {
         let extension = self.extension();
         let path = self.output.with_extension(&extension);

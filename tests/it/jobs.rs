@@ -114,7 +114,7 @@ fn a_wrong_job_says_where() {
         (r#"{} {}"#, "the job: something follows the JSON object"),
         (
             r#"{"wirte": {}}"#,
-            "the job: unknown field `wirte`, expected one of `read`, `source`",
+            "the job: wirte: unknown field `wirte`, expected one of `read`, `source`",
         ),
         (
             r#"{"write": {"smaller": {"max-error": "far"}}}"#,

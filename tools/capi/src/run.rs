@@ -13,8 +13,8 @@ use crate::text;
 ///
 ///     mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
 ///
-/// Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse than
-/// the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
+/// Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
+/// than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
 ///
 /// # Safety
 /// `job` is a text that ends with a zero byte.

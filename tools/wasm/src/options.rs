@@ -1,9 +1,10 @@
 //! The options of the package, in JavaScript's names, as those of the library. What is left out has the library's
 //! default.
 
+use mocap::compress::ErrorBound;
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
-use mocap::gltf::Compression;
+use mocap::gltf::{Compression, GltfOptions};
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
@@ -247,6 +248,22 @@ impl WriteOptions {
             exporter = exporter.shell_distance(metres);
         }
         exporter
+    }
+
+    /// How the clip of a character is stored, whose file is passed through.
+    pub(crate) fn gltf(&self) -> GltfOptions {
+        let compression = match self.compress {
+            None | Some(Compress::None) => Compression::None,
+            Some(Compress::Int16) => Compression::Int16,
+        };
+        let has_bound = self.max_error.is_some() || compression != Compression::None;
+        let bound = self.max_error.map_or_else(ErrorBound::default, ErrorBound::new);
+        let bound = bound.shell_distance(self.shell_distance.unwrap_or_default());
+        GltfOptions {
+            compression,
+            error_bound: has_bound.then_some(bound),
+            ..GltfOptions::default()
+        }
     }
 
     /// Why an option that was given has no effect on a format.

@@ -327,7 +327,7 @@ fn write_format(entry: &Entry, extension: &str, options: &WriteOptions) -> Resul
     }
     if let (Format::Gltf, Some(character)) = (row.format, &entry.character) {
         let added = std::iter::zip(&entry.scene.animations, &entry.provenance);
-        let (bytes, _) = character.with_clips(added, false, &gltf::GltfOptions::default())?;
+        let (bytes, _) = character.with_clips(added, false, &options.gltf())?;
         return Ok((json(&Said::default())?, bytes));
     }
     let (scene, assumptions) = match row.keeps_units() {
