@@ -13,6 +13,7 @@ pub(crate) mod ground;
 pub(crate) mod hierarchy;
 mod humanoid;
 mod measure;
+pub(crate) mod names;
 mod poses;
 pub(crate) mod robot_bones;
 pub(crate) mod rotations;

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::names::Name;
+use super::names::words::Part;
 use super::poses::poses;
 use super::{Confidence, Guess, Unit};
 use crate::pose::Pose;
@@ -18,9 +20,9 @@ const LIKELY_WITHIN: f64 = 1.4;
 /// The largest variation of the floor's height, as a share of the figure's size: a jump, or stairs.
 const FLOOR_SPREAD: f64 = 0.4;
 
-/// Parts of joint names that indicate a whole body.
-const LOWER: [&str; 5] = ["foot", "toe", "ankle", "shin", "heel"];
-const UPPER: [&str; 3] = ["head", "neck", "skull"];
+/// Parts whose names indicate a whole body.
+const LOWER: [Part; 2] = [Part::Foot, Part::Toes];
+const UPPER: [Part; 2] = [Part::Head, Part::Neck];
 
 /// Measurements of a few poses of a scene.
 pub(super) struct Extent {
@@ -167,10 +169,10 @@ pub(super) fn extent(scene: &Scene, pose: &Pose) -> f32 {
     }
 }
 
-fn nodes_called(scene: &Scene, parts: &[&str]) -> Vec<NodeId> {
+fn nodes_called(scene: &Scene, parts: &[Part]) -> Vec<NodeId> {
     let is_called = |name: &str| {
-        let name = name.to_lowercase();
-        parts.iter().any(|part| name.contains(part))
+        let meaning = Name::read(name).meaning;
+        meaning.iter().any(|(part, _)| parts.contains(part))
     };
     let called = scene.nodes.iter().enumerate().filter(|(_, node)| is_called(&node.name));
     called.map(|(index, _)| NodeId::new(index)).collect()

@@ -9,11 +9,9 @@ mod body;
 mod fingers;
 mod limb;
 mod map;
-mod names;
 mod refusal;
 mod sides;
 mod topology;
-mod words;
 
 use std::collections::BTreeMap;
 

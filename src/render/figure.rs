@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use crate::figure::names::Name;
 use crate::figure::{self, Humanoid, HumanoidBone, survey};
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
@@ -83,33 +84,10 @@ impl From<figure::Side> for Side {
     }
 }
 
-/// Names after the letter of the side in Acclaim's names, which have no capital letters: `lfemur`.
-const PARTS: [&str; 12] = [
-    "hipjoint", "femur", "tibia", "foot", "toes", "clavicle", "humerus", "radius", "wrist", "hand", "fingers", "thumb",
-];
-
 impl Side {
     /// `LeftArm`, `lThigh`, `hand_L`, `L_Foot`, `mixamorig:RightHand`, `rtibia`.
     pub(super) fn of(name: &str) -> Self {
-        let name = name.rsplit(':').next().unwrap_or(name);
-        let lower = name.to_ascii_lowercase();
-        for (word, letter, side) in [("left", 'l', Self::Left), ("right", 'r', Self::Right)] {
-            if lower.contains(word) {
-                return side;
-            }
-            let starts = lower.strip_prefix(letter).is_some_and(|part| PARTS.contains(&part))
-                || lower.starts_with(letter)
-                    && name
-                        .chars()
-                        .nth(1)
-                        .is_some_and(|next| next.is_ascii_uppercase() || "_-. ".contains(next));
-            let ends =
-                lower.ends_with(letter) && name.chars().rev().nth(1).is_some_and(|before| "_-. ".contains(before));
-            if starts || ends {
-                return side;
-            }
-        }
-        Self::Middle
+        Name::read(name).side.map_or(Self::Middle, Self::from)
     }
 }
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::rules::{Above, Drive, Rule, Twist};
 use crate::figure::body::Body;
+use crate::figure::names::Name;
 use crate::figure::t_pose::{direction, limb_end};
 use crate::figure::track::{Ends, Track, ends, is_twisted_at_beginning};
 use crate::figure::watched::Watched;
@@ -275,8 +276,7 @@ impl Builder<'_> {
         let mut helpers = Vec::new();
         for (index, node) in target.nodes.iter().enumerate() {
             let id = NodeId::new(index);
-            let name = node.name.to_lowercase();
-            let is_named = node.kind == NodeKind::Joint && (name.contains("twist") || name.contains("roll"));
+            let is_named = node.kind == NodeKind::Joint && Name::read(&node.name).is_twist;
             let is_child = node.parent.is_some_and(|parent| segment.contains(&parent));
             let is_bone = segment.contains(&id) || self.to.bones.values().any(|other| *other == id);
             let along = (self.to.position(id) - start).dot(way) / way.length_squared();

@@ -2,7 +2,7 @@
 
 use super::limb::{self, Fit, Kind};
 use super::topology::{Pair, Tree, pairs};
-use super::words::Part;
+use crate::figure::names::words::Part;
 
 /// Pairs that are tried as arms and as legs.
 const MOST_PAIRS: usize = 12;

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::names::Name;
 use super::topology::Tree;
-use super::words::{FingerKind, Part};
+use crate::figure::names::Name;
+use crate::figure::names::words::{FingerKind, Part};
 use crate::scene::HumanoidBone as Bone;
 
 /// The joints of one finger, from the palm outwards, and whether names say which finger it is.

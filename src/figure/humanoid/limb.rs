@@ -1,7 +1,7 @@
 //! Which joints of a chain are the bones of an arm or of a leg: the choice that fits names and lengths best.
 
 use super::topology::{Pair, Tree};
-use super::words::Part;
+use crate::figure::names::words::Part;
 
 /// How much a name counts against a length that is off by one spread.
 const NAME_WEIGHT: f32 = 2.5;

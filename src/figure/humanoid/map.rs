@@ -9,7 +9,7 @@ use super::fingers;
 use super::limb::Kind;
 use super::sides::Found;
 use super::topology::Tree;
-use super::words::Part;
+use crate::figure::names::words::Part;
 use crate::scene::{HumanoidBone, NodeId, Side};
 
 /// Lengths fit where they are, a bone in the mean, not farther off than this.

@@ -7,7 +7,7 @@ use super::body::Body;
 use super::limb::{Fit, Kind};
 use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
-use super::words::Part;
+use crate::figure::names::words::Part;
 use crate::scene::{NodeId, Scene};
 
 /// A body is named where the bones of its limbs are, in the mean, at least this well.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::names::Name;
+use crate::figure::names::Name;
 use crate::pose::{Binding, Pose};
 use crate::scene::{NodeId, NodeKind, Scene};
 

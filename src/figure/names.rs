@@ -1,28 +1,33 @@
-//! What the name of a joint says: its side, the part of the body, its number.
+//! What the name of a joint says: its side, the part of the body, its number. This is the one reader of names: whatever
+//! asks what a joint is called asks here.
 
-use super::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
+pub(crate) mod words;
+
+use self::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 use crate::scene::Side;
 
 /// What a name says.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Name {
+pub(crate) struct Name {
     /// Left or right, where the name says so.
-    pub(super) side: Option<Side>,
+    pub(crate) side: Option<Side>,
     /// The parts of the body that it can mean.
-    pub(super) meaning: Meaning,
+    pub(crate) meaning: Meaning,
     /// The finger that it belongs to.
-    pub(super) finger: Option<FingerKind>,
+    pub(crate) finger: Option<FingerKind>,
     /// Whether the joint helps another one, as twist joints do, or is the end of one.
-    pub(super) is_helper: bool,
+    pub(crate) is_helper: bool,
+    /// Whether it is a joint beside a bone that takes a part of the bone's twist.
+    pub(crate) is_twist: bool,
     /// The name without its side, to find the joint of the other side by.
-    pub(super) without_side: String,
+    pub(crate) without_side: String,
     /// The numbers in it, as they are written.
-    pub(super) numbers: Vec<String>,
+    pub(crate) numbers: Vec<String>,
 }
 
 impl Name {
     /// Reads the name of a joint.
-    pub(super) fn read(name: &str) -> Self {
+    pub(crate) fn read(name: &str) -> Self {
         // A name space, as in `mixamorig:Hips`, and the path of a node in some writers.
         let name = name.rsplit([':', '|', '/']).next().unwrap_or(name);
         let starts_as_helper = name.starts_with("__");
@@ -53,6 +58,7 @@ impl Name {
             };
         }
         let joined = letters.concat();
+        let is_twist = letters.iter().any(|word| is_twist(word));
         let is_of_foot = ["foot", "toe"].iter().any(|word| joined.contains(word));
         let mut finger = finger_of(&joined, &letters).filter(|_| !is_of_foot);
         let mut found = meaning_of(&letters);
@@ -97,13 +103,14 @@ impl Name {
             meaning: found,
             finger,
             is_helper,
+            is_twist,
             without_side: joined,
             numbers,
         }
     }
 
     /// How well the name fits `part`: up to 1 where it says so, 0 where it says nothing, below where it says another.
-    pub(super) fn fits(&self, part: Part) -> f32 {
+    pub(crate) fn fits(&self, part: Part) -> f32 {
         let weight = self
             .meaning
             .iter()
@@ -119,7 +126,7 @@ impl Name {
     }
 
     /// Whether the name means `part` and nothing else.
-    pub(super) fn says(&self, part: Part) -> bool {
+    pub(crate) fn says(&self, part: Part) -> bool {
         !self.is_helper
             && self
                 .meaning
@@ -128,7 +135,7 @@ impl Name {
     }
 
     /// Whether it is the name of the same joint on the other side.
-    pub(super) fn mirrors(&self, other: &Self) -> bool {
+    pub(crate) fn mirrors(&self, other: &Self) -> bool {
         self.side.is_some()
             && other.side.is_some()
             && self.side != other.side
@@ -197,6 +204,19 @@ fn take_side(words: &mut Vec<String>) -> Option<Side> {
         }
     }
     None
+}
+
+/// Whether a word is that of a twist joint: `twist`, `roll`, and glued to a part as in `forearmroll`. `controller` and
+/// `scroll` are no such words.
+fn is_twist(word: &str) -> bool {
+    let has_part = |rest: &str| !meaning(rest).is_empty() || glued_side(rest).is_some();
+    word == "roll"
+        || word == "rollbone"
+        || word.contains("twist")
+        || word
+            .strip_suffix("roll")
+            .or_else(|| word.strip_prefix("roll"))
+            .is_some_and(has_part)
 }
 
 /// `lhumerus`: the side and what the rest means.
@@ -335,6 +355,31 @@ mod tests {
                 (&[] as Meaning, None, false),
                 "{nothing}"
             );
+        }
+    }
+
+    #[test]
+    fn a_controller_is_no_twist_joint() {
+        for twist in [
+            "LeftForeArmTwist",
+            "lForearmRoll",
+            "LeftUpLegRoll",
+            "upperarm_twist_01_l",
+            "RightArmRoll_1",
+            "lforearmroll",
+            "thighTwist01_R",
+        ] {
+            assert!(Name::read(twist).is_twist, "{twist}");
+        }
+        for other in [
+            "FootController",
+            "LeftHandControl",
+            "foot_scroll_l",
+            "Controller",
+            "LeftArm",
+            "Trolley",
+        ] {
+            assert!(!Name::read(other).is_twist, "{other}");
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 /// A part of the body that a joint begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(crate) enum Part {
     Hips,
     Spine,
     Neck,
@@ -29,7 +29,7 @@ pub(super) enum Part {
 }
 
 /// The parts that a word can mean, each with a weight of 0 to 1.
-pub(super) type Meaning = &'static [(Part, f32)];
+pub(crate) type Meaning = &'static [(Part, f32)];
 
 use Part::{
     Eye, Finger, Foot, Hand, Head, Hips, Jaw, LowerArm, LowerLeg, Neck, Shoulder, Spine, Toes, UpperArm, UpperLeg,
@@ -316,7 +316,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
 ];
 
 /// Words that say nothing about the body: of rigs, of programs, of kinds of joint.
-pub(super) const NOISE: &[&str] = &[
+pub(crate) const NOISE: &[&str] = &[
     "jnt",
     "joint",
     "jt",
@@ -359,7 +359,7 @@ pub(super) const NOISE: &[&str] = &[
 ];
 
 /// Words of joints that help another one, or are attached to it, and begin no bone of the body.
-pub(super) const HELPERS: &[&str] = &[
+pub(crate) const HELPERS: &[&str] = &[
     "twist",
     "roll",
     "ik",
@@ -439,7 +439,7 @@ pub(super) const HELPERS: &[&str] = &[
 ];
 
 /// The meaning of a word; empty where it has none.
-pub(super) fn meaning(word: &str) -> Meaning {
+pub(crate) fn meaning(word: &str) -> Meaning {
     // Checkers of memory see a `HashMap` that lives to the end as a leak.
     static MEANINGS: LazyLock<BTreeMap<&str, Meaning>> = LazyLock::new(|| {
         let rows = WORDS.iter();
@@ -451,7 +451,7 @@ pub(super) fn meaning(word: &str) -> Meaning {
 
 /// A finger, from the thumb on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum FingerKind {
+pub(crate) enum FingerKind {
     Thumb,
     Index,
     Middle,
@@ -460,7 +460,7 @@ pub(super) enum FingerKind {
 }
 
 /// What each finger is called, wherever it stands in a name.
-pub(super) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
+pub(crate) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
     (FingerKind::Little, &["pinky", "pinkie", "little", "小指"]),
     (
         FingerKind::Thumb,
@@ -486,7 +486,7 @@ pub(super) const FINGERS_WITHIN: &[(FingerKind, &[&str])] = &[
 ];
 
 /// And where it is a word of its own.
-pub(super) const FINGER_WORDS: &[(FingerKind, &[&str])] = &[
+pub(crate) const FINGER_WORDS: &[(FingerKind, &[&str])] = &[
     (FingerKind::Middle, &["middle", "mid"]),
     (FingerKind::Ring, &["ring"]),
     (FingerKind::Little, &["small"]),
