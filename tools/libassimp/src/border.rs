@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::system::function;
+use crate::system::calls;
 
 thread_local! {
     /// Why the last call of this thread that failed did so.
@@ -68,10 +68,9 @@ pub(crate) unsafe fn bytes<'a>(first: *const u8, size: usize) -> &'a [u8] {
 
 /// The text of the last failure of the system's Assimp; empty if there was none.
 pub(crate) fn error_text_of_system() -> String {
-    type Get = unsafe extern "C" fn() -> *const c_char;
-    // SAFETY: the function of the headers, which gives a text.
+    // SAFETY: the function gives a text, which is copied before anything else is called.
     unsafe {
-        let text = function::<Get>(c"aiGetErrorString").map_or(std::ptr::null(), |get| get());
+        let text = calls::error_text().map_or(std::ptr::null(), |get| get());
         text_or_empty(text)
     }
 }

@@ -1,10 +1,10 @@
 //! File systems that a C program makes of functions: `aiFileIO`.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::CStr;
 
-use crate::abi::{ScenePrivate, aiFileIO, aiMatrix4x4, aiScene, aiString};
+use crate::abi::{ScenePrivate, aiFileIO, aiScene, aiString};
 use crate::properties::Properties;
-use crate::system::function;
+use crate::system::calls;
 
 /// All bytes of a file, or its first `most`; `None` if it cannot be opened.
 ///
@@ -37,15 +37,13 @@ pub(crate) unsafe fn import(
     flags: u32,
     properties: &Properties,
 ) -> Result<*mut aiScene, String> {
-    type Import = unsafe extern "C" fn(*const c_char, u32, *mut aiFileIO, *mut c_void) -> *mut aiScene;
-    type Set<T> = unsafe extern "C" fn(*mut c_void, *const c_char, T);
-    // SAFETY: functions of the headers, a store, names and values.
+    // SAFETY: a store, names and values, and the promise of the caller.
     unsafe {
-        let store = function::<unsafe extern "C" fn() -> *mut c_void>(c"aiCreatePropertyStore")?();
-        let integer = function::<Set<i32>>(c"aiSetImportPropertyInteger")?;
-        let float = function::<Set<f32>>(c"aiSetImportPropertyFloat")?;
-        let string = function::<Set<*const aiString>>(c"aiSetImportPropertyString")?;
-        let matrix = function::<Set<*const aiMatrix4x4>>(c"aiSetImportPropertyMatrix")?;
+        let store = calls::create_property_store()?();
+        let integer = calls::set_stored_integer()?;
+        let float = calls::set_stored_float()?;
+        let string = calls::set_stored_string()?;
+        let matrix = calls::set_stored_matrix()?;
         for (name, &value) in &properties.integers {
             integer(store, name.as_ptr(), value);
         }
@@ -58,18 +56,17 @@ pub(crate) unsafe fn import(
         for (name, value) in &properties.matrices {
             matrix(store, name.as_ptr(), value);
         }
-        let scene = function::<Import>(c"aiImportFileExWithProperties")?(path.as_ptr(), flags, files, store);
-        function::<unsafe extern "C" fn(*mut c_void)>(c"aiReleasePropertyStore")?(store);
+        let scene = calls::import_file()?(path.as_ptr(), flags, files, store);
+        calls::release_property_store()?(store);
         if scene.is_null() {
-            let text = function::<unsafe extern "C" fn() -> *const c_char>(c"aiGetErrorString")?();
+            let text = calls::error_text()?();
             return Err(CStr::from_ptr(text).to_string_lossy().into_owned());
         }
         // The scene belongs to an importer, which gives it away before it is deleted.
         let private: *mut ScenePrivate = (*scene).mPrivate;
         let importer = std::mem::replace(&mut (*private).importer, std::ptr::null_mut());
-        type Method<R> = unsafe extern "C" fn(*mut c_void) -> R;
-        function::<Method<*mut aiScene>>(c"_ZN6Assimp8Importer16GetOrphanedSceneEv")?(importer);
-        function::<Method<()>>(c"_ZN6Assimp8ImporterD1Ev")?(importer);
+        calls::orphaned_scene()?(importer);
+        calls::destruct_importer()?(importer);
         crate::heap::delete(importer);
         Ok(scene)
     }

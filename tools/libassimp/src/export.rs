@@ -11,7 +11,7 @@ use mocap::gltf::{Document, GltfOptions};
 
 use crate::abi::{AI_FAILURE, AI_SUCCESS, aiExportDataBlob, aiExportFormatDesc, aiFileIO, aiReturn, aiScene, aiString};
 use crate::border::{error_text_of_system, guard, text};
-use crate::system::function;
+use crate::system::calls;
 use crate::{destroy, from_assimp, heap};
 
 /// The formats that are written here, by Assimp's ids for them.
@@ -43,8 +43,7 @@ static FORMATS: Table = Table([
 /// How many formats are written, here and by the system's Assimp, which has those of this library too.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
-    // SAFETY: the function of the headers.
-    match unsafe { function::<unsafe extern "C" fn() -> usize>(c"aiGetExportFormatCount") } {
+    match calls::export_format_count() {
         // SAFETY: it takes nothing.
         Ok(count) => unsafe { count() },
         Err(_) => FORMATS.0.len(),
@@ -54,12 +53,10 @@ pub(crate) extern "C" fn aiGetExportFormatCount() -> usize {
 /// What a format is called; NULL beyond the last.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const aiExportFormatDesc {
-    type Describe = unsafe extern "C" fn(usize) -> *const aiExportFormatDesc;
     if index >= aiGetExportFormatCount() {
         return ptr::null();
     }
-    // SAFETY: the function of the headers.
-    match unsafe { function::<Describe>(c"aiGetExportFormatDescription") } {
+    match calls::export_format_description() {
         // SAFETY: there are more formats than that.
         Ok(describe) => unsafe { describe(index) },
         Err(_) => &raw const FORMATS.0[index],
@@ -72,15 +69,12 @@ pub(crate) extern "C" fn aiGetExportFormatDescription(index: usize) -> *const ai
 /// `description` is NULL or comes from [`aiGetExportFormatDescription`], and is not used any more.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn aiReleaseExportFormatDescription(description: *const aiExportFormatDesc) {
-    type Release = unsafe extern "C" fn(*const aiExportFormatDesc);
     if description.is_null() || FORMATS.0.as_ptr_range().contains(&description) {
         return;
     }
-    // SAFETY: the function of the headers, and one of its descriptions.
-    unsafe {
-        if let Ok(release) = function::<Release>(c"aiReleaseExportFormatDescription") {
-            release(description);
-        }
+    if let Ok(release) = calls::release_export_format_description() {
+        // SAFETY: one of its descriptions, which is not used any more.
+        unsafe { release(description) };
     }
 }
 
@@ -111,7 +105,6 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
     files: *mut aiFileIO,
     flags: u32,
 ) -> aiReturn {
-    type Export = unsafe extern "C" fn(*const aiScene, *const c_char, *const c_char, *mut aiFileIO, u32) -> aiReturn;
     guard(AI_FAILURE, || {
         // SAFETY: the caller hands over NULL or texts, and NULL or a scene.
         let (format, path, own) = unsafe { (text(format, "the format")?, text(path, "the path")?, own(scene, format)) };
@@ -121,12 +114,9 @@ pub(crate) unsafe extern "C" fn aiExportSceneEx(
                 write(&document, kind, path).map_err(|error| error.to_string())?;
             }
             own => {
-                // SAFETY: the function of the headers, a scene and texts.
-                let result = unsafe {
-                    let export =
-                        function::<Export>(c"aiExportSceneEx").map_err(|reason| not_written(own.err(), &reason))?;
-                    export(scene, format.as_ptr(), path.as_ptr(), files, flags)
-                };
+                let export = calls::export_scene().map_err(|reason| not_written(own.err(), &reason))?;
+                // SAFETY: a scene and texts.
+                let result = unsafe { export(scene, format.as_ptr(), path.as_ptr(), files, flags) };
                 if result != AI_SUCCESS {
                     return Err(failure_of_system(&format.to_string_lossy()));
                 }
@@ -147,7 +137,6 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
     format: *const c_char,
     flags: u32,
 ) -> *const aiExportDataBlob {
-    type Export = unsafe extern "C" fn(*const aiScene, *const c_char, u32) -> *const aiExportDataBlob;
     guard(ptr::null(), || {
         // SAFETY: the caller hands over NULL or a text, and NULL or a scene.
         let (format, own) = unsafe { (text(format, "the format")?, own(scene, format)) };
@@ -166,12 +155,9 @@ pub(crate) unsafe extern "C" fn aiExportSceneToBlob(
                 }))
             }
             own => {
-                // SAFETY: the function of the headers, a scene and a text.
-                let blob = unsafe {
-                    let export =
-                        function::<Export>(c"aiExportSceneToBlob").map_err(|reason| not_written(own.err(), &reason))?;
-                    export(scene, format.as_ptr(), flags)
-                };
+                let export = calls::export_scene_to_blob().map_err(|reason| not_written(own.err(), &reason))?;
+                // SAFETY: a scene and a text.
+                let blob = unsafe { export(scene, format.as_ptr(), flags) };
                 match blob.is_null() {
                     true => Err(failure_of_system(&format.to_string_lossy())),
                     false => Ok(blob.cast_mut()),

@@ -6,7 +6,7 @@ use mocap::FORMATS;
 
 use crate::abi::aiString;
 use crate::border::{guard, text};
-use crate::system;
+use crate::system::calls;
 
 /// 1 if files with this extension are read, with or without its dot, here or by the system's Assimp; else 0.
 ///
@@ -22,9 +22,7 @@ pub(crate) unsafe extern "C" fn aiIsExtensionSupported(extension: *const c_char)
         if extensions().any(|known| known.eq_ignore_ascii_case(name)) {
             return Ok(1);
         }
-        // SAFETY: the function of the headers.
-        let asked =
-            unsafe { system::function::<unsafe extern "C" fn(*const c_char) -> i32>(c"aiIsExtensionSupported") };
+        let asked = calls::is_extension_supported();
         // SAFETY: a text.
         Ok(asked.map_or(0, |ask| unsafe { ask(extension.as_ptr()) }))
     })
@@ -40,8 +38,7 @@ pub(crate) unsafe extern "C" fn aiGetExtensionList(list: *mut aiString) {
         return;
     }
     let mut theirs = aiString::new("");
-    // SAFETY: the function of the headers.
-    if let Ok(get) = unsafe { system::function::<unsafe extern "C" fn(*mut aiString)>(c"aiGetExtensionList") } {
+    if let Ok(get) = calls::extension_list() {
         // SAFETY: the place of an `aiString`.
         unsafe { get(&raw mut theirs) };
     }

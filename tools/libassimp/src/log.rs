@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 
 use crate::abi::{AI_SUCCESS, aiLogStream, aiReturn};
 use crate::forward::objects::{_ZTIN6Assimp10NullLoggerE, Word};
-use crate::system::{self, function, system_functions};
+use crate::system::{self, calls, system_functions};
 use crate::virtual_call;
 
 type Logger = *mut c_void;
@@ -21,8 +21,7 @@ pub(crate) fn warn(message: &str) {
         return;
     };
     let logger = match system::opened() {
-        // SAFETY: the function of the headers.
-        Some(_) => unsafe { function::<unsafe extern "C" fn() -> Logger>(c"_ZN6Assimp13DefaultLogger3getEv") }
+        Some(_) => calls::logger()
             // SAFETY: it takes nothing.
             .map_or(ptr::null_mut(), |get| unsafe { get() }),
         None => OWN.load(Ordering::Acquire),

@@ -4,6 +4,8 @@
 //! this library, which the dynamic linker has loaded under that name already; with `RTLD_LOCAL`, so that the program's
 //! calls still come here; and with `RTLD_DEEPBIND`, so that its own calls stay within it.
 
+pub(crate) mod calls;
+
 use std::env;
 use std::ffi::{CStr, CString, c_void};
 use std::os::unix::ffi::OsStrExt;

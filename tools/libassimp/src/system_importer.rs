@@ -1,13 +1,13 @@
 //! An `Assimp::Importer` of the system's Assimp: reads what is not read here, and runs the steps that are not here.
 
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, c_void};
 use std::ptr;
 
-use crate::abi::{aiImporterDesc, aiReturn, aiScene};
+use crate::abi::{aiImporterDesc, aiScene};
 use crate::cpp_string::StdString;
 use crate::forward::objects::{_ZTIN6Assimp12BaseImporterE, Word};
 use crate::properties::Properties;
-use crate::system::function;
+use crate::system::calls;
 use crate::virtual_call::{IoSystem, Progress};
 use crate::{destroy, heap};
 
@@ -32,13 +32,9 @@ pub(crate) struct Handlers {
     pub(crate) progress: Progress,
 }
 
-type Method<R> = unsafe extern "C" fn(*mut c_void) -> R;
-type Set<T> = unsafe extern "C" fn(*mut c_void, *const c_char, T) -> bool;
-
 impl SystemImporter {
     pub(crate) fn new() -> Result<Self, String> {
-        // SAFETY: the constructor of the headers.
-        let construct = unsafe { function::<Method<()>>(c"_ZN6Assimp8ImporterC1Ev") }?;
+        let construct = calls::construct_importer()?;
         let importer = heap::allocate(size_of::<*mut c_void>());
         // SAFETY: the block is as large as the class.
         unsafe { construct(importer) };
@@ -58,9 +54,7 @@ impl SystemImporter {
         properties: &Properties,
         handlers: Handlers,
     ) -> Result<*mut aiScene, String> {
-        type ReadFile = unsafe extern "C" fn(*mut c_void, *const c_char, u32) -> *const aiScene;
-        // SAFETY: the method of the headers.
-        let read = unsafe { function::<ReadFile>(c"_ZN6Assimp8Importer8ReadFileEPKcj") }?;
+        let read = calls::read_file()?;
         self.set_properties(properties)?;
         // SAFETY: an importer and a text.
         self.with_handlers(handlers, || unsafe { read(self.0, path.as_ptr(), flags) })?;
@@ -82,9 +76,7 @@ impl SystemImporter {
     }
 
     fn read_and_keep(&self, bytes: &[u8], flags: u32, hint: &CStr, handlers: Handlers) -> Result<(), String> {
-        type Read = unsafe extern "C" fn(*mut c_void, *const u8, usize, u32, *const c_char) -> *const aiScene;
-        // SAFETY: the method of the headers.
-        let read = unsafe { function::<Read>(c"_ZN6Assimp8Importer18ReadFileFromMemoryEPKvmjPKc") }?;
+        let read = calls::read_memory()?;
         // SAFETY: an importer, bytes and a text.
         self.with_handlers(handlers, || unsafe {
             read(self.0, bytes.as_ptr(), bytes.len(), flags, hint.as_ptr())
@@ -104,16 +96,8 @@ impl SystemImporter {
         properties: &Properties,
         progress: Progress,
     ) -> Result<(), String> {
-        type Register = unsafe extern "C" fn(*mut c_void, *mut Loader) -> aiReturn;
-        type Apply = unsafe extern "C" fn(*mut c_void, *mut c_void, bool) -> *const aiScene;
-        // SAFETY: methods of the headers.
-        let (register, unregister, apply) = unsafe {
-            (
-                function::<Register>(c"_ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE")?,
-                function::<Register>(c"_ZN6Assimp8Importer16UnregisterLoaderEPNS_12BaseImporterE")?,
-                function::<Apply>(c"_ZN6Assimp8Importer29ApplyCustomizedPostProcessingEPNS_11BaseProcessEb")?,
-            )
-        };
+        let (register, unregister) = (calls::register_loader()?, calls::unregister_loader()?);
+        let apply = calls::apply_process()?;
         self.set_properties(properties)?;
         let handlers = Handlers {
             io: IoSystem(ptr::null_mut()),
@@ -125,11 +109,11 @@ impl SystemImporter {
         };
         let loader = Loader::new(scene)?;
         // SAFETY: the loader lives until it is taken back.
-        unsafe { register(self.0, loader) };
+        unsafe { register(self.0, loader.cast()) };
         let read = self.read_and_keep(b" ", flags, Loader::EXTENSION, handlers);
         // SAFETY: the loader was registered above, and nobody uses it any more.
         unsafe {
-            unregister(self.0, loader);
+            unregister(self.0, loader.cast());
             Loader::delete(loader);
         }
         read?;
@@ -152,30 +136,21 @@ impl SystemImporter {
 
     /// The scene that the importer has; else why it has none.
     fn take_scene(&self) -> Result<*mut aiScene, String> {
-        // SAFETY: methods of the headers, and an importer.
+        // SAFETY: an importer.
         unsafe {
-            let scene = function::<Method<*const aiScene>>(c"_ZNK6Assimp8Importer8GetSceneEv")?(self.0);
+            let scene = calls::scene()?(self.0);
             if scene.is_null() {
-                let text = function::<Method<*const c_char>>(c"_ZNK6Assimp8Importer14GetErrorStringEv")?(self.0);
+                let text = calls::importer_error_text()?(self.0);
                 return Err(CStr::from_ptr(text).to_string_lossy().into_owned());
             }
-            Ok(function::<Method<*mut aiScene>>(
-                c"_ZN6Assimp8Importer16GetOrphanedSceneEv",
-            )?(self.0))
+            Ok(calls::orphaned_scene()?(self.0))
         }
     }
 
     /// Calls `read` while the importer has these handlers, then takes them away again: they are the program's or the
     /// other importer's, and this one would delete them.
     fn with_handlers<R>(&self, handlers: Handlers, read: impl FnOnce() -> R) -> Result<R, String> {
-        type SetHandler = unsafe extern "C" fn(*mut c_void, *mut c_void);
-        // SAFETY: methods of the headers.
-        let (set_io, set_progress) = unsafe {
-            (
-                function::<SetHandler>(c"_ZN6Assimp8Importer12SetIOHandlerEPNS_8IOSystemE")?,
-                function::<SetHandler>(c"_ZN6Assimp8Importer18SetProgressHandlerEPNS_15ProgressHandlerE")?,
-            )
-        };
+        let (set_io, set_progress) = (calls::set_io_handler()?, calls::set_progress_handler()?);
         let with = [(set_io, handlers.io.0), (set_progress, handlers.progress.0)];
         let with = with.into_iter().filter(|(_, handler)| !handler.is_null());
         // SAFETY: an importer, and handlers that live until the end of this call.
@@ -187,27 +162,25 @@ impl SystemImporter {
     }
 
     fn set_properties(&self, properties: &Properties) -> Result<(), String> {
-        // SAFETY: methods of the headers, an importer, names and values.
+        // SAFETY: an importer, names and values.
         unsafe {
-            let set = function::<Set<i32>>(c"_ZN6Assimp8Importer18SetPropertyIntegerEPKci")?;
+            let set = calls::set_integer()?;
             for (name, &value) in &properties.integers {
                 set(self.0, name.as_ptr(), value);
             }
-            let set = function::<Set<f32>>(c"_ZN6Assimp8Importer16SetPropertyFloatEPKcf")?;
+            let set = calls::set_float()?;
             for (name, &value) in &properties.floats {
                 set(self.0, name.as_ptr(), value);
             }
-            let set = function::<Set<*const f32>>(c"_ZN6Assimp8Importer17SetPropertyMatrixEPKcRK12aiMatrix4x4tIfE")?;
+            let set = calls::set_matrix()?;
             for (name, value) in &properties.matrices {
                 set(self.0, name.as_ptr(), value.as_ptr().cast());
             }
-            let set = function::<Set<*mut c_void>>(c"_ZN6Assimp8Importer18SetPropertyPointerEPKcPv")?;
+            let set = calls::set_pointer()?;
             for (name, &value) in &properties.pointers {
                 set(self.0, name.as_ptr(), value);
             }
-            let set = function::<Set<*const StdString>>(
-                c"_ZN6Assimp8Importer17SetPropertyStringEPKcRKNSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEE",
-            )?;
+            let set = calls::set_string()?;
             for (name, value) in &properties.strings {
                 StdString::with(value.to_bytes(), |value| set(self.0, name.as_ptr(), value));
             }
@@ -218,8 +191,7 @@ impl SystemImporter {
 
 impl Drop for SystemImporter {
     fn drop(&mut self) {
-        // SAFETY: the destructor of the headers.
-        if let Ok(destruct) = unsafe { function::<Method<()>>(c"_ZN6Assimp8ImporterD1Ev") } {
+        if let Ok(destruct) = calls::destruct_importer() {
             // SAFETY: the importer was constructed and is given up.
             unsafe {
                 destruct(self.0);
@@ -287,8 +259,7 @@ impl Loader {
     const EXTENSION: &CStr = c"mocap-scene";
 
     fn new(scene: *mut aiScene) -> Result<*mut Self, String> {
-        // SAFETY: the constructor of the headers.
-        let construct = unsafe { function::<Method<()>>(c"_ZN6Assimp12BaseImporterC2Ev") }?;
+        let construct = calls::construct_loader()?;
         let loader = heap::new(Self {
             base: [0; BASE / 8],
             scene,
@@ -304,11 +275,9 @@ impl Loader {
     /// # Safety
     /// `this` is a loader that is not used any more; the same for `delete`.
     unsafe extern "C" fn destruct(this: *mut Self) {
-        // SAFETY: the destructor of the headers, for the base class.
-        unsafe {
-            if let Ok(destruct) = function::<Method<()>>(c"_ZN6Assimp12BaseImporterD2Ev") {
-                destruct(this.cast());
-            }
+        if let Ok(destruct) = calls::destruct_loader() {
+            // SAFETY: a loader begins with the base class.
+            unsafe { destruct(this.cast()) };
         }
     }
 

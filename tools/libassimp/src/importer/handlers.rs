@@ -6,6 +6,7 @@ use std::ptr;
 
 use super::registry;
 use super::state::methods;
+use crate::system::calls;
 use crate::virtual_call::{IoSystem, Progress, delete_object};
 
 methods! {
@@ -21,7 +22,7 @@ methods! {
     /// `IOSystem *GetIOHandler() const`: the program's, else that of the system's Assimp.
     fn _ZNK6Assimp8Importer12GetIOHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.io.0.is_null() {
-            true => registry::handler(state, c"_ZNK6Assimp8Importer12GetIOHandlerEv"),
+            true => registry::handler(state, calls::io_handler()),
             false => state.handlers.io.0,
         }
     }
@@ -43,7 +44,7 @@ methods! {
     /// `ProgressHandler *GetProgressHandler() const`: the program's, else that of the system's Assimp.
     fn _ZNK6Assimp8Importer18GetProgressHandlerEv(state) -> *mut c_void | ptr::null_mut() => {
         match state.handlers.progress.0.is_null() {
-            true => registry::handler(state, c"_ZNK6Assimp8Importer18GetProgressHandlerEv"),
+            true => registry::handler(state, calls::progress_handler()),
             false => state.handlers.progress.0,
         }
     }

@@ -6,7 +6,7 @@ use std::ptr;
 use super::state::{State, methods};
 use crate::abi::{AI_FAILURE, AI_SUCCESS, aiImporterDesc, aiReturn, aiString};
 use crate::extensions::{aiGetExtensionList, aiIsExtensionSupported};
-use crate::system::function;
+use crate::system::calls;
 
 /// Defines methods that the importer of the system's Assimp does, and their value where there is none.
 macro_rules! system_methods {
@@ -22,7 +22,7 @@ macro_rules! system_methods {
                     const NAME: &str = concat!(stringify!($symbol), "\0");
                     let symbol = CStr::from_bytes_with_nul(NAME.as_bytes()).unwrap_or_default();
                     // SAFETY: the method of the headers.
-                    match (state.system(), unsafe { function::<Inner>(symbol) }) {
+                    match (state.system(), unsafe { crate::system::function::<Inner>(symbol) }) {
                         // SAFETY: an importer, and what the caller hands over.
                         (Ok(system), Ok(method)) => unsafe { method(system.object() $(, $name)*) },
                         _ => $otherwise,
@@ -63,12 +63,12 @@ methods! {
     /// `aiReturn RegisterLoader(BaseImporter *loader)`: from now on the system's Assimp reads every file.
     fn _ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE(
         state, loader: *mut c_void
-    ) -> aiReturn | AI_FAILURE => register(state, c"_ZN6Assimp8Importer14RegisterLoaderEPNS_12BaseImporterE", loader)
+    ) -> aiReturn | AI_FAILURE => register(state, calls::register_loader(), loader)
 
     /// `aiReturn RegisterPPStep(BaseProcess *step)`: from now on the system's Assimp reads every file.
     fn _ZN6Assimp8Importer14RegisterPPStepEPNS_11BaseProcessE(
         state, step: *mut c_void
-    ) -> aiReturn | AI_FAILURE => register(state, c"_ZN6Assimp8Importer14RegisterPPStepEPNS_11BaseProcessE", step)
+    ) -> aiReturn | AI_FAILURE => register(state, calls::register_process(), step)
 
     /// `bool IsExtensionSupported(const char *extension) const`
     fn _ZNK6Assimp8Importer20IsExtensionSupportedEPKc(state, extension: *const c_char) -> bool | false => {
@@ -85,10 +85,10 @@ methods! {
     }
 }
 
-fn register(state: &mut State, method: &CStr, part: *mut c_void) -> aiReturn {
-    type Register = unsafe extern "C" fn(*mut c_void, *mut c_void) -> aiReturn;
-    // SAFETY: both methods of the headers take a pointer.
-    let method = unsafe { function::<Register>(method) };
+/// A method that takes a loader or a step.
+type Register = unsafe extern "C" fn(*mut c_void, *mut c_void) -> aiReturn;
+
+fn register(state: &mut State, method: Result<Register, String>, part: *mut c_void) -> aiReturn {
     let (Ok(method), Ok(system)) = (method, state.system()) else {
         return AI_FAILURE;
     };
@@ -98,11 +98,12 @@ fn register(state: &mut State, method: &CStr, part: *mut c_void) -> aiReturn {
     result
 }
 
+/// A method that gives a handler.
+type GetHandler = unsafe extern "C" fn(*mut c_void) -> *mut c_void;
+
 /// A handler that the importer of the system's Assimp has; NULL if there is none.
-pub(super) fn handler(state: &mut State, method: &CStr) -> *mut c_void {
-    type Get = unsafe extern "C" fn(*mut c_void) -> *mut c_void;
-    // SAFETY: both methods of the headers give a pointer.
-    match (state.system(), unsafe { function::<Get>(method) }) {
+pub(super) fn handler(state: &mut State, method: Result<GetHandler, String>) -> *mut c_void {
+    match (state.system(), method) {
         // SAFETY: an importer.
         (Ok(system), Ok(method)) => unsafe { method(system.object()) },
         _ => ptr::null_mut(),
@@ -111,11 +112,7 @@ pub(super) fn handler(state: &mut State, method: &CStr) -> *mut c_void {
 
 /// Whether the system's Assimp has all of these steps.
 pub(super) fn validate(state: &mut State, flags: u32) -> bool {
-    type Validate = unsafe extern "C" fn(*mut c_void, u32) -> bool;
-    // SAFETY: the method of the headers.
-    match (state.system(), unsafe {
-        function::<Validate>(c"_ZNK6Assimp8Importer13ValidateFlagsEj")
-    }) {
+    match (state.system(), calls::validate_flags()) {
         // SAFETY: an importer.
         (Ok(system), Ok(method)) => unsafe { method(system.object(), flags) },
         _ => false,
