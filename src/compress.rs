@@ -16,7 +16,7 @@
 //! 6. `refinement` adds keys or shrinks tolerances until the error is within the bound.
 //! 7. `clip` is the result, for FBX as `curves`.
 //!
-//! How keys are stored is what a format says: each implements [`Encoding`] beside its reader and writer.
+//! How keys are stored is what a format says: each implements `Encoding` beside its reader and writer.
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 

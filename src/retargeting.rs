@@ -4,7 +4,7 @@
 //! found, the T-pose is read while a rest pose stands in the first frame, that frame is left out, each motion is moved,
 //! feet are held on the ground where that is better, and every clip gets its own name, its provenance and a report.
 //! `docs/retargeting.md` and `docs/robots.md` have the algorithms. An engine that moves single poses as they come uses
-//! [`Retargeter`](crate::retarget::Retargeter) instead.
+//! [`Retargeter`] instead.
 //!
 //! ```
 //! use mocap::Importer;

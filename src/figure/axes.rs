@@ -232,7 +232,7 @@ impl Limb {
         let lower = (at[2] - at[1]).normalize_or_zero();
         let axis = upper.cross(lower);
         let sine = axis.length();
-        if !(sine > BENT) {
+        if sine.is_nan() || sine <= BENT {
             return;
         }
         for (node, seen) in self.turned.iter().zip(&mut self.seen) {
@@ -370,7 +370,7 @@ impl Mean {
         if rotation.is_finite() {
             // A rotation and its negative are one.
             let sign = if self.sum.dot(rotation) < 0.0 { -1.0 } else { 1.0 };
-            self.sum = self.sum + rotation * sign;
+            self.sum += rotation * sign;
             self.count += 1;
         }
     }
