@@ -75,7 +75,7 @@ impl Exporter {
     /// Conversion::new().apply(&mut scene)?;
     /// let bound = ErrorBound::new(0.001).shell_distance(0.03);
     /// let [whole, smaller] = [Exporter::new(), Exporter::new().error_bound(bound)];
-    /// let length = |exporter: Exporter| Ok::<_, mocap::Error>(exporter.write(&scene, Format::Fbx)?.len());
+    /// let length = |exporter: Exporter| Ok::<_, mocap::Error>(exporter.write(&scene, Format::Gltf)?.len());
     /// assert!(2 * length(smaller)? < length(whole)?);
     /// # Ok::<(), mocap::Error>(())
     /// ```

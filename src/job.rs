@@ -39,6 +39,7 @@ pub use self::text::{Angle, Length, Rest, StepLength, UnitChoice, UpChoice};
 pub use self::writing::{DrawnMesh, OutSpace, OutUp, Smaller, Writing, WritingBvh, WritingFbx};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Result};
+use crate::files::remove_unfinished;
 use crate::format::Written;
 use crate::import::MemoryFile;
 use crate::verify::Verifier;
@@ -82,7 +83,7 @@ impl Job {
     /// use mocap::job::Job;
     ///
     /// let error = Job::from_json(r#"{"write": {"outptu": "a.glb"}}"#).unwrap_err();
-    /// assert!(error.to_string().contains("write: unknown field `outptu`, expected one of `output`"));
+    /// assert!(error.to_string().contains("write.outptu: unknown field `outptu`, expected one of `output`"));
     /// ```
     ///
     /// # Errors
@@ -131,6 +132,8 @@ impl Job {
             provenance,
         } = self.make(&Files::Disk)?;
         written.save(output, &policy)?;
+        // Not before, because a `.gltf` that a killed process has left says whose its buffer is.
+        remove_unfinished(output);
         report.describe(&mut written, output);
         if self.write.verify {
             let mut verifier = Verifier::new().importer(self.read.importer());

@@ -8,7 +8,8 @@ use glam::{Quat, Vec3};
 /// use mocap::glam::{Quat, Vec3};
 /// use mocap::ik::Goal;
 ///
-/// let half_way = Goal { position_weight: 0.5, ..Goal::at(Vec3::Y) };
+/// let mut half_way = Goal::at(Vec3::Y);
+/// half_way.position_weight = 0.5;
 /// let flat = Goal::at(Vec3::Y).with_rotation(Quat::IDENTITY);
 /// # let _ = (half_way, flat);
 /// ```

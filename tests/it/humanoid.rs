@@ -371,12 +371,8 @@ fn the_t_pose_is_one() {
         let at = |bone| figure.humanoid.joint(bone).map(|joint| found.pose.position(joint));
         let up = figure.up.value.direction().unwrap();
         let way = |from, to| Some((at(to)? - at(from)?).normalize());
-        // A trunk that stands at rest keeps its curve.
-        let trunk: f32 = if found.source == TPoseSource::Computed {
-            1e-3
-        } else {
-            0.35
-        };
+        // A trunk keeps its curve: that of the rest pose, or else that which the motion shows in the mean.
+        let trunk = 0.35;
         let hips = way(HumanoidBone::RightUpperLeg, HumanoidBone::LeftUpperLeg).unwrap();
         // A figure without arms shows its sides by its legs alone.
         let arm = way(HumanoidBone::LeftUpperArm, HumanoidBone::LeftLowerArm);

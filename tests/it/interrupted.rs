@@ -41,7 +41,7 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
     }
 }
 
-/// The inputs are `walk.bvh`, the folder `clips`, and `character.bvh` and `robot.urdf`.
+/// The inputs are `walk.bvh`, the folder `clips`, `character.bvh`, `robot.urdf`, and `job.json`.
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
     one("convert walk.bvh out.gltf"),
@@ -49,6 +49,7 @@ const CASES: &[Case] = &[
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),
     one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
+    one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),
     one("robot walk.bvh --robot robot.urdf -o out.npz"),
@@ -107,6 +108,9 @@ fn inputs(source: &str) -> Files {
         "character.bvh".into(),
         fs::read("fixtures/real/biovision_example1.bvh").unwrap(),
     );
+    let job =
+        r#"{"source": {"inputs": ["walk.bvh"]}, "steps": ["mirror"], "write": {"output": "out.glb", "force": true}}"#;
+    files.insert("job.json".into(), job.into());
     files.insert("robot.urdf".into(), fs::read("fixtures/robots/h1.urdf").unwrap());
     files
 }
