@@ -354,8 +354,8 @@ impl Writing {
         }
     }
 
-    /// The exporter of the output.
-    pub(super) fn exporter(&self) -> Exporter {
+    /// The exporter of the output, which has its options but not its format.
+    pub fn exporter(&self) -> Exporter {
         let mut exporter = Exporter::new()
             .keep_constant(self.keep_constant)
             .bvh(self.bvh.options())

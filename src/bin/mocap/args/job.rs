@@ -31,10 +31,7 @@ impl ConvertArgs {
         job.write.space = self.change.out.clone();
         job.write.mesh = self.mesh;
         job.write.embed = self.embed;
-        job.write.keep_constant = self.write.keep_constant;
-        job.write.smaller = self.write.smaller.clone();
-        job.write.bvh = self.write.bvh.clone();
-        job.write.fbx = self.write.fbx.clone();
+        self.write.fill(&mut job.write);
         job
     }
 }

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use clap::builder::PossibleValue;
 use mocap::{Exporter, FORMATS, Format, FormatInfo, WriteOption};
 
-use mocap::job::{Smaller, WritingBvh, WritingFbx};
+use mocap::job::{Smaller, Writing, WritingBvh, WritingFbx};
 
 use super::{Given, compress, fbx};
 use crate::Failure;
@@ -79,21 +79,17 @@ impl WriteArgs {
         if let Some(reason) = one_file {
             fbx::check_one_file(&self.fbx, reason)?;
         }
-        let mut exporter = Exporter::new()
-            .format(format.format)
-            .keep_constant(self.keep_constant)
-            .bvh(self.bvh.options())
-            .fbx(self.fbx.options());
-        if let Some(length) = self.smaller.max_error {
-            exporter = exporter.max_error(length.to_metres());
-        }
-        if let Some(length) = self.smaller.shell_distance {
-            exporter = exporter.shell_distance(length.to_metres());
-        }
-        if let Some(kind) = self.smaller.compress {
-            exporter = exporter.compression(kind);
-        }
-        Ok(exporter)
+        let mut writing = Writing::default();
+        self.fill(&mut writing);
+        Ok(writing.exporter().format(format.format))
+    }
+
+    /// Puts the options into a job.
+    pub(super) fn fill(&self, writing: &mut Writing) {
+        writing.keep_constant = self.keep_constant;
+        writing.smaller = self.smaller.clone();
+        writing.bvh = self.bvh.clone();
+        writing.fbx = self.fbx.clone();
     }
 }
 
