@@ -518,6 +518,28 @@ size_t mocap_unmapped_count(const struct mocap_retargeter *retargeter);
 const char *mocap_unmapped_text(const struct mocap_retargeter *retargeter,
                                 size_t bone);
 
+/*
+ Does a job, as `mocap run` does: reads files, changes motions, puts them on another body, writes files. `job` is its
+ JSON; `docs/job.schema.json` says what it may hold.
+
+     mocap_run("{\"source\": {\"inputs\": [\"walk.bvh\"]}, \"write\": {\"output\": \"walk.glb\"}}")
+
+ Returns what was done, as JSON with `files`, `notes` and `warnings`, and with `problem` where the output is worse
+ than the job allows; `mocap_text_free` frees it. NULL where the job cannot be done; no file is then written.
+
+ # Safety
+ `job` is a text that ends with a zero byte.
+ */
+char *mocap_run(const char *job);
+
+/*
+ Frees a text that `mocap_run` has returned. NULL is allowed.
+
+ # Safety
+ `text` comes from `mocap_run`, and was not freed before.
+ */
+void mocap_text_free(char *text);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

@@ -265,6 +265,18 @@ for (const target of ["human_default.gltf", "human_vrm1.gltf", "human_cmu.gltf"]
   });
 }
 
+check("jobs", "a job on files in memory writes what the program writes", () => {
+  const path = real("cmu_short.bvh");
+  const source = { inputs: ["cmu_short.bvh"], frames: { "drop-first-frame": "auto" } };
+  const job = { source, steps: ["mirror"], write: { output: "mirrored.bvh" } };
+  const { files, steps } = mocap.run(job, [{ name: "cmu_short.bvh", bytes: readFileSync(path) }]);
+  assert.deepEqual([files.map(({ name }) => name), steps.length], [["mirrored.bvh"], 1]);
+  const output = join(folder, "mirrored.bvh");
+  program("edit", path, "-o", output, "--step", "mirror");
+  assert.equal(new TextDecoder().decode(files[0].bytes), readFileSync(output, "utf8"));
+  assert.throws(() => mocap.run({ wirte: {} }, []), /there are 0 names|unknown field/);
+});
+
 check("hostile", "broken files give errors with their places, and the module goes on", () => {
   const before = mocap.read("HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 2 Frame Time: 0.1\n10\n20\n", "a.bvh");
   assert.throws(() => mocap.read("HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh"), (error) => {
