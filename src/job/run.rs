@@ -308,17 +308,9 @@ impl Job {
             }
             Onto::Character(body) | Onto::Skeleton(body) => {
                 let allowed = body.max_angle?.0;
-                let bodies = report.clips.iter().filter_map(|clip| clip.body());
-                let limbs = bodies.flat_map(|clip| clip.limbs.iter().map(move |limb| (&clip.clip, limb)));
-                let (clip, worst) = limbs.max_by(|a, b| a.1.max_degrees.total_cmp(&b.1.max_degrees))?;
-                (worst.max_degrees > allowed).then(|| {
-                    format!(
-                        "{clip}: {} is {:.2} degrees off at tick {}, and {allowed} are allowed",
-                        worst.bone.as_str(),
-                        worst.max_degrees,
-                        worst.tick
-                    )
-                })
+                let clips = report.clips.iter().filter_map(|clip| clip.body());
+                let worst = clips.max_by(|a, b| a.worst_degrees().total_cmp(&b.worst_degrees()))?;
+                worst.problem(allowed)
             }
         }
     }

@@ -204,6 +204,31 @@ impl RetargetReport {
             .fold(self.max_degrees, f64::max)
     }
 
+    /// What is farther off than `allowed` degrees, as a sentence; `None` where nothing is.
+    ///
+    /// ```
+    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
+    ///
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
+    /// let retargeting = Retargeting::new(walk, target, RetargetingOptions::new())?;
+    /// let report = retargeting.clips()[0].report.body().unwrap();
+    /// assert_eq!(report.problem(180.0), None);
+    /// assert!(report.problem(0.0).unwrap().ends_with("and 0 are allowed"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn problem(&self, allowed: f64) -> Option<String> {
+        let angle = self.worst_degrees();
+        let limb = self.limbs.iter().find(|limb| limb.max_degrees == angle);
+        let seen = self.seen.iter().find(|seen| seen.mean_degrees == angle);
+        let what = match (limb, seen) {
+            (Some(limb), _) => format!("{} is {angle:.2} degrees off at tick {}", limb.bone.as_str(), limb.tick),
+            (None, Some(seen)) => format!("the {seen} is {angle:.2} degrees off in the mean"),
+            (None, None) => format!("a limb is {angle:.2} degrees off"),
+        };
+        (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
+    }
+
     /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the
     /// floor more often, neither much worse, and its limbs still point where they should.
     pub fn is_better_locked_than(&self, free: &Self) -> bool {

@@ -4,6 +4,8 @@
 //! Of the source, positions are looked at alone: lines of the trunk, planes in which elbows and knees bend, knuckles.
 //! Of the target, where its joints carry the axes of its own T-pose. So a T-pose of the source that is wrong is seen.
 
+use std::fmt;
+
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
@@ -68,6 +70,16 @@ pub struct Seen {
     pub max_degrees: f64,
     /// The tick of the largest angle.
     pub tick: f64,
+}
+
+/// What is compared, as in "roll of leftUpperArm".
+impl fmt::Display for Seen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.aspect {
+            Aspect::Head => f.write_str(self.aspect.as_str()),
+            aspect => write!(f, "{} of {}", aspect.as_str(), self.bone.as_str()),
+        }
+    }
 }
 
 /// Angles of one aspect of one bone, in radians, with their ticks.

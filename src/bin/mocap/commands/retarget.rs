@@ -270,13 +270,8 @@ pub(super) fn tell(found: &RetargetReport) {
     }
     for seen in found.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
         report::say(&format!(
-            "{}: {} of {} {:.0} degrees off in the mean, {:.0} at tick {}",
-            found.clip,
-            seen.aspect.as_str(),
-            seen.bone.as_str(),
-            seen.mean_degrees,
-            seen.max_degrees,
-            seen.tick
+            "{}: {seen} {:.0} degrees off in the mean, {:.0} at tick {}",
+            found.clip, seen.mean_degrees, seen.max_degrees, seen.tick
         ));
     }
     for guess in &found.guessed {
@@ -325,22 +320,12 @@ pub(super) fn tell(found: &RetargetReport) {
 
 /// An error where anything of a motion is farther off than allowed.
 fn require(reports: &[&RetargetReport], most: f64) -> Result<(), Failure> {
-    let worst = reports.iter().map(|found| (found, found.worst_degrees()));
-    let worst = worst.max_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((found, angle)) = worst.filter(|(_, angle)| *angle > most) else {
+    let worst = reports
+        .iter()
+        .max_by(|a, b| a.worst_degrees().total_cmp(&b.worst_degrees()));
+    let Some(problem) = worst.and_then(|found| found.problem(most)) else {
         return Ok(());
     };
-    let limb = found.limbs.iter().find(|limb| limb.max_degrees == angle);
-    let seen = found.seen.iter().find(|seen| seen.mean_degrees == angle);
-    let what = match (limb, seen) {
-        (Some(limb), _) => format!("{} is {angle:.2} degrees off at tick {}", limb.bone.as_str(), limb.tick),
-        (None, Some(seen)) => format!(
-            "the {} of {} is {angle:.2} degrees off in the mean",
-            seen.aspect.as_str(),
-            seen.bone.as_str()
-        ),
-        (None, None) => format!("a limb is {angle:.2} degrees off"),
-    };
-    report::complain(&format!("{}: {what}, and {most} are allowed", found.clip));
+    report::complain(&problem);
     Err(Failure::Told)
 }
