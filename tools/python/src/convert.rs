@@ -62,6 +62,7 @@ impl WriteOptions {
 /// Reads `source`, converts it to metres with +Y up, but for a format that keeps its unit, and writes `target`; returns
 /// the bytes written.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "Python hands them over by name")]
 pub(crate) fn convert(
     py: Python<'_>,
     source: PathBuf,
