@@ -129,7 +129,8 @@ def run(job: Mapping[str, Any]) -> dict[str, Any]:
         MocapError: Where a file cannot be read or written, or a step cannot be done.
         ValueError: Where the job holds what no job has; the message says where.
     """
-    return json.loads(_mocap.run(json.dumps(job, default=os.fspath)))
+    report: dict[str, Any] = json.loads(_mocap.run(json.dumps(job, default=os.fspath)))
+    return report
 
 
 def table(

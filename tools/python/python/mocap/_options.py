@@ -135,7 +135,7 @@ class Options:
         return json.dumps(values)
 
 
-Changed = TypeVar("Changed", ReadOptions, Options)
+Changed = TypeVar("Changed", ReadOptions, WriteOptions, Options)
 
 
 def changed(options: Changed, changes: dict[str, Any], *also: str) -> Changed:

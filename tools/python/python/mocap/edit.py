@@ -199,7 +199,7 @@ def warp_path(
     """Bends the way over the ground to ``points``: two coordinates in metres, or before them a time in seconds."""
 
     def point(numbers: Sequence[float]) -> dict[str, object]:
-        at = {"at": list(numbers[-2:])}
+        at: dict[str, object] = {"at": list(numbers[-2:])}
         return at if len(numbers) == 2 else {"seconds": numbers[0], **at}
 
     return apply(scene, _step("warp", path=[point(numbers) for numbers in points], facing=facing))
