@@ -71,11 +71,13 @@ def test_an_error_says_where() -> None:
 def test_errors_are_those_that_python_knows(tmp_path: Path) -> None:
     many = b"HIERARCHY\n" + b"ROOT a\n{\nOFFSET 0 0 0\n" + b"JOINT a\n{\nOFFSET 0 0 0\n" * 2000
     walk = REAL / "cmu_short.bvh"
+    folder = tmp_path / "folder.glb"
+    folder.mkdir()
     for kind, action, path in [
         (FileNotFoundError, lambda: mocap.read(tmp_path / "no.bvh"), tmp_path / "no.bvh"),
         (FileNotFoundError, lambda: mocap.convert(walk, tmp_path / "no" / "a.glb"), tmp_path / "no" / "a.glb"),
         (IsADirectoryError, lambda: mocap.read(tmp_path), tmp_path),
-        (IsADirectoryError, lambda: mocap.convert(walk, tmp_path), tmp_path),
+        (IsADirectoryError, lambda: mocap.convert(walk, folder), folder),
         (MemoryError, lambda: mocap.read_bytes(many, "deep.bvh"), Path("deep.bvh")),
         (MemoryError, lambda: mocap.read(walk).to_numpy(fps=1e6, trim=(0, None), joints=None).positions, None),
     ]:
@@ -104,7 +106,7 @@ def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path
         mocap.read(walk, strict=True, fsp=30)
     with pytest.raises(TypeError, match=message + read_options):
         mocap.read_bytes(walk.read_bytes(), "walk.bvh", fsp=30)
-    with pytest.raises(TypeError, match=message + "unit, up, fps, " + read_options):
+    with pytest.raises(TypeError, match=message + "unit, up, fps, max_error, shell_distance, compress, overwrite, " + read_options):
         mocap.convert(walk, tmp_path / "walk.glb", fsp=30)
     scene = mocap.read(walk)
     with pytest.raises(TypeError, match=message + "rot, space, .*, fps, .*, contacts$"):
