@@ -85,8 +85,8 @@ const MAYBE_CONSTANT: f32 = 0.85;
 /// # Errors
 /// [`Code::ErrorBound`] where the encoding is too coarse for the bound; [`Code::Unrepresentable`] where the scale is
 /// not uniform and constant or a value is not finite; [`Code::LimitExceeded`] where there are too many frames;
-/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, or the bound of a joint is not finite
-/// and above 0 or its name is unknown.
+/// [`Code::InvalidValue`] where the shell distance is not finite and at least 0, where the bound of a joint is not
+/// finite and above 0, and where no joint has its name.
 pub(crate) fn compress(
     scene: &Scene,
     animation: &Animation,

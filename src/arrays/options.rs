@@ -112,7 +112,7 @@ pub enum Space {
 #[non_exhaustive]
 pub struct Contacts {
     /// A regular expression for the names of the feet among the joints of the output. Default: the ankles and the
-    /// balls of the feet of the humanoid; where the skeleton is none, `(?i)foot|toe|ankle`.
+    /// balls of the feet of a humanoid; for any other skeleton `(?i)foot|toe|ankle`.
     pub feet: Option<String>,
     /// The largest height above the level of rest, in metres. Default: 0.05.
     pub height: f64,

@@ -93,7 +93,7 @@ impl ErrorBound {
         bounds.reduce(f64::max).unwrap_or(self.max_error)
     }
 
-    /// The same bound in a unit of `metres`.
+    /// The bound with its lengths in a unit of `metres`.
     pub(crate) fn in_units_of(mut self, metres: f64) -> Self {
         self.max_error /= metres;
         self.shell_distance /= metres;
@@ -101,7 +101,7 @@ impl ErrorBound {
         self
     }
 
-    /// The same bound with this fraction of the largest errors; the shell stays where it is.
+    /// The bound with every largest error multiplied by `fraction`; the shell distance stays.
     pub(crate) fn tighter(mut self, fraction: f64) -> Self {
         self.max_error *= fraction;
         self.per_joint.values_mut().for_each(|bound| *bound *= fraction);

@@ -89,7 +89,7 @@ impl PackedClip<'static> {
         Ok(Self::pack(scene, animation, max_error.into())?.0)
     }
 
-    /// The same with the clip as it was before it was packed, which knows where its error is largest.
+    /// A packed clip, and the clip before it was packed, which knows where its error is largest.
     pub(crate) fn pack(scene: &Scene, animation: usize, bound: ErrorBound) -> Result<(Self, CompressedClip)> {
         let (bytes, clip) = write::encode(scene, animation, &bound, &Packed)?;
         Ok((Self::new(bytes)?, clip))
@@ -120,7 +120,7 @@ impl<'a> PackedClip<'a> {
         &self.bytes
     }
 
-    /// The same without the clip.
+    /// The bytes of the file, without a copy where the clip owns them.
     pub(crate) fn into_bytes(self) -> Vec<u8> {
         self.bytes.into_owned()
     }
