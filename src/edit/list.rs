@@ -1,4 +1,4 @@
-//! The list of steps.
+//! What the list of steps in `edit.rs` becomes: the files as modules, any step as a value, and its report.
 
 use std::fmt;
 
@@ -7,17 +7,19 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
-use super::step::{keys_of, recorded};
-use super::{
-    Blend, Concat, Despike, DropFirstFrame, ExtractRoot, Fill, FootLock, InBetween, InPlace, Layer, Loop, Mirror,
-    Resample, Reverse, Smooth, Step, StepInfo, StepInput, Trim, Warp, text,
-};
+use super::{EditStep, StepInput, StepReport, text};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::scene::Scene;
 
-/// Declares [`EditStep`] and [`StepReport`] from one list of the types that are steps.
+/// Declares the file of each step as a module, re-exports what is public there, of which the first is the step, and
+/// makes [`EditStep`] and [`StepReport`] of the steps.
 macro_rules! steps {
-    ($($step:ident)*) => {
+    ($($file:ident: $step:ident $(, $public:ident)*;)*) => {
+        $(
+            mod $file;
+            pub use self::$file::{$step, $($public),*};
+        )*
+
         /// Any of the steps, with its options.
         ///
         /// As text it is `NAME:key=value,...`, as the command line takes it; as JSON an object with the name in `step`
@@ -44,7 +46,7 @@ macro_rules! steps {
         }
 
         /// What a step changed, as the step itself reports it.
-        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[derive(Clone, Debug, PartialEq, serde::Serialize)]
         #[serde(untagged)]
         #[non_exhaustive]
         pub enum StepReport {
@@ -65,31 +67,35 @@ macro_rules! steps {
                 match self { $(Self::$step(step) => step.with(),)* }
             }
 
-            fn keys(&self) -> Map<String, Value> {
-                match self { $(Self::$step(step) => keys_of(step),)* }
+            fn keys(&self) -> serde_json::Map<String, serde_json::Value> {
+                match self { $(Self::$step(step) => step::keys_of(step),)* }
             }
 
             /// As files record it.
-            fn recorded(&self) -> Value {
-                match self { $(Self::$step(step) => recorded($step::NAME, step),)* }
+            fn recorded(&self) -> serde_json::Value {
+                match self { $(Self::$step(step) => step::recorded($step::NAME, step),)* }
             }
 
             /// The step of a name with these options; `None` if there is no step of this name.
-            pub(super) fn with_keys(name: &str, keys: Map<String, Value>, stated: &str) -> Option<Result<Self>> {
+            fn with_keys(
+                name: &str,
+                keys: serde_json::Map<String, serde_json::Value>,
+                stated: &str,
+            ) -> Option<crate::Result<Self>> {
                 $(if name == $step::NAME {
                     return Some(text::read(keys, stated).map(Self::$step));
                 })*
                 None
             }
 
-            fn report(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<StepReport> {
+            fn report(&self, scene: &mut crate::scene::Scene, input: &StepInput<'_>) -> crate::error::Result<StepReport> {
                 match self { $(Self::$step(step) => step.apply(scene, input).map(StepReport::$step),)* }
             }
         }
 
-        impl fmt::Display for StepReport {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                match self { $(Self::$step(report) => report.fmt(f),)* }
+        impl std::fmt::Display for StepReport {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self { $(Self::$step(report) => std::fmt::Display::fmt(report, f),)* }
             }
         }
 
@@ -100,12 +106,7 @@ macro_rules! steps {
         })*
     };
 }
-
-// In the order of the help.
-steps! {
-    FootLock Mirror Smooth Despike Fill Loop Concat Blend Layer Warp InBetween
-    Trim Resample DropFirstFrame InPlace ExtractRoot Reverse
-}
+pub(super) use steps;
 
 impl EditStep {
     /// Its name.
