@@ -46,6 +46,7 @@ mod process;
 #[cfg(feature = "cli")]
 mod program;
 mod properties;
+mod public;
 #[cfg(feature = "render")]
 mod render;
 mod retarget;

@@ -1,0 +1,115 @@
+//! What a user of the library sees: how many names there are, read from the source.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// How many public names the library has, of types, functions and constants. A new one is worth its line in the
+/// documentation that everybody reads; a number below this is written here.
+const PUBLIC_NAMES: usize = 330;
+
+/// The public names that are found from the root of the crate, each with its path. Methods and modules do not count, and
+/// a type that is re-exported counts once.
+fn public_names() -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut modules = Vec::new();
+    collect(Path::new("src/lib.rs"), "", &mut modules, &mut names);
+    assert!(
+        names.contains("Scene") && names.contains("edit::contacts"),
+        "the names are not found: {names:?}"
+    );
+    names
+}
+
+/// Adds what `file`, which is the module `module`, makes public. `read` has the files that were read.
+fn collect(file: &Path, module: &str, read: &mut Vec<PathBuf>, names: &mut BTreeSet<String>) {
+    if read.contains(&file.to_owned()) {
+        return;
+    }
+    read.push(file.to_owned());
+    let text = fs::read_to_string(file).unwrap();
+    for line in text.lines().take_while(|line| *line != "#[cfg(test)]") {
+        let Some(item) = line.strip_prefix("pub ") else {
+            continue;
+        };
+        let mut words = item
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .filter(|word| !word.is_empty());
+        match (words.next(), words.next()) {
+            (Some("mod"), Some(name)) => collect(&file_of(file, name).unwrap(), &join(module, name), read, names),
+            (Some("use"), _) => {}
+            (Some("const"), Some("fn")) => add(words.next().unwrap(), module, names),
+            (_, Some(name)) => add(name, module, names),
+            _ => {}
+        }
+    }
+    for list in text.split("\npub use ").skip(1) {
+        let list = list.split(';').next().unwrap();
+        let (path, list) = list
+            .split_once('{')
+            .or_else(|| list.rsplit_once("::"))
+            .unwrap_or(("", list));
+        let path = path.trim_end_matches("::");
+        for name in list
+            .trim_end_matches('}')
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty())
+        {
+            let source = match path.strip_prefix("crate::") {
+                Some(below) => Path::new("src").join(below.replace("::", "/")).with_extension("rs"),
+                None => file.to_owned(),
+            };
+            let is_module = fs::read_to_string(&source).is_ok_and(|text| text.contains(&format!("\npub mod {name};")));
+            match file_of(&source, name).filter(|_| is_module) {
+                Some(module_file) => collect(&module_file, &join(module, name), read, names),
+                None => add(name, module, names),
+            }
+        }
+    }
+    if let Some(steps) = text.split("::steps! {").nth(1) {
+        // `FILE: NAME, NAME;`, and what the macro declares.
+        let listed = steps.split(';').filter_map(|step| step.split_once(':'));
+        listed
+            .flat_map(|(_, list)| list.split(','))
+            .for_each(|name| add(name.trim(), module, names));
+        let declares = fs::read_to_string("src/edit/list.rs").unwrap();
+        let declared = declares
+            .lines()
+            .filter_map(|line| line.strip_prefix("        pub enum "));
+        declared.for_each(|line| add(line.split(' ').next().unwrap(), module, names));
+    }
+}
+
+fn join(module: &str, name: &str) -> String {
+    [module, name]
+        .into_iter()
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join("::")
+}
+
+/// The file of the module `name` that `file` declares, if it is a module.
+fn file_of(file: &Path, name: &str) -> Option<PathBuf> {
+    let folder = if file.ends_with("lib.rs") {
+        PathBuf::from("src")
+    } else {
+        file.with_extension("")
+    };
+    Some(folder.join(name).with_extension("rs")).filter(|file| file.exists())
+}
+
+/// Other crates do not count. Types have names of their own, wherever they are re-exported; functions and constants are told by their modules.
+fn add(name: &str, module: &str, names: &mut BTreeSet<String>) {
+    let is_type = name.starts_with(char::is_uppercase) && name.contains(char::is_lowercase);
+    if !["glam", "arrow_array", "arrow_schema"].contains(&name) {
+        names.insert(if is_type { name.to_owned() } else { join(module, name) });
+    }
+}
+
+#[test]
+fn public_names_do_not_grow_unseen() {
+    let names = public_names();
+    let list: Vec<&str> = names.iter().map(String::as_str).collect();
+    assert_eq!(names.len(), PUBLIC_NAMES, "{}", list.join(" "));
+}
