@@ -1,6 +1,7 @@
 //! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
-//! [`arrays`] makes them; `npz` and [`csv`] write them, and the `arrow` feature makes tables of them.
+//! [`arrays()`] makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the feature `arrow` tables, and with
+//! `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such methods, too.
 //!
 //! | array | shape | values |
 //! |---|---|---|
@@ -16,16 +17,16 @@
 
 mod chain;
 mod contacts;
-pub mod csv;
+mod csv;
 mod frame;
 mod joints;
 mod lanes;
 #[cfg(feature = "npz")]
-pub mod npz;
+mod npz;
 mod options;
 #[cfg(feature = "parquet")]
-pub mod parquet;
-pub mod robot;
+mod parquet;
+mod robot;
 mod rotation;
 mod rows;
 #[cfg(feature = "arrow")]
@@ -40,6 +41,7 @@ use crate::limits::Limits;
 use crate::math::velocity;
 use crate::scene::{Scene, UpAxis};
 
+pub use self::csv::csv_field;
 pub use self::joints::Joint;
 pub use self::options::{ArrayOptions, Contacts, Space};
 pub use self::rotation::{Rotation, RotationSpace};

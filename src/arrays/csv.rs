@@ -1,41 +1,49 @@
-//! Comma-separated values: one row for each frame and joint.
-//!
-//! The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the columns.
-//! `pandas.read_csv(path, skiprows=1)` reads it. Numbers have as many digits as are needed to read the same 32-bit
-//! number back. A spreadsheet takes a name such as `=1+1` for a formula; [`write_for_spreadsheet`] prevents it.
+//! Motion as comma-separated values.
 
 use std::fmt::Write;
 
 use crate::arrays::Arrays;
 
-/// The text of the file: `frame`, `time` in seconds, `joint`, the position as `x`, `y`, `z`, the rotation by
-/// [`Rotation::columns`](crate::arrays::Rotation::columns), then, if asked for, the velocity as `vx`, `vy`, `vz`, and
-/// `contact` as 0 or 1.
-///
-/// ```
-/// use mocap::arrays::{ArrayOptions, arrays, csv};
-///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
-/// let text = csv::write(&motion);
-/// let mut lines = text.lines().skip(1);
-/// assert_eq!(lines.next(), Some("frame,time,joint,x,y,z,qx,qy,qz,qw"));
-/// assert!(lines.next().is_some_and(|line| line.starts_with("0,0,Shoulder,0.1,0,0,")));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn write(arrays: &Arrays) -> String {
-    text(arrays, false)
-}
+impl Arrays {
+    /// Comma-separated values: one row for each frame and joint.
+    ///
+    /// The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the
+    /// columns: `frame`, `time` in seconds, `joint`, the position as `x`, `y`, `z`, the rotation by
+    /// [`Rotation::columns`](crate::arrays::Rotation::columns), then, if asked for, the velocity as `vx`, `vy`, `vz`,
+    /// and `contact` as 0 or 1. `pandas.read_csv(path, skiprows=1)` reads it. Numbers have as many digits as are needed
+    /// to read the same 32-bit number back. A spreadsheet takes a name such as `=1+1` for a formula;
+    /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
+    ///
+    /// ```
+    /// use mocap::arrays::{ArrayOptions, arrays};
+    ///
+    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// let text = motion.to_csv();
+    /// let mut lines = text.lines().skip(1);
+    /// assert_eq!(lines.next(), Some("frame,time,joint,x,y,z,qx,qy,qz,qw"));
+    /// assert!(lines.next().is_some_and(|line| line.starts_with("0,0,Shoulder,0.1,0,0,")));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn to_csv(&self) -> String {
+        text(self, false)
+    }
 
-/// As [`write()`], but no cell is a formula to a spreadsheet: see [`field`]. The first line is one cell, in quotes.
-pub fn write_for_spreadsheet(arrays: &Arrays) -> String {
-    text(arrays, true)
+    /// As [`to_csv`](Self::to_csv), but no cell is a formula to a spreadsheet: see [`csv_field`]. The first line is one
+    /// cell, in quotes.
+    pub fn to_csv_for_spreadsheet(&self) -> String {
+        text(self, true)
+    }
 }
 
 fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
     let mut text = String::with_capacity(100 * arrays.rows());
     let header = format!("# {}", arrays.header.to_json());
     // Without quotes each comma in it would begin another cell.
-    text += &if for_spreadsheet { field(&header, true) } else { header };
+    text += &if for_spreadsheet {
+        csv_field(&header, true)
+    } else {
+        header
+    };
     text += "\nframe,time,joint,x,y,z";
     for column in arrays.header.rotation.columns() {
         text += ",";
@@ -47,7 +55,7 @@ fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
     let names: Vec<String> = arrays
         .joints()
         .iter()
-        .map(|joint| field(&joint.name, for_spreadsheet))
+        .map(|joint| csv_field(&joint.name, for_spreadsheet))
         .collect();
     let width = arrays.header.rotation.width();
     for row in 0..arrays.rows() {
@@ -79,13 +87,13 @@ fn text(arrays: &Arrays, for_spreadsheet: bool) -> String {
 /// none.
 ///
 /// ```
-/// use mocap::arrays::csv::field;
+/// use mocap::arrays::csv_field;
 ///
-/// assert_eq!(field("Hips", true), "Hips");
-/// assert_eq!(field("=1+1", false), "=1+1");
-/// assert_eq!(field("=SUM(A1,A2)", true), "\"'=SUM(A1,A2)\"");
+/// assert_eq!(csv_field("Hips", true), "Hips");
+/// assert_eq!(csv_field("=1+1", false), "=1+1");
+/// assert_eq!(csv_field("=SUM(A1,A2)", true), "\"'=SUM(A1,A2)\"");
 /// ```
-pub fn field(text: &str, for_spreadsheet: bool) -> String {
+pub fn csv_field(text: &str, for_spreadsheet: bool) -> String {
     let is_formula = for_spreadsheet && text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
     let mark = if is_formula { "'" } else { "" };
     if text.contains([',', '"', '\n', '\r']) {

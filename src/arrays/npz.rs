@@ -1,21 +1,7 @@
-//! NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array.
-//!
-//! | name | dtype and shape | |
-//! |---|---|---|
-//! | `positions` | float32, frames x joints x 3 | |
-//! | `rotations` | float32, frames x joints x 4, 6, 3 or 3 x 3 | by [`Rotation`] |
-//! | `velocities` | float32, frames x joints x 3 | if asked for |
-//! | `contacts` | bool, frames x joints | if asked for |
-//! | `names` | str, joints | |
-//! | `parents` | int32, joints | -1 for a joint without a parent |
-//! | `offsets` | float32, joints x 3 | |
-//! | `rotation_orders` | str, joints | such as `ZXY`; empty for a joint without one |
-//! | `end_sites` | bool, joints | |
-//! | `frame_rate` | float64, scalar | |
-//! | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
+//! Motion as NumPy's `.npz`.
 //!
 //! The format of `.npy` is that of NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
-//! a Python literal padded with blanks to a multiple of 64 bytes, then the values. All numbers are little-endian.
+//! a Python literal padded with blanks to a multiple of 64 bytes, then the values.
 
 use std::io::{Cursor, Write};
 
@@ -27,62 +13,83 @@ use crate::edit::DetectedContacts;
 use crate::robot::RobotMotion;
 use crate::scene::RotationOrder;
 
-/// The bytes of the file. The same arrays give the same bytes.
-///
-/// ```
-/// use mocap::arrays::{ArrayOptions, arrays, npz};
-///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
-/// assert!(npz::write(&motion).starts_with(b"PK"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn write(arrays: &Arrays) -> Vec<u8> {
-    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-    archive
-        .add_all(arrays)
-        .and_then(|()| archive.0.finish())
-        .map(Cursor::into_inner)
-        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+impl Arrays {
+    /// NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array. All numbers are little-endian.
+    /// Equal arrays give equal bytes.
+    ///
+    /// | name | dtype and shape | |
+    /// |---|---|---|
+    /// | `positions` | float32, frames x joints x 3 | |
+    /// | `rotations` | float32, frames x joints x 4, 6, 3 or 3 x 3 | by [`Rotation`] |
+    /// | `velocities` | float32, frames x joints x 3 | if asked for |
+    /// | `contacts` | bool, frames x joints | if asked for |
+    /// | `names` | str, joints | |
+    /// | `parents` | int32, joints | -1 for a joint without a parent |
+    /// | `offsets` | float32, joints x 3 | |
+    /// | `rotation_orders` | str, joints | such as `ZXY`; empty for a joint without one |
+    /// | `end_sites` | bool, joints | |
+    /// | `frame_rate` | float64, scalar | |
+    /// | `header` | str, scalar | the [`Header`](crate::arrays::Header) as JSON |
+    ///
+    /// ```
+    /// use mocap::arrays::{ArrayOptions, arrays};
+    ///
+    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// assert!(motion.to_npz().starts_with(b"PK"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn to_npz(&self) -> Vec<u8> {
+        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+        archive
+            .add_all(self)
+            .and_then(|()| archive.0.finish())
+            .map(Cursor::into_inner)
+            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    }
 }
 
-/// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
-/// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
-pub fn write_contacts(contacts: &DetectedContacts) -> Vec<u8> {
-    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-    archive
-        .add_contacts(contacts)
-        .and_then(|()| archive.0.finish())
-        .map(Cursor::into_inner)
-        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+impl DetectedContacts {
+    /// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
+    /// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
+    pub fn to_npz(&self) -> Vec<u8> {
+        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+        archive
+            .add_contacts(self)
+            .and_then(|()| archive.0.finish())
+            .map(Cursor::into_inner)
+            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    }
 }
 
-/// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
-/// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
-/// source). All numbers are float64.
-pub fn write_robot(motion: &RobotMotion) -> Vec<u8> {
-    let frames = motion.frames();
-    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-    archive
-        .doubles("root_pos", &[frames, 3], &motion.root_pos())
-        .and_then(|()| archive.doubles("root_rot", &[frames, 4], &motion.root_rot()))
-        .and_then(|()| archive.doubles("dof_pos", &[frames, motion.dof_names.len()], &motion.dof_pos))
-        .and_then(|()| archive.add_of_robot(motion))
-        .and_then(|()| archive.0.finish())
-        .map(Cursor::into_inner)
-        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
-}
+impl RobotMotion {
+    /// The motion of a robot as an `.npz`: `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w),
+    /// `dof_pos` (frames x joints), `dof_names`, and `contacts` (bool, frames x 2: the left and the right foot of the
+    /// source). All numbers are float64.
+    pub fn to_npz(&self) -> Vec<u8> {
+        let frames = self.frames();
+        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+        archive
+            .doubles("root_pos", &[frames, 3], &self.root_pos())
+            .and_then(|()| archive.doubles("root_rot", &[frames, 4], &self.root_rot()))
+            .and_then(|()| archive.doubles("dof_pos", &[frames, self.dof_names.len()], &self.dof_pos))
+            .and_then(|()| archive.add_of_robot(self))
+            .and_then(|()| archive.0.finish())
+            .map(Cursor::into_inner)
+            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    }
 
-/// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as w,
-/// x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`write_robot`].
-pub fn write_qpos(motion: &RobotMotion) -> Vec<u8> {
-    let shape = [motion.frames(), 7 + motion.dof_names.len()];
-    let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-    archive
-        .doubles("qpos", &shape, &motion.qpos())
-        .and_then(|()| archive.add_of_robot(motion))
-        .and_then(|()| archive.0.finish())
-        .map(Cursor::into_inner)
-        .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    /// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as w,
+    /// x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`to_npz`](Self::to_npz).
+    pub fn to_qpos_npz(&self) -> Vec<u8> {
+        let shape = [self.frames(), 7 + self.dof_names.len()];
+        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
+        archive
+            .doubles("qpos", &shape, &self.qpos())
+            .and_then(|()| archive.add_of_robot(self))
+            .and_then(|()| archive.0.finish())
+            .map(Cursor::into_inner)
+            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    }
 }
 
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);

@@ -9,14 +9,14 @@ use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaDataReader;
 use parquet::file::properties::WriterProperties;
 
-use crate::arrays::{Arrays, table};
+use crate::arrays::Arrays;
 use crate::error::{Code, Diagnostic, Result};
 
 /// What the metadata of a file begin with that says who wrote it.
 const CREATOR: &str = "mocap ";
 
 /// Whether `file` is a Parquet file that says that this crate wrote it.
-pub fn has_provenance(file: &File) -> bool {
+pub fn is_own_parquet(file: &File) -> bool {
     let Ok(metadata) = ParquetMetaDataReader::new().parse_and_finish(file) else {
         return false;
     };
@@ -24,19 +24,21 @@ pub fn has_provenance(file: &File) -> bool {
     creator.is_some_and(|creator| creator.starts_with(CREATOR))
 }
 
-/// The file with the [long table](table::long) of `motion`, and its header in the metadata of the file.
-///
-/// # Errors
-/// [`Code::Unrepresentable`] where Parquet cannot hold the table.
-pub fn write(motion: &Arrays, clip: &str) -> Result<Vec<u8>> {
-    write_tables(&[table::with_header(table::long(motion, clip), &motion.header)])
+impl Arrays {
+    /// A Parquet file of [`to_table_with_header`](Self::to_table_with_header).
+    ///
+    /// # Errors
+    /// [`Code::Unrepresentable`] where Parquet cannot hold the table.
+    pub fn to_parquet(&self, clip: &str) -> Result<Vec<u8>> {
+        to_parquet(&[self.to_table_with_header(clip)])
+    }
 }
 
-/// The file with the rows of `tables`, which have the schema of the first.
+/// A Parquet file with the rows of `tables`, which have the schema of the first.
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] where their schemas differ, there is no table, or Parquet cannot hold them.
-pub fn write_tables(tables: &[RecordBatch]) -> Result<Vec<u8>> {
+pub fn to_parquet(tables: &[RecordBatch]) -> Result<Vec<u8>> {
     let refused = |error: String| Diagnostic::new(Code::Unrepresentable, error);
     let first = tables.first().ok_or_else(|| refused("no table was given".to_owned()))?;
     let properties = WriterProperties::builder()

@@ -1,9 +1,4 @@
 //! The motion of a robot as files of other programs: pickled arrays, and rows of numbers.
-//!
-//! The pickle is that of GMR: a dictionary with `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z
-//! w), `dof_pos` (frames x joints) and `dof_names`; `local_body_pos` and `link_body_list` are `None`. A row of the
-//! table is that of the LAFAN1 set for Unitree's robots: the position of the base, its rotation as x, y, z and w, the
-//! joints.
 
 use std::fmt::Write;
 
@@ -13,41 +8,71 @@ use crate::robot::{Robot, RobotMotion};
 const DECIMALS: usize = 6;
 const LAST_DECIMAL: f64 = 1e-6;
 
-/// A row for each frame, without a header. No rounding brings a joint beyond its limit.
-///
-/// ```
-/// use mocap::Importer;
-/// use mocap::arrays::robot::csv;
-/// use mocap::robot::{RobotOptions, RobotRetargeter};
-///
-/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
-/// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let (motion, _) = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?.clip(&walk, 0)?;
-/// let text = csv(&motion, &robot);
-/// assert_eq!(text.lines().next().unwrap().split(',').count(), 7 + 19);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn csv(motion: &RobotMotion, robot: &Robot) -> String {
-    let limits: Vec<_> = robot
-        .moving_joints()
-        .into_iter()
-        .map(|link| robot.links[link].joint.limits)
-        .collect();
-    let mut text = String::new();
-    for (frame, root) in motion.root.iter().enumerate() {
-        let mut row: Vec<f64> = root.translation.to_array().to_vec();
-        row.extend(root.rotation.to_array());
-        let joints = std::iter::zip(motion.dof_of(frame), &limits);
-        row.extend(joints.map(|(position, limits)| rounded_within(*position, limits.lower, limits.upper)));
-        for (column, value) in row.into_iter().enumerate() {
-            if column > 0 {
-                text.push(',');
+impl RobotMotion {
+    /// A row of numbers for each frame, without a header, as in the LAFAN1 set for Unitree's robots: the position of the
+    /// base, its rotation as x, y, z and w, the joints. No rounding brings a joint beyond its limit.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    /// use mocap::robot::{RobotOptions, RobotRetargeter};
+    ///
+    /// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let (motion, _) = RobotRetargeter::new(&walk, &robot, &RobotOptions::default())?.clip(&walk, 0)?;
+    /// let text = motion.to_csv(&robot);
+    /// assert_eq!(text.lines().next().unwrap().split(',').count(), 7 + 19);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn to_csv(&self, robot: &Robot) -> String {
+        let limits: Vec<_> = robot
+            .moving_joints()
+            .into_iter()
+            .map(|link| robot.links[link].joint.limits)
+            .collect();
+        let mut text = String::new();
+        for (frame, root) in self.root.iter().enumerate() {
+            let mut row: Vec<f64> = root.translation.to_array().to_vec();
+            row.extend(root.rotation.to_array());
+            let joints = std::iter::zip(self.dof_of(frame), &limits);
+            row.extend(joints.map(|(position, limits)| rounded_within(*position, limits.lower, limits.upper)));
+            for (column, value) in row.into_iter().enumerate() {
+                if column > 0 {
+                    text.push(',');
+                }
+                let _ = write!(text, "{value:.DECIMALS$}");
             }
-            let _ = write!(text, "{value:.DECIMALS$}");
+            text.push('\n');
         }
-        text.push('\n');
+        text
     }
-    text
+
+    /// The bytes of a pickle as GMR writes it, which `pickle.load` reads where NumPy is installed: a dictionary with
+    /// `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w), `dof_pos` (frames x joints) and
+    /// `dof_names`; `local_body_pos` and `link_body_list` are `None`. Protocol 4.
+    pub fn to_pickle(&self) -> Vec<u8> {
+        let frames = self.frames();
+        let mut out = Pickle(vec![0x80, 4]);
+        out.0.extend(b"}(");
+        out.text("fps");
+        out.0.push(b'G');
+        out.0.extend(self.fps.to_be_bytes());
+        out.text("root_pos");
+        out.array(&self.root_pos(), frames, 3);
+        out.text("root_rot");
+        out.array(&self.root_rot(), frames, 4);
+        out.text("dof_pos");
+        out.array(&self.dof_pos, frames, self.dof_names.len());
+        out.text("dof_names");
+        out.0.extend(b"](");
+        self.dof_names.iter().for_each(|name| out.text(name));
+        out.0.push(b'e');
+        for absent in ["local_body_pos", "link_body_list"] {
+            out.text(absent);
+            out.0.push(b'N');
+        }
+        out.0.extend(b"u.");
+        out.0
+    }
 }
 
 /// A number of six decimals that is within the limits, as its decimals are read again.
@@ -59,32 +84,6 @@ fn rounded_within(value: f64, lower: f64, upper: f64) -> f64 {
         _ if rounded < lower => read(rounded + LAST_DECIMAL),
         _ => rounded,
     }
-}
-
-/// The bytes of a pickle, which `pickle.load` reads where NumPy is installed. Protocol 4.
-pub fn pickle(motion: &RobotMotion) -> Vec<u8> {
-    let frames = motion.frames();
-    let mut out = Pickle(vec![0x80, 4]);
-    out.0.extend(b"}(");
-    out.text("fps");
-    out.0.push(b'G');
-    out.0.extend(motion.fps.to_be_bytes());
-    out.text("root_pos");
-    out.array(&motion.root_pos(), frames, 3);
-    out.text("root_rot");
-    out.array(&motion.root_rot(), frames, 4);
-    out.text("dof_pos");
-    out.array(&motion.dof_pos, frames, motion.dof_names.len());
-    out.text("dof_names");
-    out.0.extend(b"](");
-    motion.dof_names.iter().for_each(|name| out.text(name));
-    out.0.push(b'e');
-    for absent in ["local_body_pos", "link_body_list"] {
-        out.text(absent);
-        out.0.push(b'N');
-    }
-    out.0.extend(b"u.");
-    out.0
 }
 
 /// The instructions of a pickle.

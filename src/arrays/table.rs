@@ -1,6 +1,6 @@
 //! Arrow tables, in four shapes.
 //!
-//! [`long`] has one row for each frame and joint:
+//! [`Arrays::to_table`] has one row for each frame and joint:
 //!
 //! | column | type | |
 //! |---|---|---|
@@ -29,7 +29,7 @@
 //! | `rotations` | list of [`Rotation::width`](crate::arrays::Rotation::width) x float32 | likewise |
 //! | `velocities` | list of 3 x float32 | likewise; absent unless asked for |
 //! | `contacts` | list of bool | likewise; absent unless asked for |
-//! | `header` | utf8 | the [`Header`] as JSON |
+//! | `header` | utf8 | the [`Header`](crate::arrays::Header) as JSON |
 //!
 //! [`inventory`] has one row for each file, without its motion: `clip`, `error`, `skeleton`, `joints`, `frames`,
 //! `frame_rate` and `duration` in seconds, then `metres_per_unit` and `up`, which are guesses where the file does not
@@ -55,69 +55,71 @@ use arrow_array::{
 use arrow_schema::{Field, Schema};
 use sha2::{Digest, Sha256};
 
-use crate::arrays::{self, ArrayOptions, Arrays, Header, Joint};
+use crate::arrays::{self, ArrayOptions, Arrays, Joint};
 use crate::error::Result;
 use crate::figure::{self, Survey};
 use crate::scene::{Animation, Scene};
 
 pub use self::robot_reports::{RobotClip, robot_reports};
+#[cfg(feature = "parquet")]
+pub use super::parquet::{is_own_parquet, to_parquet};
 /// The version of Arrow that the tables use.
 pub use {arrow_array, arrow_schema};
 
-/// The table of `motion` with one row for each frame and joint.
-///
-/// ```
-/// use mocap::arrays::{ArrayOptions, arrays, table};
-///
-/// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
-/// let rows = table::long(&motion, "lecture");
-/// assert_eq!((rows.num_rows(), rows.num_columns()), (10 * 4, 4 + 3 + 4));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn long(motion: &Arrays, clip: &str) -> RecordBatch {
-    let joints = motion.joints();
-    let rows = || 0..motion.rows();
-    let frame_of = |row: usize| row / joints.len();
-    let mut columns: Vec<(String, ArrayRef)> = Vec::new();
-    let mut add = |name: &str, column: ArrayRef| columns.push((name.to_owned(), column));
-    add("clip", Arc::new(StringArray::from_iter_values(rows().map(|_| clip))));
-    add(
-        "frame",
-        Arc::new(rows().map(|row| Some(frame_of(row) as i32)).collect::<Int32Array>()),
-    );
-    let time = |row| Some(frame_of(row) as f64 / motion.frame_rate());
-    add("time", Arc::new(rows().map(time).collect::<Float64Array>()));
-    let name = |row: usize| joints[row % joints.len()].name.as_str();
-    add("joint", Arc::new(StringArray::from_iter_values(rows().map(name))));
-    let mut add_floats = |names: &[&str], values: &[f32]| {
-        for (place, name) in names.iter().enumerate() {
-            let column = values.iter().skip(place).step_by(names.len()).copied();
-            add(name, Arc::new(Float32Array::from_iter_values(column)));
+impl Arrays {
+    /// The [table](crate::arrays::table) with one row for each frame and joint.
+    ///
+    /// ```
+    /// use mocap::arrays::{ArrayOptions, arrays};
+    ///
+    /// let motion = arrays(&mocap::import("fixtures/real/lecture_Test.bvh")?, &ArrayOptions::default())?;
+    /// let rows = motion.to_table("lecture");
+    /// assert_eq!((rows.num_rows(), rows.num_columns()), (10 * 4, 4 + 3 + 4));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn to_table(&self, clip: &str) -> RecordBatch {
+        let joints = self.joints();
+        let rows = || 0..self.rows();
+        let frame_of = |row: usize| row / joints.len();
+        let mut columns: Vec<(String, ArrayRef)> = Vec::new();
+        let mut add = |name: &str, column: ArrayRef| columns.push((name.to_owned(), column));
+        add("clip", Arc::new(StringArray::from_iter_values(rows().map(|_| clip))));
+        add(
+            "frame",
+            Arc::new(rows().map(|row| Some(frame_of(row) as i32)).collect::<Int32Array>()),
+        );
+        let time = |row| Some(frame_of(row) as f64 / self.frame_rate());
+        add("time", Arc::new(rows().map(time).collect::<Float64Array>()));
+        let name = |row: usize| joints[row % joints.len()].name.as_str();
+        add("joint", Arc::new(StringArray::from_iter_values(rows().map(name))));
+        let mut add_floats = |names: &[&str], values: &[f32]| {
+            for (place, name) in names.iter().enumerate() {
+                let column = values.iter().skip(place).step_by(names.len()).copied();
+                add(name, Arc::new(Float32Array::from_iter_values(column)));
+            }
+        };
+        add_floats(&["x", "y", "z"], &self.positions);
+        add_floats(self.header.rotation.columns(), &self.rotations);
+        if let Some(velocities) = &self.velocities {
+            add_floats(&["vx", "vy", "vz"], velocities);
         }
-    };
-    add_floats(&["x", "y", "z"], &motion.positions);
-    add_floats(motion.header.rotation.columns(), &motion.rotations);
-    if let Some(velocities) = &motion.velocities {
-        add_floats(&["vx", "vy", "vz"], velocities);
+        if let Some(contacts) = &self.contacts {
+            add("contact", Arc::new(BooleanArray::from(contacts.clone())));
+        }
+        batch(columns, false)
     }
-    if let Some(contacts) = &motion.contacts {
-        add("contact", Arc::new(BooleanArray::from(contacts.clone())));
+
+    /// [`to_table`](Self::to_table) with the header as JSON in the schema's metadata, with the key `mocap`.
+    pub fn to_table_with_header(&self, clip: &str) -> RecordBatch {
+        let rows = self.to_table(clip);
+        let metadata = HashMap::from([("mocap".to_owned(), self.header.to_json())]);
+        let schema = rows.schema().as_ref().clone().with_metadata(metadata);
+        rows.with_schema(Arc::new(schema))
+            .expect("a schema that says more fits what fitted the old one")
     }
-    batch(columns, false)
 }
 
-/// `rows` with the header as JSON in the schema's metadata, with the key `mocap`.
-pub fn with_header(rows: RecordBatch, header: &Header) -> RecordBatch {
-    let metadata = HashMap::from([("mocap".to_owned(), header.to_json())]);
-    let schema = rows.schema().as_ref().clone().with_metadata(metadata);
-    rows.with_schema(Arc::new(schema))
-        .expect("a schema that says more fits what fitted the old one")
-}
-
-/// The name of a clip, and its arrays or an error message.
-pub type ClipArrays<'a> = (&'a str, Result<&'a Arrays, &'a str>);
-
-/// The table with one row for each clip. `options` must be those that the arrays were made with.
+/// The table with one row for each clip, which has a name, and arrays or an error message. `options` must be those that the arrays were made with.
 ///
 /// ```
 /// use mocap::arrays::{ArrayOptions, arrays, table};
@@ -128,7 +130,7 @@ pub type ClipArrays<'a> = (&'a str, Result<&'a Arrays, &'a str>);
 /// assert_eq!(rows.num_rows(), 2);
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn clips(clips: &[ClipArrays<'_>], options: &ArrayOptions) -> RecordBatch {
+pub fn clips(clips: &[(&str, Result<&Arrays, &str>)], options: &ArrayOptions) -> RecordBatch {
     let motions: Vec<Option<&Arrays>> = clips.iter().map(|(_, motion)| motion.ok()).collect();
     let strings = |value: &dyn Fn(&Arrays) -> String| -> ArrayRef {
         Arc::new(motions.iter().map(|motion| motion.map(value)).collect::<StringArray>())

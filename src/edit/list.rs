@@ -122,7 +122,7 @@ impl EditStep {
     /// Applies the step to a scene, and records it in [`Metadata::steps`](crate::scene::Metadata::steps).
     ///
     /// # Errors
-    /// Those of the step; [`Code::InvalidValue`](Code::InvalidValue) without a second motion that it needs.
+    /// Those of the step; [`Code::InvalidValue`] without a second motion that it needs.
     /// `scene` is then unchanged.
     pub fn apply(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<EditReport> {
         let changed = self.report(scene, input)?;
@@ -148,8 +148,8 @@ impl EditStep {
     /// ```
     ///
     /// # Errors
-    /// [`Code::UnknownOption`](Code::UnknownOption) for a step or an option that does not exist,
-    /// [`Code::InvalidValue`](Code::InvalidValue) for a value that an option does not take.
+    /// [`Code::UnknownOption`] for a step or an option that does not exist,
+    /// [`Code::InvalidValue`] for a value that an option does not take.
     pub fn from_value(value: &Value) -> Result<Self> {
         match value {
             Value::String(text) => text.parse(),
@@ -170,7 +170,7 @@ impl EditStep {
     /// ```
     ///
     /// # Errors
-    /// As [`from_value`](Self::from_value), and [`Code::InvalidValue`](Code::InvalidValue) for another text.
+    /// As [`from_value`](Self::from_value), and [`Code::InvalidValue`] for another text.
     pub fn list_from_json(text: &str) -> Result<Vec<Self>> {
         let list: Vec<Value> = serde_json::from_str(text).map_err(|error| {
             let message = format!("steps must be a JSON list, such as [\"mirror\", \"smooth:cut-off=8\"]: {error}");

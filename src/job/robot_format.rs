@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::writing::Writing;
-use crate::arrays::robot as arrays;
 use crate::error::{Code, Diagnostic, Result};
 use crate::export::Exporter;
 use crate::format::Written;
@@ -89,8 +88,8 @@ impl RobotFormat {
         };
         Ok(match self {
             Self::Npz | Self::Qpos => Written::from(self.archive(motion)?),
-            Self::Pkl => Written::from(arrays::pickle(motion)),
-            Self::Csv => Written::from(arrays::csv(motion, robot).into_bytes()),
+            Self::Pkl => Written::from(motion.to_pickle()),
+            Self::Csv => Written::from(motion.to_csv(robot).into_bytes()),
             Self::Glb => Exporter::new().write(&retargeting.scene_in_metres()?, Format::Gltf)?,
         })
     }
@@ -98,11 +97,9 @@ impl RobotFormat {
     #[cfg(feature = "npz")]
     #[expect(clippy::unnecessary_wraps, reason = "a build without archives fails")]
     fn archive(self, motion: &RobotMotion) -> Result<Vec<u8>> {
-        use crate::arrays::npz;
-
         Ok(match self {
-            Self::Qpos => npz::write_qpos(motion),
-            _ => npz::write_robot(motion),
+            Self::Qpos => motion.to_qpos_npz(),
+            _ => motion.to_npz(),
         })
     }
 

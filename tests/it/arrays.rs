@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::kinematics::{Capture, Column, Root, distance, multiply, turn};
-use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space, arrays, csv, npz};
+use mocap::arrays::{ArrayOptions, Arrays, Contacts, Moment, Rotation, RotationSpace, Space, arrays};
 use mocap::glam::{Quat, Vec3};
 use mocap::scene::{Keys, NodeKind, RotationOrder, UpAxis};
 use mocap::{Binding, Code, Importer, Pose, Scene, SkeletonMesh, Trs};
@@ -74,7 +74,7 @@ fn positions_are_those_of_the_kinematics() {
 fn the_csv_holds_the_same_positions() {
     for (name, root) in DIALECTS {
         let capture = Capture::parse(&bytes(name));
-        let text = csv::write(&motion(name, &ArrayOptions::default()));
+        let text = motion(name, &ArrayOptions::default()).to_csv();
         let mut positions: Vec<f32> = Vec::new();
         for (row, line) in text.lines().skip(2).enumerate() {
             let fields: Vec<&str> = line.split(',').collect();
@@ -108,7 +108,7 @@ fn floats_in(archive: &[u8], name: &str) -> Vec<f32> {
 fn the_npz_holds_the_same_positions() {
     for (name, root) in DIALECTS {
         let capture = Capture::parse(&bytes(name));
-        let archive = npz::write(&motion(name, &ArrayOptions::default()));
+        let archive = motion(name, &ArrayOptions::default()).to_npz();
         let error = largest_error(&floats_in(&archive, "positions"), &capture, root) / capture.height(root);
         assert!(error <= TOLERANCE, "{name}: {error:e} of height");
     }
@@ -342,8 +342,8 @@ fn without_motion_there_are_joints_and_no_frames() {
         (0, 0.0, 0)
     );
     assert!(!motion.joints().is_empty());
-    assert!(!npz::write(&motion).is_empty());
-    assert_eq!(csv::write(&motion).lines().count(), 2);
+    assert!(!motion.to_npz().is_empty());
+    assert_eq!(motion.to_csv().lines().count(), 2);
 }
 
 #[test]

@@ -175,5 +175,5 @@ fn the_program_and_the_library_give_the_same_bytes() {
     let retargeting = Retargeting::new(import(SHORT), robot, RetargetingOptions::new()).unwrap();
     let motion = retargeting.clips()[0].robot_motion.as_ref().unwrap();
     let program = run(&["robot", SHORT, "--robot", ROBOT, "--to", "pkl"], "out.pkl");
-    assert!(mocap::arrays::robot::pickle(motion) == program);
+    assert!(motion.to_pickle() == program);
 }

@@ -350,18 +350,18 @@ fn files_are_read_as_the_conversion_read_them() {
 }
 
 mod of_arrays {
-    use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays, csv, npz};
+    use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays};
     use mocap::scene::UpAxis;
     use mocap::verify::{FindingKind, Verification, verify_files};
 
     fn bytes(file: &str, options: &ArrayOptions) -> Vec<u8> {
         let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
-        npz::write(&arrays(&scene, options).unwrap())
+        arrays(&scene, options).unwrap().to_npz()
     }
 
     fn csv_of(file: &str, options: &ArrayOptions) -> String {
         let scene = mocap::import(format!("fixtures/real/{file}")).unwrap();
-        csv::write(&arrays(&scene, options).unwrap())
+        arrays(&scene, options).unwrap().to_csv()
     }
 
     fn verified(file: &str, bytes: &[u8]) -> mocap::Result<Verification> {
@@ -419,7 +419,7 @@ mod of_arrays {
         let with = |change: &dyn Fn(&mut mocap::arrays::Arrays)| {
             let mut wrong = right.clone();
             change(&mut wrong);
-            verified(file, &npz::write(&wrong)).unwrap()
+            verified(file, &wrong.to_npz()).unwrap()
         };
         // A tenth of a unit is 5.6 mm.
         let found = with(&|wrong| wrong.positions[3 * (40 * 38 + 7) + 1] += 0.1);
@@ -440,9 +440,9 @@ mod of_arrays {
         assert_eq!(found.findings[0].kind, FindingKind::MovedJoint);
         let found = with(&|wrong| wrong.header.frame_rate = 60.0);
         assert_eq!(found.findings[0].kind, FindingKind::Provenance);
-        let found = verified("cmu_12_01_walk.bvh", &npz::write(&right)).unwrap();
+        let found = verified("cmu_12_01_walk.bvh", &right.to_npz()).unwrap();
         assert!(!found.is_within(1e-3), "{found:?}");
-        let error = verified("lecture_Test.bvh", &npz::write(&right)).unwrap_err();
+        let error = verified("lecture_Test.bvh", &right.to_npz()).unwrap_err();
         assert!(error.to_string().contains("is not in its source"), "{error}");
     }
 
@@ -504,7 +504,7 @@ mod of_arrays {
         let motion = arrays(&mocap::import(&source).unwrap(), &ArrayOptions::default()).unwrap();
         assert!(motion.joints()[0].name.starts_with("=1+1, \""));
         let output = folder.path().join("out.csv");
-        for table in [csv::write(&motion), csv::write_for_spreadsheet(&motion)] {
+        for table in [motion.to_csv(), motion.to_csv_for_spreadsheet()] {
             std::fs::write(&output, table).unwrap();
             assert!(verify_files(&source, &output).unwrap().is_within(1e-5));
         }

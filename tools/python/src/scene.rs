@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mocap::arrays::{Arrays, Rotation, arrays, table};
+use mocap::arrays::{Arrays, Rotation, arrays};
 use mocap::glam::Mat4;
 use mocap::scene::{NodeKind, RotationOrder};
 use mocap::{Binding, Pose};
@@ -156,7 +156,7 @@ impl Scene {
 
     fn arrow(&self, py: Python<'_>, options: &str, clip: &str) -> PyResult<ArrowTable> {
         let motion = self.motion(py, options)?;
-        let rows = py.detach(|| table::with_header(table::long(&motion, clip), &motion.header));
+        let rows = py.detach(|| motion.to_table_with_header(clip));
         Ok(ArrowTable::new(rows))
     }
 }

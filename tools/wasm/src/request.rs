@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mocap::arrays::{self, ArrayOptions, csv};
+use mocap::arrays::{self, ArrayOptions};
 use mocap::dump::SceneView;
 use mocap::edit::{ContactOptions, EditReport, EditStep, apply_all, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
@@ -300,7 +300,7 @@ fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, 
                 assumptions: motion.header.provenance.assumptions.clone(),
                 ..Said::default()
             };
-            Ok((json(&said)?, csv::write(&motion).into_bytes()))
+            Ok((json(&said)?, motion.to_csv().into_bytes()))
         }
         "json" => Ok((json(&Said::default())?, json(&SceneView::new(scene))?)),
         "png" => {

@@ -8,7 +8,7 @@ use mocap::figure::{Humanoid, humanoid};
 use mocap::files::ReplacePolicy;
 use mocap::render::{Clip, PlotOptions, plot};
 use mocap::scene::{AppliedStep, Scene};
-use mocap::{Conversion, SkeletonMesh, arrays};
+use mocap::{Conversion, SkeletonMesh};
 
 use super::plot::joints_named;
 use super::{
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
             let found = contacts(&scene, 0, bones.as_ref(), &options);
             let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
             let bytes = match extension(file).as_str() {
-                "npz" => arrays::npz::write_contacts(&found),
+                "npz" => found.to_npz(),
                 _ => serde_json::to_vec(&found).unwrap_or_default(),
             };
             Some((file, bytes))

@@ -1,6 +1,6 @@
 //! `mocap fk`: writes a motion as arrays.
 
-use mocap::arrays::{Arrays, arrays, csv, npz};
+use mocap::arrays::{Arrays, arrays};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
 use super::extension;
@@ -45,12 +45,12 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
         return Err(Failure::Usage(message.to_owned()));
     }
     match extension.as_str() {
-        "npz" => Ok(|motion, _| Ok(npz::write(motion))),
-        "csv" if args.spreadsheet => Ok(|motion, _| Ok(csv::write_for_spreadsheet(motion).into_bytes())),
-        "csv" => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
-        _ if streams::is_standard(output) => Ok(|motion, _| Ok(csv::write(motion).into_bytes())),
+        "npz" => Ok(|motion, _| Ok(motion.to_npz())),
+        "csv" if args.spreadsheet => Ok(|motion, _| Ok(motion.to_csv_for_spreadsheet().into_bytes())),
+        "csv" => Ok(|motion, _| Ok(motion.to_csv().into_bytes())),
+        _ if streams::is_standard(output) => Ok(|motion, _| Ok(motion.to_csv().into_bytes())),
         #[cfg(feature = "parquet")]
-        "parquet" => Ok(mocap::arrays::parquet::write),
+        "parquet" => Ok(Arrays::to_parquet),
         #[cfg(not(feature = "parquet"))]
         "parquet" => Err(super::without_parquet()),
         _ => {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mocap::arrays::table::arrow_array::RecordBatch;
-use mocap::arrays::{ArrayOptions, arrays, parquet, table};
+use mocap::arrays::{ArrayOptions, arrays, table};
 use mocap::files::{unfinished_target, write_file};
 use mocap::{Importer, Scene, SkeletonMesh};
 
@@ -185,7 +185,7 @@ impl Packer<'_> {
         let motion = motion.map_err(|error| error.to_string());
         record.error = motion.as_ref().err().cloned();
         match (self.table, &motion) {
-            (TableArg::Long, Ok(motion)) => Some(table::long(motion, clip)),
+            (TableArg::Long, Ok(motion)) => Some(motion.to_table(clip)),
             (TableArg::Long, Err(_)) => None,
             _ => Some(table::clips(
                 &[(clip, motion.as_ref().map_err(String::as_str))],
@@ -215,7 +215,7 @@ impl Parts<'_> {
         let mut output = None;
         if !rows.is_empty() {
             let name = format!("{}{:05}.parquet", self.prefix, self.next);
-            let bytes = parquet::write_tables(&rows).map_err(io::Error::other)?;
+            let bytes = table::to_parquet(&rows).map_err(io::Error::other)?;
             write_file(&self.folder.join(&name), &bytes).map_err(io::Error::other)?;
             self.next += 1;
             output = Some(name);
@@ -274,7 +274,7 @@ fn parts(folder: &Path, prefix: &str) -> io::Result<Vec<(PathBuf, PathBuf)>> {
 /// of former runs are removed.
 fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     let parts = parts(folder, prefix).map_err(|error| Failure::Folder(folder.to_owned(), error))?;
-    let is_ours = |path: &Path| File::open(path).is_ok_and(|file| parquet::has_provenance(&file));
+    let is_ours = |path: &Path| File::open(path).is_ok_and(|file| table::is_own_parquet(&file));
     let is_of_others = |(path, target): &&(PathBuf, PathBuf)| path == target && !is_ours(path);
     match parts.iter().find(is_of_others) {
         None => Ok(()),

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufWriter, Write};
 
-use mocap::arrays::csv;
+use mocap::arrays::csv_field;
 use mocap::glam::Mat4;
 use mocap::{Binding, OutOfRange, Pose, Scene, Trs};
 use serde::Serialize;
@@ -105,8 +105,8 @@ fn print_csv(view: &PoseView<'_>, for_spreadsheet: bool) -> io::Result<()> {
         write!(
             out,
             "{},{}",
-            csv::field(node.name, for_spreadsheet),
-            csv::field(node.parent.unwrap_or_default(), for_spreadsheet)
+            csv_field(node.name, for_spreadsheet),
+            csv_field(node.parent.unwrap_or_default(), for_spreadsheet)
         )?;
         for number in node.translation.iter().chain(&node.rotation).chain(&node.matrix) {
             write!(out, ",{number}")?;

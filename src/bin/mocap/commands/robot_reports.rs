@@ -26,7 +26,7 @@ pub(super) fn path(args: &RobotArgs, policy: &ReplacePolicy) -> Result<Option<Pa
         return Err(Failure::Usage(message));
     }
     policy.check_inputs(&path)?;
-    let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::parquet::has_provenance(&file));
+    let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::table::is_own_parquet(&file));
     if path.is_file() && !args.force && !is_ours() {
         let message = "this program did not write this file: name another one, or replace it with --force";
         return Err(Failure::Usage(format!("{}: {message}", path.display())));
@@ -37,7 +37,7 @@ pub(super) fn path(args: &RobotArgs, policy: &ReplacePolicy) -> Result<Option<Pa
 /// Writes a row for each record.
 #[cfg(feature = "parquet")]
 pub(super) fn write<'a>(path: &Path, records: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
-    use mocap::arrays::{parquet, table};
+    use mocap::arrays::table;
 
     let unknown = "the manifest has no report of it";
     let reports: Vec<_> = records.map(|record| (record, record.robot_report())).collect();
@@ -47,7 +47,7 @@ pub(super) fn write<'a>(path: &Path, records: impl Iterator<Item = &'a Record>) 
         report: report.as_ref().ok_or(record.error.as_deref().unwrap_or(unknown)),
     });
     let rows = table::robot_reports(&clips.collect::<Vec<_>>());
-    let bytes = parquet::write_tables(&[rows])?;
+    let bytes = table::to_parquet(&[rows])?;
     crate::streams::write(path, &bytes)
 }
 
