@@ -1,7 +1,7 @@
 //! Motion as arrays: positions and rotations of joints in every frame, for NumPy, data frames and training code.
 //!
-//! [`arrays()`] makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the feature `arrow` tables, and with
-//! `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such methods, too.
+//! [`arrays()`] makes them; [`Arrays`] has a method for each format: `.npz`, CSV, with the feature `arrow` tables, and
+//! with `parquet` files of them. A [`RobotMotion`](crate::robot::RobotMotion) has such methods, too.
 //!
 //! | array | shape | values |
 //! |---|---|---|

@@ -482,6 +482,20 @@ impl Conversion {
         Ok(guesses)
     }
 
+    /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
+    /// stay.
+    ///
+    /// A [`Retargeter`](crate::retarget::Retargeter) is made before, for it sees in that frame where the T-pose is.
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply).
+    pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
+        let steps = scene.metadata.steps.len();
+        let conversion = Self::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
+        conversion.apply(scene)?;
+        Ok(scene.metadata.steps.len() > steps)
+    }
+
     /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
     fn needs(&self) -> Needs {
         Needs {
@@ -517,19 +531,6 @@ impl Conversion {
         scene.metadata.metres_per_unit = output.metres_per_unit;
         scene.metadata.up = output.up;
     }
-}
-
-/// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes stay.
-///
-/// A [`Retargeter`](crate::retarget::Retargeter) is made before, for it sees in that frame where the T-pose is.
-///
-/// # Errors
-/// As [`Conversion::apply`].
-pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
-    let steps = scene.metadata.steps.len();
-    let conversion = Conversion::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
-    conversion.apply(scene)?;
-    Ok(scene.metadata.steps.len() > steps)
 }
 
 /// Whether resampling uses the exact rate of a rounded frame time.

@@ -2,7 +2,8 @@
 //!
 //! The text is the output of the functions `printSceneInfo`, `printMeshInfo`, `printTreeInfo`, `printBoneInfo` and
 //! `printAnimInfo`, which students of the course call on a scene of Assimp. It changed over the years; a [`Layout`] is
-//! named after the first year it was handed out. The JSON is a [`SceneView`], described by a [JSON Schema](SCHEMA).
+//! named after the first year it was handed out. The JSON is a [`SceneView`], described by a [JSON
+//! Schema](SceneView::SCHEMA).
 //!
 //! ```
 //! use mocap::dump::{Layout, Section, text};
@@ -30,8 +31,10 @@ pub use self::json::SceneView;
 use self::print::{print_anim_info, print_bone_info, print_mesh_info, print_scene_info, print_tree_info};
 use crate::scene::Scene;
 
-/// The JSON Schema (draft 2020-12) of a serialised [`SceneView`].
-pub const SCHEMA: &str = include_str!("dump/scene.schema.json");
+impl SceneView<'_> {
+    /// The JSON Schema (draft 2020-12) of a serialised scene.
+    pub const SCHEMA: &'static str = include_str!("dump/scene.schema.json");
+}
 
 /// A part of the print-out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]

@@ -30,7 +30,6 @@ pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contact
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::frames_report::FramesReport;
 pub use self::list::EditReport;
-pub use self::sequence::{apply_all, second_motions};
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
 pub use self::warp_time::WarpTimeReport;

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 pub use self::code::Code;
 pub(crate) use self::nearest::nearest;
-pub use self::visible::{visible, visible_lines};
+pub use self::visible::visible;
 
 /// The result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -44,9 +44,6 @@ use crate::format::Written;
 use crate::import::MemoryFile;
 use crate::verify::Verifier;
 
-/// The JSON Schema of a [`Job`], as text.
-pub const SCHEMA: &str = include_str!("../docs/job.schema.json");
-
 /// One piece of work: inputs, changes, another body, an output.
 ///
 /// The [module](self) has an example.
@@ -72,6 +69,9 @@ pub struct Job {
 }
 
 impl Job {
+    /// The JSON Schema of a job, as text.
+    pub const SCHEMA: &str = include_str!("../docs/job.schema.json");
+
     /// A job without an input and an output.
     pub fn new() -> Self {
         Self::default()

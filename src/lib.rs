@@ -89,7 +89,7 @@ pub mod verify;
 pub use glam;
 
 pub use crate::convert::Conversion;
-pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible, visible_lines};
+pub use crate::error::{Code, Diagnostic, Error, Location, Result, visible};
 pub use crate::export::Exporter;
 pub use crate::format::gltf::vrma;
 pub use crate::format::{FORMATS, FormatInfo, WriteOption, Written, WrittenFile, bvh, fbx, gltf};

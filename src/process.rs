@@ -37,7 +37,8 @@ mod trim;
 mod validate;
 
 pub use self::collapse_keys::{KeyTolerance, collapse_keys};
-pub use self::convert_units::{convert_units, convert_units_to};
+pub use self::convert_units::convert_units;
+pub(crate) use self::convert_units::convert_units_to;
 pub use self::debone::debone;
 pub use self::find_degenerates::find_degenerates;
 pub use self::join_identical_vertices::join_identical_vertices;

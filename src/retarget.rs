@@ -297,6 +297,6 @@ fn no_animation(index: usize, source: &Scene) -> Error {
 /// # Errors
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
-pub fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
+pub(crate) fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
     Body::target(target, bones).map(|_| ())
 }

@@ -14,8 +14,8 @@ use crate::robot::RobotMotion;
 use crate::scene::RotationOrder;
 
 impl Arrays {
-    /// NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array. All numbers are little-endian.
-    /// Equal arrays give equal bytes.
+    /// NumPy's `.npz`: a zip archive, not compressed, with an `.npy` file for each array. All numbers are
+    /// little-endian. Equal arrays give equal bytes.
     ///
     /// | name | dtype and shape | |
     /// |---|---|---|
@@ -78,8 +78,8 @@ impl RobotMotion {
             .expect("an archive in memory that may be larger than 4 GiB takes what is written")
     }
 
-    /// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as w,
-    /// x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`to_npz`](Self::to_npz).
+    /// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as
+    /// w, x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`to_npz`](Self::to_npz).
     pub fn to_qpos_npz(&self) -> Vec<u8> {
         let shape = [self.frames(), 7 + self.dof_names.len()];
         let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));

@@ -9,8 +9,8 @@ const DECIMALS: usize = 6;
 const LAST_DECIMAL: f64 = 1e-6;
 
 impl RobotMotion {
-    /// A row of numbers for each frame, without a header, as in the LAFAN1 set for Unitree's robots: the position of the
-    /// base, its rotation as x, y, z and w, the joints. No rounding brings a joint beyond its limit.
+    /// A row of numbers for each frame, without a header, as in the LAFAN1 set for Unitree's robots: the position of
+    /// the base, its rotation as x, y, z and w, the joints. No rounding brings a joint beyond its limit.
     ///
     /// ```
     /// use mocap::Importer;

@@ -119,7 +119,8 @@ impl Arrays {
     }
 }
 
-/// The table with one row for each clip, which has a name, and arrays or an error message. `options` must be those that the arrays were made with.
+/// The table with one row for each clip, which has a name, and arrays or an error message. `options` must be those that
+/// the arrays were made with.
 ///
 /// ```
 /// use mocap::arrays::{ArrayOptions, arrays, table};

@@ -81,7 +81,7 @@ macro_rules! steps {
                 name: &str,
                 keys: serde_json::Map<String, serde_json::Value>,
                 stated: &str,
-            ) -> Option<crate::Result<Self>> {
+            ) -> Option<crate::error::Result<Self>> {
                 $(if name == $step::NAME {
                     return Some(text::read(keys, stated).map(Self::$step));
                 })*

@@ -5,80 +5,83 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
 use crate::scene::Scene;
 
-/// Applies steps to the first animation of a scene in their order, and records each. Those that take a second motion
-/// take that of `others` which their option `with` names, where 2 is the first, or else the one after that of the step
-/// before.
-///
-/// ```
-/// use mocap::edit::{EditStep, Mirror, Smooth, apply_all};
-///
-/// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Mirror::new().into()];
-/// let reports = apply_all(&mut scene, &steps, &[], None)?;
-/// assert!(reports[1].to_string().starts_with("mirror: "));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// Those of the steps, and of [`second_motions`]. `scene` has then the changes of the steps before.
-pub fn apply_all(
-    scene: &mut Scene,
-    steps: &[EditStep],
-    others: &[&Scene],
-    humanoid: Option<&Humanoid>,
-) -> Result<Vec<EditReport>> {
-    let name = |place: usize| match &others[place].metadata.origin {
-        Some(origin) => origin.name.clone(),
-        None => format!("motion {}", place + 2),
-    };
-    let names: Vec<String> = (0..others.len()).map(name).collect();
-    let seconds = second_motions(steps, &names)?;
-    let pairs = std::iter::zip(steps, seconds);
-    let apply = |(step, second): (&EditStep, Option<usize>)| {
-        let other = second.map(|place| others[place]);
-        step.apply(scene, &StepInput::new().other(other).humanoid(humanoid))
-    };
-    pairs.map(apply).collect()
-}
-
-/// Of each step the second motion that it takes, counted from 0 among `others`, which are the names of the motions
-/// after the first.
-///
-/// ```
-/// use mocap::edit::{EditStep, second_motions};
-///
-/// let steps: Vec<EditStep> = ["concat", "smooth", "blend"].map(|step| step.parse().unwrap()).to_vec();
-/// let names = ["b.bvh".to_owned(), "c.bvh".to_owned()];
-/// assert_eq!(second_motions(&steps, &names)?, [Some(0), None, Some(1)]);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-///
-/// # Errors
-/// [`Code::InvalidValue`] where a step takes a motion that there is not, and where no step takes one that there is.
-pub fn second_motions(steps: &[EditStep], others: &[String]) -> Result<Vec<Option<usize>>> {
-    let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
-    let count = others.len() + 1;
-    // The inputs are counted from 1, and the first is the motion itself.
-    let mut next = 2;
-    let mut taken = Vec::new();
-    for step in steps {
-        if !step.needs_other() {
-            taken.push(None);
-            continue;
-        }
-        let place = step.with().unwrap_or(next);
-        if !(2..=count).contains(&place) {
-            let name = step.name();
-            return refuse(format!("the step {name} takes motion {place}, and there are {count}"));
-        }
-        taken.push(Some(place - 2));
-        next = place + 1;
+impl EditStep {
+    /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
+    /// motion take that of `others` which their option `with` names, where 2 is the first, or else the one after that
+    /// of the step before.
+    ///
+    /// ```
+    /// use mocap::edit::{EditStep, Mirror, Smooth};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let steps: Vec<EditStep> = vec![Smooth::new().cut_off(8.0).into(), Mirror::new().into()];
+    /// let reports = EditStep::apply_all(&mut scene, &steps, &[], None)?;
+    /// assert!(reports[1].to_string().starts_with("mirror: "));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of the steps, and of [`second_motions`](Self::second_motions). `scene` has then the changes of the steps
+    /// before.
+    pub fn apply_all(
+        scene: &mut Scene,
+        steps: &[Self],
+        others: &[&Scene],
+        humanoid: Option<&Humanoid>,
+    ) -> Result<Vec<EditReport>> {
+        let name = |place: usize| match &others[place].metadata.origin {
+            Some(origin) => origin.name.clone(),
+            None => format!("motion {}", place + 2),
+        };
+        let names: Vec<String> = (0..others.len()).map(name).collect();
+        let seconds = Self::second_motions(steps, &names)?;
+        let pairs = std::iter::zip(steps, seconds);
+        let apply = |(step, second): (&Self, Option<usize>)| {
+            let other = second.map(|place| others[place]);
+            step.apply(scene, &StepInput::new().other(other).humanoid(humanoid))
+        };
+        pairs.map(apply).collect()
     }
-    match (0..others.len()).find(|place| !taken.contains(&Some(*place))) {
-        Some(place) => refuse(format!(
-            "{} would do nothing: no step takes it; leave it out",
-            others[place]
-        )),
-        None => Ok(taken),
+
+    /// Of each step the second motion that it takes, counted from 0 among `others`, which are the names of the motions
+    /// after the first.
+    ///
+    /// ```
+    /// use mocap::edit::EditStep;
+    ///
+    /// let steps: Vec<EditStep> = ["concat", "smooth", "blend"].map(|step| step.parse().unwrap()).to_vec();
+    /// let names = ["b.bvh".to_owned(), "c.bvh".to_owned()];
+    /// assert_eq!(EditStep::second_motions(&steps, &names)?, [Some(0), None, Some(1)]);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where a step takes a motion that there is not, and where no step takes one that there is.
+    pub fn second_motions(steps: &[Self], others: &[String]) -> Result<Vec<Option<usize>>> {
+        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+        let count = others.len() + 1;
+        // The inputs are counted from 1, and the first is the motion itself.
+        let mut next = 2;
+        let mut taken = Vec::new();
+        for step in steps {
+            if !step.needs_other() {
+                taken.push(None);
+                continue;
+            }
+            let place = step.with().unwrap_or(next);
+            if !(2..=count).contains(&place) {
+                let name = step.name();
+                return refuse(format!("the step {name} takes motion {place}, and there are {count}"));
+            }
+            taken.push(Some(place - 2));
+            next = place + 1;
+        }
+        match (0..others.len()).find(|place| !taken.contains(&Some(*place))) {
+            Some(place) => refuse(format!(
+                "{} would do nothing: no step takes it; leave it out",
+                others[place]
+            )),
+            None => Ok(taken),
+        }
     }
 }

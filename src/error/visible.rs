@@ -9,21 +9,12 @@ use std::borrow::Cow;
 /// assert_eq!(mocap::visible("Hips\u{1b}[2J\u{202e}"), "Hips\\u{1b}[2J\\u{202e}");
 /// ```
 pub fn visible(text: &str) -> Cow<'_, str> {
-    replace(text, steers)
-}
-
-/// [`visible`], but line ends and tabs stay.
-pub fn visible_lines(text: &str) -> Cow<'_, str> {
-    replace(text, |c| steers(c) && c != '\n' && c != '\t')
-}
-
-fn replace(text: &str, is_replaced: impl Fn(char) -> bool) -> Cow<'_, str> {
-    if !text.contains(&is_replaced) {
+    if !text.contains(steers) {
         return Cow::Borrowed(text);
     }
     let mut replaced = String::with_capacity(text.len());
     for c in text.chars() {
-        if is_replaced(c) {
+        if steers(c) {
             replaced.extend(c.escape_unicode());
         } else {
             replaced.push(c);

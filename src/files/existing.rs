@@ -12,23 +12,19 @@ use super::fbx_header::{FBX_HEAD, HEADER, fbx_provenance};
 use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
 
-/// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of VRM.
-pub const SOURCE_EXTENSIONS: &[&str] = &[
-    "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip",
-];
-
 /// Of files that say who wrote them: glTF and FBX.
 const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 
 /// Which files an output may replace.
 ///
-/// An input is never replaced, also not through a link. A file with one of the [`SOURCE_EXTENSIONS`] may be somebody's
-/// source, and is replaced only with [`force`](Self::force). There are three exceptions, so that a command can be run
-/// again: an empty file, a file with the same bytes as the output, and a glTF or FBX file that this crate wrote,
-/// according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an
-/// input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a
-/// character to which this crate added animations says so in their `extras.mocap`; one of them must name two inputs,
-/// its motion and the character.
+/// An input is never replaced, also not through a link. A file with one of the
+/// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
+/// [`force`](Self::force). There are three exceptions, so that a command can be run again: an empty file, a file with
+/// the same bytes as the output, and a glTF or FBX file that this crate wrote, according to its
+/// [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an input as the source
+/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
+/// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
+/// character.
 ///
 /// ```
 /// use mocap::files::ReplacePolicy;
@@ -52,6 +48,12 @@ pub struct ReplacePolicy {
 }
 
 impl ReplacePolicy {
+    /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of
+    /// VRM.
+    pub const SOURCE_EXTENSIONS: &[&str] = &[
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip",
+    ];
+
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
@@ -168,7 +170,7 @@ impl ReplacePolicy {
         if has_extension(path, &["bin"]) || has_extension(&target, &["bin"]) {
             return !is_our_buffer(&target);
         }
-        let is_source = |path: &Path| has_extension(path, SOURCE_EXTENSIONS);
+        let is_source = |path: &Path| has_extension(path, Self::SOURCE_EXTENSIONS);
         (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))
     }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::robot_format::RobotFormat;
 use super::{Feet, Job, JobReport, Onto};
 use crate::convert::Conversion;
-use crate::edit::apply_all;
+use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::humanoid;
 use crate::files::ReplacePolicy;
@@ -199,7 +199,7 @@ impl Job {
         let others: Vec<&Scene> = others.iter().collect();
         report
             .steps
-            .append(&mut apply_all(scene, &self.steps, &others, bones.as_ref())?);
+            .append(&mut EditStep::apply_all(scene, &self.steps, &others, bones.as_ref())?);
         Ok(())
     }
 

@@ -30,18 +30,7 @@ pub fn convert_units(scene: &mut Scene, metres_per_unit: f64, up: UpAxis) {
 
 /// As [`convert_units`], from any unit and up axis to any other: `from` and `to` are metres per unit of length and the
 /// axis that points up.
-///
-/// ```
-/// use mocap::glam::{Mat4, Vec3};
-/// use mocap::process::convert_units_to;
-/// use mocap::scene::{Node, Scene, UpAxis};
-///
-/// let hips = Node { transform: Mat4::from_translation(Vec3::new(0.0, 0.98, 0.0)), ..Node::default() };
-/// let mut scene = Scene { nodes: vec![hips], ..Scene::default() };
-/// convert_units_to(&mut scene, (1.0, UpAxis::Y), (0.01, UpAxis::Z));
-/// assert_eq!(scene.nodes[0].transform.w_axis.truncate(), Vec3::new(0.0, 0.0, 98.0));
-/// ```
-pub fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis)) {
+pub(crate) fn convert_units_to(scene: &mut Scene, from: (f64, UpAxis), to: (f64, UpAxis)) {
     let ((metres_per_unit, up), (out_metres_per_unit, out_up)) = (from, to);
     let factor = metres_per_unit / out_metres_per_unit;
     let scaled = |v: Vec3| (v.as_dvec3() * factor).as_vec3();

@@ -45,56 +45,59 @@ struct Curve {
     values: Vec<f64>,
 }
 
-/// Draws two panels for each joint: its position in the world, in the file's unit, and its rotation relative to its
-/// parent, in degrees about the axes of its channels, in their order. The time axis is in seconds, to the last frame.
-///
-/// ```
-/// use mocap::render::{Clip, PlotOptions, plot};
-/// use mocap::scene::NodeId;
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let drawing = plot(&Clip { name: "Test", scene: &scene }, &[NodeId(1)], &PlotOptions::default());
-/// assert!(drawing.to_svg().contains("position in the world [file units]"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn plot(clip: &Clip<'_>, joints: &[NodeId], options: &PlotOptions) -> Drawing {
-    let joints: Vec<_> = joints
-        .iter()
-        .filter(|joint| joint.index() < clip.scene.nodes.len())
-        .collect();
-    let width = options.width.max(320);
-    let panel = options.panel_height.max(120) as f32;
-    let height = (2.0 * panel * joints.len() as f32) as u32;
-    let names: Vec<_> = joints
-        .iter()
-        .map(|joint| clip.scene.nodes[joint.index()].name.as_str())
-        .collect();
-    let title = format!("Position and rotation of {} in {}", names.join(", "), clip.name);
-    let mut drawing = Drawing::new(width, height, theme::PAPER, title);
-    for (index, &&joint) in joints.iter().enumerate() {
-        let node = &clip.scene.nodes[joint.index()];
-        let (position, rotation) = curves(clip, joint);
-        let top = 2.0 * panel * index as f32;
-        let heading = format!("{}, {}: position in the world [file units]", node.name, clip.name);
-        paint_panel(
-            &mut drawing,
-            clip,
-            &heading,
-            &position,
-            [top, panel],
-            &options.marked_frames,
-        );
-        let heading = format!("{}: rotation to the parent [degrees]", node.name);
-        paint_panel(
-            &mut drawing,
-            clip,
-            &heading,
-            &rotation,
-            [top + panel, panel],
-            &options.marked_frames,
-        );
+impl Drawing {
+    /// Draws two panels for each joint: its position in the world, in the file's unit, and its rotation relative to its
+    /// parent, in degrees about the axes of its channels, in their order. The time axis is in seconds, to the last
+    /// frame.
+    ///
+    /// ```
+    /// use mocap::render::{Drawing, Clip, PlotOptions};
+    /// use mocap::scene::NodeId;
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let drawing = Drawing::plot(&Clip { name: "Test", scene: &scene }, &[NodeId(1)], &PlotOptions::default());
+    /// assert!(drawing.to_svg().contains("position in the world [file units]"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn plot(clip: &Clip<'_>, joints: &[NodeId], options: &PlotOptions) -> Self {
+        let joints: Vec<_> = joints
+            .iter()
+            .filter(|joint| joint.index() < clip.scene.nodes.len())
+            .collect();
+        let width = options.width.max(320);
+        let panel = options.panel_height.max(120) as f32;
+        let height = (2.0 * panel * joints.len() as f32) as u32;
+        let names: Vec<_> = joints
+            .iter()
+            .map(|joint| clip.scene.nodes[joint.index()].name.as_str())
+            .collect();
+        let title = format!("Position and rotation of {} in {}", names.join(", "), clip.name);
+        let mut drawing = Self::new(width, height, theme::PAPER, title);
+        for (index, &&joint) in joints.iter().enumerate() {
+            let node = &clip.scene.nodes[joint.index()];
+            let (position, rotation) = curves(clip, joint);
+            let top = 2.0 * panel * index as f32;
+            let heading = format!("{}, {}: position in the world [file units]", node.name, clip.name);
+            paint_panel(
+                &mut drawing,
+                clip,
+                &heading,
+                &position,
+                [top, panel],
+                &options.marked_frames,
+            );
+            let heading = format!("{}: rotation to the parent [degrees]", node.name);
+            paint_panel(
+                &mut drawing,
+                clip,
+                &heading,
+                &rotation,
+                [top + panel, panel],
+                &options.marked_frames,
+            );
+        }
+        drawing
     }
-    drawing
 }
 
 /// Position and rotation at every tick.
@@ -325,7 +328,7 @@ mod tests {
             name: "Test",
             scene: &scene,
         };
-        let drawing = plot(&clip, &[elbow], &PlotOptions::default());
+        let drawing = Drawing::plot(&clip, &[elbow], &PlotOptions::default());
         // The lower panel: its labels at the left give the scale.
         let labels: Vec<(f32, f32)> = drawing
             .texts()

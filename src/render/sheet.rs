@@ -38,45 +38,47 @@ const HEAD: f32 = 220.0;
 /// The height of a row divided by the width of a pose.
 const POSE_ASPECT: f32 = 1.35;
 
-/// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses, evenly spaced
-/// in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
-///
-/// ```
-/// use mocap::render::{Clip, SheetOptions, sheet};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let drawing = sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::new().poses(2).width(800));
-/// assert!(drawing.to_svg().contains(">Test</text>"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Drawing {
-    let width = options.width.max(480);
-    let poses = options.poses.max(1);
-    let cell = (width as f32 - HEAD - 2.0 * MARGIN) / poses as f32;
-    let row = (cell * POSE_ASPECT).clamp(150.0, 420.0).round();
-    let height = (2.0 * MARGIN + row * clips.len() as f32) as u32;
-    let names: Vec<_> = clips.iter().map(|clip| clip.name).collect();
-    let title = format!("Contact sheet: {}", names.join(", "));
-    let mut drawing = Drawing::new(width, height, theme::PAPER, title);
-    for (index, clip) in clips.iter().enumerate() {
-        let top = MARGIN + row * index as f32;
-        if index > 0 {
-            let right = width as f32 - MARGIN;
-            drawing.line(vec![[MARGIN, top], [right, top]], 1.0, theme::RULE);
+impl Drawing {
+    /// Draws every clip as a row: its name, a summary, the path of its root seen from above, and its poses, evenly
+    /// spaced in time, each with its time and the root's path on the floor. All poses of a row have the same scale.
+    ///
+    /// ```
+    /// use mocap::render::{Drawing, Clip, SheetOptions};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let drawing = Drawing::sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::new().poses(2).width(800));
+    /// assert!(drawing.to_svg().contains(">Test</text>"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn sheet(clips: &[Clip<'_>], options: &SheetOptions) -> Self {
+        let width = options.width.max(480);
+        let poses = options.poses.max(1);
+        let cell = (width as f32 - HEAD - 2.0 * MARGIN) / poses as f32;
+        let row = (cell * POSE_ASPECT).clamp(150.0, 420.0).round();
+        let height = (2.0 * MARGIN + row * clips.len() as f32) as u32;
+        let names: Vec<_> = clips.iter().map(|clip| clip.name).collect();
+        let title = format!("Contact sheet: {}", names.join(", "));
+        let mut drawing = Self::new(width, height, theme::PAPER, title);
+        for (index, clip) in clips.iter().enumerate() {
+            let top = MARGIN + row * index as f32;
+            if index > 0 {
+                let right = width as f32 - MARGIN;
+                drawing.line(vec![[MARGIN, top], [right, top]], 1.0, theme::RULE);
+            }
+            let mut figure = DrawnClip::new(*clip);
+            let path = root_path(&mut figure);
+            paint_head(&mut drawing, clip, &path, top, row);
+            paint_poses(
+                &mut drawing,
+                &mut figure,
+                &path,
+                poses,
+                [MARGIN + HEAD, top],
+                [cell, row],
+            );
         }
-        let mut figure = DrawnClip::new(*clip);
-        let path = root_path(&mut figure);
-        paint_head(&mut drawing, clip, &path, top, row);
-        paint_poses(
-            &mut drawing,
-            &mut figure,
-            &path,
-            poses,
-            [MARGIN + HEAD, top],
-            [cell, row],
-        );
+        drawing
     }
-    drawing
 }
 
 /// Draws a few small poses of a clip in a row.
@@ -245,7 +247,7 @@ mod tests {
             poses: 5,
             ..SheetOptions::default()
         };
-        let drawing = sheet(&clips, &options);
+        let drawing = Drawing::sheet(&clips, &options);
         let texts = drawing.texts();
         let times = texts
             .iter()

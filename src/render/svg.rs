@@ -8,10 +8,10 @@ impl Drawing {
     /// The drawing as an SVG document. The same drawing gives the same bytes.
     ///
     /// ```
-    /// use mocap::render::{Clip, SheetOptions, sheet};
+    /// use mocap::render::{Clip, Drawing, SheetOptions};
     ///
     /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-    /// let drawing = sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::default());
+    /// let drawing = Drawing::sheet(&[Clip { name: "Test", scene: &scene }], &SheetOptions::default());
     /// assert!(drawing.to_svg().starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"1600\""));
     /// # Ok::<(), mocap::Error>(())
     /// ```

@@ -35,49 +35,52 @@ const VIEWS: [(&str, f32, f32); 3] = [
     ("from above", 0.0, 90.0),
 ];
 
-/// Draws the T-pose of each skeleton as a row: where it comes from, and the figure from the front, from its left and
-/// from above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone grey.
-///
-/// ```
-/// use mocap::render::{TPoseClip, t_pose_sheet};
-/// use mocap::figure::Figure;
-///
-/// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
-/// let figure = Figure::new(&scene);
-/// let t_pose = figure.t_pose(&scene).unwrap();
-/// let clip = TPoseClip { name: "dance", scene: &scene, figure: &figure, t_pose };
-/// assert!(t_pose_sheet(&[clip], 1600).to_svg().contains(">leftLowerArm</text>"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn t_pose_sheet(clips: &[TPoseClip<'_>], width: u32) -> Drawing {
-    let width = width.max(640);
-    let cell = (width as f32 - HEAD - 2.0 * MARGIN) / VIEWS.len() as f32;
-    let row = (cell + CAPTION + 24.0).round();
-    let height = (2.0 * MARGIN + row * clips.len() as f32) as u32;
-    let names: Vec<_> = clips.iter().map(|clip| clip.name).collect();
-    let mut drawing = Drawing::new(width, height, theme::PAPER, format!("T-pose: {}", names.join(", ")));
-    for (index, clip) in clips.iter().enumerate() {
-        let top = MARGIN + row * index as f32;
-        if index > 0 {
-            drawing.line(vec![[MARGIN, top], [width as f32 - MARGIN, top]], 1.0, theme::RULE);
-        }
-        paint_head(&mut drawing, clip, top);
-        let figure = TPoseFigure::new(clip);
-        for (view, (caption, around, up)) in VIEWS.into_iter().enumerate() {
-            let left = MARGIN + HEAD + cell * view as f32;
-            let mut camera = Camera::new(around, up);
-            camera.target = figure.middle;
-            camera.scale = 0.9 * cell / figure.extent;
-            camera.middle = [left + 0.5 * cell, top + 0.5 * (row - CAPTION)];
-            figure.paint(&mut drawing, &camera);
-            if view == 0 {
-                figure.paint_names(&mut drawing, &camera);
+impl Drawing {
+    /// Draws the T-pose of each skeleton as a row: where it comes from, and the figure from the front, from its left
+    /// and from above, with the names of the bones. Left is blue, right orange, the middle green, and what is no bone
+    /// grey.
+    ///
+    /// ```
+    /// use mocap::render::{Drawing, TPoseClip};
+    /// use mocap::figure::Figure;
+    ///
+    /// let scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let figure = Figure::new(&scene);
+    /// let t_pose = figure.t_pose(&scene).unwrap();
+    /// let clip = TPoseClip { name: "dance", scene: &scene, figure: &figure, t_pose };
+    /// assert!(Drawing::t_pose_sheet(&[clip], 1600).to_svg().contains(">leftLowerArm</text>"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn t_pose_sheet(clips: &[TPoseClip<'_>], width: u32) -> Self {
+        let width = width.max(640);
+        let cell = (width as f32 - HEAD - 2.0 * MARGIN) / VIEWS.len() as f32;
+        let row = (cell + CAPTION + 24.0).round();
+        let height = (2.0 * MARGIN + row * clips.len() as f32) as u32;
+        let names: Vec<_> = clips.iter().map(|clip| clip.name).collect();
+        let mut drawing = Self::new(width, height, theme::PAPER, format!("T-pose: {}", names.join(", ")));
+        for (index, clip) in clips.iter().enumerate() {
+            let top = MARGIN + row * index as f32;
+            if index > 0 {
+                drawing.line(vec![[MARGIN, top], [width as f32 - MARGIN, top]], 1.0, theme::RULE);
             }
-            let at = [left + 0.5 * cell, top + row - 10.0];
-            drawing.text(at, caption, 11.0, Anchor::Middle, theme::FADED);
+            paint_head(&mut drawing, clip, top);
+            let figure = TPoseFigure::new(clip);
+            for (view, (caption, around, up)) in VIEWS.into_iter().enumerate() {
+                let left = MARGIN + HEAD + cell * view as f32;
+                let mut camera = Camera::new(around, up);
+                camera.target = figure.middle;
+                camera.scale = 0.9 * cell / figure.extent;
+                camera.middle = [left + 0.5 * cell, top + 0.5 * (row - CAPTION)];
+                figure.paint(&mut drawing, &camera);
+                if view == 0 {
+                    figure.paint_names(&mut drawing, &camera);
+                }
+                let at = [left + 0.5 * cell, top + row - 10.0];
+                drawing.text(at, caption, 11.0, Anchor::Middle, theme::FADED);
+            }
         }
+        drawing
     }
-    drawing
 }
 
 fn paint_head(drawing: &mut Drawing, clip: &TPoseClip<'_>, top: f32) {

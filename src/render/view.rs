@@ -7,7 +7,7 @@
 //! The page has the motion as bytes in base64, in blocks of frames, because JSON numbers would take three times the
 //! space and most of the loading time. `pack.rs` says how, and how exact they are.
 //!
-//! The drop page of `tools/wasm` is the same template and the same player; its clips come from [`player_clip`].
+//! The drop page of `tools/wasm` is the same template and the same player; its clips are [`PlayerClip`]s.
 
 mod data;
 mod image_size;
@@ -99,23 +99,20 @@ struct PageData {
 /// in the file: in no frame more than a ten thousandth of the figure's reach, 0.1 mm for a person.
 ///
 /// ```
-/// use mocap::render::{Clip, PageClip, page};
+/// use mocap::render::{Clip, Page, PageClip};
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
 /// let clip = PageClip { glb: Some(&glb), ..PageClip::new(Clip { name: "Test", scene: &scene }) };
-/// let html = page(&[clip]);
-/// assert!(html.starts_with("<!doctype html>"));
+/// let page = Page::new(&[clip]);
+/// assert!(page.html.starts_with("<!doctype html>"));
 /// # Ok::<(), mocap::Error>(())
 /// ```
-pub fn page(clips: &[PageClip<'_>]) -> String {
-    page_with_report(clips).0
-}
-
-/// What a page is made of, and what it does not show.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct PageReport {
+pub struct Page {
+    /// The file.
+    pub html: String,
     /// Bytes of the keys.
     pub motion: usize,
     /// Bytes of skins: vertices, faces and weights.
@@ -139,69 +136,73 @@ pub struct PlayerClip {
     pub left_out: Vec<String>,
 }
 
-/// Packs a clip for a player that is there already.
-///
-/// ```
-/// use mocap::render::{Clip, PageClip, player_clip};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let packed = player_clip(&PageClip::new(Clip { name: "Test", scene: &scene }));
-/// assert!(packed.description.starts_with("{\"name\":\"Test\",\"facts\":\"0.9 s, 10 frames at 10 fps, 3 joints\""));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn player_clip(clip: &PageClip<'_>) -> PlayerClip {
-    let mut blocks = Vec::new();
-    let put = &mut |_: BlockKind, id: &str, bytes: Cow<'_, [u8]>| blocks.push((id.to_owned(), bytes.into_owned()));
-    let (description, left_out) = pack_clip(clip, 0, &mut SharedBlocks::default(), put);
-    PlayerClip {
-        description: json(&description),
-        blocks,
-        left_out,
+impl PlayerClip {
+    /// Packs a clip for a player that is there already.
+    ///
+    /// ```
+    /// use mocap::render::{Clip, PageClip, PlayerClip};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let packed = PlayerClip::new(&PageClip::new(Clip { name: "Test", scene: &scene }));
+    /// assert!(packed.description.starts_with("{\"name\":\"Test\",\"facts\":\"0.9 s, 10 frames at 10 fps"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn new(clip: &PageClip<'_>) -> Self {
+        let mut blocks = Vec::new();
+        let put = &mut |_: BlockKind, id: &str, bytes: Cow<'_, [u8]>| blocks.push((id.to_owned(), bytes.into_owned()));
+        let (description, left_out) = pack_clip(clip, 0, &mut SharedBlocks::default(), put);
+        Self {
+            description: json(&description),
+            blocks,
+            left_out,
+        }
     }
 }
 
-/// As [`page()`], with a report. Clips with the same skin share it.
-pub fn page_with_report(clips: &[PageClip<'_>]) -> (String, PageReport) {
-    let (mut keys, mut skins, mut textures, mut downloads) = Default::default();
-    let mut report = PageReport::default();
-    let mut descriptions = Vec::new();
-    let mut shared = SharedBlocks::default();
-    for (index, clip) in clips.iter().enumerate() {
-        let put = &mut |kind: BlockKind, id: &str, bytes: Cow<'_, [u8]>| {
-            let part: &mut String = match kind {
-                BlockKind::Keys => &mut keys,
-                BlockKind::Skin => &mut skins,
-                BlockKind::Texture => &mut textures,
-                BlockKind::Download => &mut downloads,
+impl Page {
+    /// The page of these clips. Clips with equal skins have one skin together.
+    pub fn new(clips: &[PageClip<'_>]) -> Self {
+        let (mut keys, mut skins, mut textures, mut downloads) = Default::default();
+        let mut report = Self::default();
+        let mut descriptions = Vec::new();
+        let mut shared = SharedBlocks::default();
+        for (index, clip) in clips.iter().enumerate() {
+            let put = &mut |kind: BlockKind, id: &str, bytes: Cow<'_, [u8]>| {
+                let part: &mut String = match kind {
+                    BlockKind::Keys => &mut keys,
+                    BlockKind::Skin => &mut skins,
+                    BlockKind::Texture => &mut textures,
+                    BlockKind::Download => &mut downloads,
+                };
+                push_block(part, id, &bytes);
             };
-            push_block(part, id, &bytes);
-        };
-        let (description, left_out) = pack_clip(clip, index, &mut shared, put);
-        report.left_out.push(left_out);
-        descriptions.push(description);
+            let (description, left_out) = pack_clip(clip, index, &mut shared, put);
+            report.left_out.push(left_out);
+            descriptions.push(description);
+        }
+        report.motion = keys.len();
+        report.skins = skins.len();
+        report.textures = textures.len();
+        report.downloads = downloads.len();
+        let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
+        // Inside a script element only `<` can end it early.
+        let data = json(&PageData { clips: descriptions }).replace('<', "\\u003c");
+        report.html = filled(PAGE, |name| match name {
+            "title" => escape(&visible(&names.join(", "))).into(),
+            "policy" => POLICY.into(),
+            "style" => lean(STYLE).into(),
+            "script" => script().into(),
+            "data" => data.as_str().into(),
+            "keys" => keys.as_str().into(),
+            "skins" => skins.as_str().into(),
+            "textures" => textures.as_str().into(),
+            "downloads" => downloads.as_str().into(),
+            // The drop page has buttons and a panel of its own here.
+            "buttons" | "desk" => "".into(),
+            unknown => unreachable!("the page has no placeholder called {unknown}"),
+        });
+        report
     }
-    report.motion = keys.len();
-    report.skins = skins.len();
-    report.textures = textures.len();
-    report.downloads = downloads.len();
-    let names: Vec<_> = clips.iter().map(|page| page.clip.name).collect();
-    // Inside a script element only `<` can end it early.
-    let data = json(&PageData { clips: descriptions }).replace('<', "\\u003c");
-    let page = filled(PAGE, |name| match name {
-        "title" => escape(&visible(&names.join(", "))).into(),
-        "policy" => POLICY.into(),
-        "style" => lean(STYLE).into(),
-        "script" => script().into(),
-        "data" => data.as_str().into(),
-        "keys" => keys.as_str().into(),
-        "skins" => skins.as_str().into(),
-        "textures" => textures.as_str().into(),
-        "downloads" => downloads.as_str().into(),
-        // The drop page has buttons and a panel of its own here.
-        "buttons" | "desk" => "".into(),
-        unknown => unreachable!("the page has no placeholder called {unknown}"),
-    });
-    (page, report)
 }
 
 /// The `Content-Security-Policy` of a page: it loads nothing and connects to nothing.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::convert::leave_out_rest_pose;
+use crate::convert::Conversion;
 use crate::error::Result;
 use crate::retarget::Retargeter;
 use crate::robot::RobotRetargeter;
@@ -63,7 +63,7 @@ impl SourceMotion {
     /// Leaves out a rest pose in the first frame, unless the conversion has done so.
     pub(super) fn leave_out_rest_pose(&mut self) -> Result<()> {
         if !self.has_no_rest_pose {
-            self.is_rest_pose_left_out = leave_out_rest_pose(&mut self.scene)?;
+            self.is_rest_pose_left_out = Conversion::leave_out_rest_pose(&mut self.scene)?;
         }
         Ok(())
     }

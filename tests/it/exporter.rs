@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use mocap::files::{ReplacePolicy, SOURCE_EXTENSIONS};
+use mocap::files::ReplacePolicy;
 use mocap::gltf::{BufferPlace, Provenance};
 use mocap::scene::NodeKind;
 use mocap::verify::Verifier;
@@ -168,7 +168,7 @@ fn an_export_replaces_only_what_is_known_as_an_output() {
     }
     // What may be replaced is known for every format that is read.
     for extension in FORMATS.iter().flat_map(|row| row.extensions) {
-        assert!(SOURCE_EXTENSIONS.contains(extension), "{extension}");
+        assert!(ReplacePolicy::SOURCE_EXTENSIONS.contains(extension), "{extension}");
     }
 }
 

@@ -5,8 +5,7 @@ use std::fs;
 use crate::sample::Sample;
 use mocap::figure::Figure;
 use mocap::render::{
-    Clip, Movie, MovieOptions, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, page, plot, screen,
-    sheet, t_pose_sheet,
+    Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, screen,
 };
 use mocap::scene::{NodeId, Scene, SourceLines};
 
@@ -47,10 +46,10 @@ fn pictures_stay_the_same_to_the_byte() {
     for &(name, joint) in &files {
         let scene = import(name);
         let clip = Clip { name, scene: &scene };
-        let drawing = sheet(&[clip], &SheetOptions::default());
+        let drawing = Drawing::sheet(&[clip], &SheetOptions::default());
         keep(format!("{name}.sheet.png"), &drawing.to_png().unwrap());
         keep(format!("{name}.sheet.svg"), drawing.to_svg().as_bytes());
-        let drawing = plot(&clip, &[node(&scene, joint)], &PlotOptions::default());
+        let drawing = Drawing::plot(&clip, &[node(&scene, joint)], &PlotOptions::default());
         keep(format!("{name}.plot.svg"), drawing.to_svg().as_bytes());
         let options = MovieOptions::new().width(240).height(240).frames_per_second(10.0);
         let mut movie = Movie::new(clip, &options).unwrap();
@@ -150,13 +149,13 @@ fn every_fixture_can_be_drawn() {
             };
             let options = SheetOptions::new().poses(2).width(500);
             assert!(
-                sheet(&[clip], &options).to_svg().find("NaN").is_none(),
+                Drawing::sheet(&[clip], &options).to_svg().find("NaN").is_none(),
                 "{}",
                 path.display()
             );
             let last = NodeId::new(scene.nodes.len() - 1);
             assert!(
-                plot(&clip, &[last], &PlotOptions::default())
+                Drawing::plot(&clip, &[last], &PlotOptions::default())
                     .to_svg()
                     .find("NaN")
                     .is_none()
@@ -191,10 +190,11 @@ fn a_page_names_no_other_address() {
     let scene = import("cmu_short");
     let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let name = "</script><b>";
-    let html = page(&[PageClip {
+    let html = Page::new(&[PageClip {
         glb: Some(&glb),
         ..PageClip::new(Clip { name, scene: &scene })
-    }]);
+    }])
+    .html;
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {
         assert!(!html.contains(foreign), "{foreign}");
     }
@@ -239,7 +239,7 @@ fn a_t_pose_has_a_row_a_skeleton_and_the_names_of_its_bones() {
             t_pose: figure.t_pose(scene).unwrap(),
         })
         .collect();
-    let [one, two] = [&clips[..1], &clips].map(|clips| t_pose_sheet(clips, 1600));
+    let [one, two] = [&clips[..1], &clips].map(|clips| Drawing::t_pose_sheet(clips, 1600));
     assert!(two.height > one.height && two.width == one.width);
     let svg = two.to_svg();
     for name in [

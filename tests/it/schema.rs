@@ -1,7 +1,7 @@
 //! The JSON of scenes against the schema that describes it.
 
 use mocap::Importer;
-use mocap::dump::{SCHEMA, SceneView};
+use mocap::dump::SceneView;
 use mocap::process::SkeletonMesh;
 use serde_json::{Map, Value, json};
 
@@ -11,7 +11,7 @@ struct Schema(Value);
 
 impl Schema {
     fn of_scenes() -> Self {
-        Self(serde_json::from_str(SCHEMA).unwrap())
+        Self(serde_json::from_str(SceneView::SCHEMA).unwrap())
     }
 
     fn check(&self, value: &Value) -> Result<(), String> {

@@ -5,8 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+pub(crate) use mocap::visible;
 use mocap::{Diagnostic, Error};
-pub(crate) use mocap::{visible, visible_lines};
 use serde::Serialize;
 
 /// Whether a diagnostic stopped the import.
@@ -52,6 +52,15 @@ impl Voice<'_> {
             Self::Kept(lines) => lines.extend(found.iter().map(ToString::to_string)),
         }
     }
+}
+
+/// [`visible`], but line ends and tabs stay.
+pub(crate) fn visible_lines(text: &str) -> String {
+    let parts = text.split_inclusive(['\n', '\t']).map(|part| {
+        let shown = part.trim_end_matches(['\n', '\t']);
+        format!("{}{}", visible(shown), &part[shown.len()..])
+    });
+    parts.collect()
 }
 
 /// Prints an error that is not about the contents of a file.

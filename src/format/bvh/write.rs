@@ -94,19 +94,21 @@ pub fn write(scene: &Scene, options: &BvhOptions) -> Result<Vec<u8>> {
     Ok(build::text(scene, options)?.0.into_bytes())
 }
 
-/// Where joints of the file will be off because BVH has no scales: a warning with the largest distance.
-///
-/// # Errors
-/// As [`write()`].
-pub fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
-    build::scale_warning(scene, options)
+impl BvhOptions {
+    /// Where joints of the file will be off because BVH has no scales: a warning with the largest distance.
+    ///
+    /// # Errors
+    /// As [`write()`].
+    pub fn scale_warning(&self, scene: &Scene) -> Result<Option<Diagnostic>> {
+        build::scale_warning(scene, self)
+    }
 }
 
 /// The files of the row.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     let (text, _) = build::text(scene, &options.bvh)?;
     Ok(Written {
-        warnings: Vec::from_iter(scale_warning(scene, &options.bvh)?),
+        warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         nodes: scene.nodes.len(),
         ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
     })

@@ -605,7 +605,7 @@ fn a_scale_that_bvh_cannot_hold_is_told_with_the_distance() {
             &[STILL, quarter()],
             "LINEAR",
         );
-        mocap::bvh::scale_warning(&file.read(), &mocap::bvh::BvhOptions::default()).unwrap()
+        mocap::bvh::BvhOptions::default().scale_warning(&file.read()).unwrap()
     };
     // The tip ends at (0, 1, 0); a bone of length 2 puts it at (0, 2, 0).
     let text = warning(json!([2, 1, 1])).unwrap().to_string();

@@ -1,7 +1,7 @@
 //! Meshes that are read: their vertices, bones, materials and textures.
 
 use mocap::glam::{Vec2, Vec3};
-use mocap::render::{Clip, PageClip, page, page_with_report};
+use mocap::render::{Clip, Page, PageClip};
 use mocap::scene::{AlphaMode, Scene};
 use mocap::{Code, Importer};
 use serde_json::{Value, json};
@@ -181,7 +181,7 @@ fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
                 scene: &scene,
             };
             assert!(
-                page(&[PageClip::new(clip)]).ends_with("</html>\n"),
+                Page::new(&[PageClip::new(clip)]).html.ends_with("</html>\n"),
                 "{pointer} = {number}"
             );
         }
@@ -192,7 +192,7 @@ fn every_changed_number_is_an_error_or_a_valid_scene_and_a_page() {
 #[test]
 fn a_skin_that_is_too_large_is_left_out_of_a_page() {
     let mut scene = read(&bar());
-    let clip = |scene: &Scene| page_with_report(&[PageClip::new(Clip { name: "bar", scene })]).1;
+    let clip = |scene: &Scene| Page::new(&[PageClip::new(Clip { name: "bar", scene })]);
     let small = clip(&scene);
     assert!(small.skins > 0 && small.textures > 0 && small.left_out == [Vec::<String>::new()]);
     // The same skin twice is on the page once.
@@ -200,7 +200,7 @@ fn a_skin_that_is_too_large_is_left_out_of_a_page() {
         name: "bar",
         scene: &scene,
     };
-    let (_, both) = page_with_report(&[PageClip::new(shown), PageClip::new(shown)]);
+    let both = Page::new(&[PageClip::new(shown), PageClip::new(shown)]);
     assert_eq!((both.skins, both.textures), (small.skins, small.textures));
     let texture = scene.textures[0].bytes.clone();
     scene.textures[0].bytes.resize(9 << 20, 0);

@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char};
 use std::ptr;
 use std::slice;
 
-use mocap::edit::{EditStep, apply_all};
+use mocap::edit::EditStep;
 
 use crate::border::{Failure, guard};
 use crate::handle::Scene;
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn mocap_edit(
         let others = others.iter().map(|other| Ok(unsafe { opened(*other) }?.scene()));
         let others = others.collect::<Result<Vec<_>, Failure>>()?;
         let mut changed = scene.scene().clone();
-        let reports = apply_all(&mut changed, &steps, &others, None)?;
+        let reports = EditStep::apply_all(&mut changed, &steps, &others, None)?;
         Ok(scene.edited(changed, &reports).into_raw())
     })
 }

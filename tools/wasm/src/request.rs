@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use mocap::arrays::{self, ArrayOptions};
 use mocap::dump::SceneView;
-use mocap::edit::{ContactOptions, EditReport, EditStep, apply_all, contacts};
+use mocap::edit::{ContactOptions, EditReport, EditStep, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::gltf::{self, BufferPlace};
 use mocap::job::Job;
-use mocap::render::{self, Clip, PageClip, SheetOptions};
+use mocap::render::{Clip, Drawing, PageClip, PlayerClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
 use mocap::{Code, Conversion, Error, Format, FormatInfo, Importer, MemoryFile, Scene, SkeletonMesh, WrittenFile};
@@ -243,7 +243,7 @@ fn edit(
         }
     };
     let mut scene = entry.scene.clone();
-    let reports = apply_all(&mut scene, &steps, &others, known.as_ref())?;
+    let reports = EditStep::apply_all(&mut scene, &steps, &others, known.as_ref())?;
     let entry = entry.edited(scene);
     let number = scenes.add(entry)?;
     let answer = json(&Edited {
@@ -306,7 +306,7 @@ fn write(entry: &Entry, format: &str, options: &WriteOptions) -> Result<Answer, 
         "png" => {
             let origin = scene.metadata.origin.as_ref().map_or("", |origin| origin.stem());
             let name = options.name.as_deref().unwrap_or(origin);
-            let drawing = render::sheet(&[Clip { name, scene }], &SheetOptions::default());
+            let drawing = Drawing::sheet(&[Clip { name, scene }], &SheetOptions::default());
             Ok((json(&Said::default())?, drawing.to_png()?))
         }
         extension => write_format(entry, extension, options),
@@ -374,7 +374,7 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     };
     // Only a humanoid with a motion has contacts.
     let found = contacts(scene, 0, Some(&figure.humanoid), &ContactOptions::default()).ok();
-    let packed = render::player_clip(&PageClip {
+    let packed = PlayerClip::new(&PageClip {
         clip: Clip { name, scene },
         figure: Some(&figure),
         glb: None,

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use mocap::convert::FirstFrame;
-use mocap::edit::{ContactOptions, EditReport, StepInput, StepReport, contacts, second_motions};
+use mocap::edit::{ContactOptions, EditReport, EditStep, StepInput, StepReport, contacts};
 use mocap::figure::{Humanoid, humanoid};
 use mocap::files::ReplacePolicy;
-use mocap::render::{Clip, PlotOptions, plot};
+use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::{AppliedStep, Scene};
 use mocap::{Conversion, SkeletonMesh};
 
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
     let names: Vec<String> = args.inputs[1..].iter().map(|file| file.display().to_string()).collect();
-    let others = second_motions(&args.steps.0, &names);
+    let others = EditStep::second_motions(&args.steps.0, &names);
     let others = others.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if args.print.print_job {
         return job::print(&args.job(&format)?);
@@ -112,7 +112,10 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
     let options = PlotOptions::new().marked_frames(marked_frames);
     let name = short_name(&args.output);
     let clip = Clip { name: &name, scene };
-    write_drawing(&plot(&clip, &joints_named(scene, &args.joint)?, &options), file)
+    write_drawing(
+        &Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options),
+        file,
+    )
 }
 
 /// The bones where `--map` names some; else each step finds them.

@@ -1,6 +1,6 @@
 //! `mocap plot`: draws curves of a joint.
 
-use mocap::render::{Clip, PlotOptions, plot};
+use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::{NodeId, Scene};
 
 use super::{import_motion, short_name, write_drawing};
@@ -14,7 +14,7 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
     let name = short_name(&args.file);
     let options = PlotOptions::new().width(args.width);
     write_drawing(
-        &plot(
+        &Drawing::plot(
             &Clip {
                 name: &name,
                 scene: &scene,

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use mocap::job::{Job, JobReport, SCHEMA};
+use mocap::job::{Job, JobReport};
 
 use super::print_json;
 use crate::args::RunArgs;
@@ -12,7 +12,7 @@ use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if args.schema {
-        return Ok(write!(report::stdout(), "{SCHEMA}")?);
+        return Ok(report::stdout().write_all(Job::SCHEMA.as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
     let job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use mocap::Scene;
 use mocap::figure::Figure;
 use mocap::job::SourceMap;
-use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip, sheet, t_pose_sheet};
+use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip};
 
 use super::{import_motion, mapped_figure, short_name, write_drawing};
 use crate::args::{Given, SheetArgs};
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
 fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {
     let clips: Vec<Clip<'_>> = named_scenes.iter().map(|(name, scene)| Clip { name, scene }).collect();
     let options = SheetOptions::new().poses(args.poses).width(args.width);
-    sheet(&clips, &options)
+    Drawing::sheet(&clips, &options)
 }
 
 fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing, Failure> {
@@ -48,7 +48,7 @@ fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing
             t_pose: figure.t_pose(scene)?,
         })
     });
-    Ok(t_pose_sheet(&clips.collect::<Vec<_>>(), args.width))
+    Ok(Drawing::t_pose_sheet(&clips.collect::<Vec<_>>(), args.width))
 }
 
 /// The figure of a scene that has a T-pose.

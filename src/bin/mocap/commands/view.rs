@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mocap::convert::leave_out_rest_pose;
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::figure::{Figure, HumanoidMap, humanoid};
-use mocap::render::{Clip, ListingEntry, PageClip, PageReport, listing, page, page_with_report};
+use mocap::render::{Clip, ListingEntry, Page, PageClip, listing};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
@@ -88,31 +87,31 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         }
     }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
-    let (html, made_of) = page_with_report(&pages);
-    streams::write(output, html.as_bytes())?;
-    for (file, left_out) in files.iter().zip(&made_of.left_out) {
+    let page = Page::new(&pages);
+    streams::write(output, page.html.as_bytes())?;
+    for (file, left_out) in files.iter().zip(&page.left_out) {
         for note in left_out {
             report::say(&format!("{}: {note}", file.display()));
         }
     }
-    report::say(&format!("{}: {}", output.display(), size(html.len(), &made_of)));
-    if html.len() > LARGE_PAGE {
+    report::say(&format!("{}: {}", output.display(), size(&page)));
+    if page.html.len() > LARGE_PAGE {
         report::say("the page is large: --trim shows a part of the motion, --fps 30 fewer frames");
     }
     Ok(())
 }
 
 /// The size of a page; where it has skins, also what it is made of.
-fn size(bytes: usize, made_of: &PageReport) -> String {
-    let whole = format!("{bytes} bytes");
-    if made_of.skins + made_of.textures == 0 {
+fn size(page: &Page) -> String {
+    let whole = format!("{} bytes", page.html.len());
+    if page.skins + page.textures == 0 {
         return whole;
     }
     let parts = [
-        ("motion", made_of.motion),
-        ("skins", made_of.skins),
-        ("textures", made_of.textures),
-        ("downloads", made_of.downloads),
+        ("motion", page.motion),
+        ("skins", page.skins),
+        ("textures", page.textures),
+        ("downloads", page.downloads),
     ];
     let parts = parts.map(|(name, bytes)| format!("{name} {:.1} MB", bytes as f64 / 1e6));
     format!("{whole}: {}", parts.join(", "))
@@ -129,7 +128,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
     let write_player = |input: &Input| -> Result<ListingEntry, mocap::Error> {
         let read = read(args, input.path()?)?;
         let player = output.with_file_name(link(input));
-        mocap::files::write_file(&player, page(&[read.page_clip()]).as_bytes())?;
+        mocap::files::write_file(&player, Page::new(&[read.page_clip()]).html.as_bytes())?;
         let clip = Clip {
             name: &input.relative,
             scene: &read.scene,
@@ -217,7 +216,7 @@ impl Read {
 
     /// Leaves out a rest pose before the motion. It has shown where the T-pose is.
     fn leave_out_rest_pose(&mut self, bones: HumanoidMap) -> mocap::Result<()> {
-        if leave_out_rest_pose(&mut self.scene)? {
+        if Conversion::leave_out_rest_pose(&mut self.scene)? {
             report::say(&format!("{}: the first frame, a rest pose, is left out", self.name));
             self.derive(bones)?;
         }
