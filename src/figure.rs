@@ -37,6 +37,7 @@ pub use crate::scene::{Confidence, HumanoidBone, Side};
 pub use self::axis::{Axis, RestPose};
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
+use self::ground::Ground;
 pub use self::humanoid::{Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid};
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
@@ -148,9 +149,6 @@ pub struct Figure {
     pub facing: Guess<Axis>,
     /// The kind of the rest pose.
     pub rest_pose: Guess<RestPose>,
-    /// How high the lower foot of a humanoid is in the median of a few frames, in units of the file. Absent without
-    /// motion.
-    pub floor: Option<Guess<f64>>,
     /// The largest difference between the lengths of a left and a right bone, as a share, and which bones differ so.
     pub asymmetry: Option<Guess<f64>>,
     /// Which joint is which bone.
@@ -158,16 +156,18 @@ pub struct Figure {
     /// Made where it is first asked for, since it looks at some hundred frames.
     #[serde(skip)]
     t_pose: OnceLock<Option<TPose>>,
+    /// Likewise.
+    #[serde(skip)]
+    ground: OnceLock<Option<Ground>>,
 }
 
 impl PartialEq for Figure {
-    /// Whether all is equal but the T-pose, which follows from it and from the scene.
+    /// Whether all is equal but T-pose and ground, which follow from it and from the scene.
     fn eq(&self, other: &Self) -> bool {
         self.survey == other.survey
             && self.up == other.up
             && self.facing == other.facing
             && self.rest_pose == other.rest_pose
-            && self.floor == other.floor
             && self.asymmetry == other.asymmetry
             && self.humanoid == other.humanoid
     }
@@ -184,9 +184,34 @@ impl Figure {
         self.t_pose.get_or_init(|| TPose::new(scene, self)).as_ref()
     }
 
+    /// The height of the ground along the up axis, in units of the file: the level on which the lowest joints of the
+    /// feet rest in the motion. Contacts, pictures and retargeting read it here. `None` where it is no humanoid, and
+    /// without a motion. `scene` is the one in which the figure was found.
+    pub fn ground(&self, scene: &Scene) -> Option<Guess<f64>> {
+        let height = f64::from(self.ground_of(scene)?.height());
+        let length = measure::Measures::new(scene, &self.humanoid).bone_length()?;
+        Some(measure::height_of_ground(height, length))
+    }
+
+    /// The levels on which the feet rest.
+    pub(crate) fn ground_of(&self, scene: &Scene) -> Option<&Ground> {
+        let find = || Ground::new(scene, &self.humanoid, self.up_direction());
+        self.ground.get_or_init(find).as_ref()
+    }
+
+    /// Up in the world of the motion.
+    pub(crate) fn up_direction(&self) -> Vec3 {
+        self.up.value.direction().unwrap_or(Vec3::Y)
+    }
+
+    /// Metres in one unit of the scene.
+    pub(crate) fn metres(&self) -> f32 {
+        self.survey.metres_per_unit as f32
+    }
+
     /// From left (+X), up (+Y) and forward (+Z) of a figure that stands to the world of the motion.
     pub(crate) fn figure_to_world(&self) -> Mat3 {
-        let up = self.up.value.direction().unwrap_or(Vec3::Y);
+        let up = self.up_direction();
         let usual = match self.up.value {
             Axis::Z | Axis::NegZ => Vec3::NEG_Y,
             _ => Vec3::Z,
@@ -214,7 +239,7 @@ impl Figure {
         let axis = axis.unwrap_or_else(|| up.clone().map(Axis::from(up.value)));
         let facing = body.facing();
         let rest_pose = body.rest_pose(axis.value);
-        let (floor, asymmetry) = (body.floor(axis.value), body.asymmetry());
+        let asymmetry = body.asymmetry();
         let unit = body.unit().unwrap_or_else(|| figure().unit());
         let survey = Survey {
             metres_per_unit: scene.metadata.metres_per_unit.unwrap_or(unit.value.metres()),
@@ -233,10 +258,10 @@ impl Figure {
             up: axis,
             facing,
             rest_pose,
-            floor,
             asymmetry,
             humanoid,
             t_pose: OnceLock::new(),
+            ground: OnceLock::new(),
         }
     }
 }

@@ -39,10 +39,10 @@ pub use self::sight::{Aspect, Seen};
 use self::solve::Solved;
 use crate::edit::{DetectedContacts, FootLockReport, contacts_of, follow_feet};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::Humanoid;
 use crate::figure::body::Body;
 use crate::figure::ticks::ticks;
 pub use crate::figure::vrm_humanoid::vrm_humanoid;
+use crate::figure::{Figure, Humanoid, humanoid};
 use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
@@ -119,10 +119,27 @@ impl Retargeter {
     /// [`Code::NotHumanoid`] where one of the skeletons is not a humanoid, or has a hierarchy
     /// onto which no pose can be put.
     pub fn new(source: &Scene, target: &Scene, options: &RetargetOptions) -> Result<Self> {
-        let from = Body::new(source, options.source.clone(), "source")?;
-        let to = Body::target(target, options.target.as_ref())?;
+        let figure = |scene: &Scene, bones: &Option<Humanoid>| {
+            let bones = bones.clone().unwrap_or_else(|| humanoid(scene));
+            Figure::with_bones(scene, bones)
+        };
+        let figures = (figure(source, &options.source), figure(target, &options.target));
+        Self::with_figures((source, figures.0), (target, figures.1), options.scale)
+    }
+
+    /// The same for two figures that are found already.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn with_figures(
+        (source, from): (&Scene, Figure),
+        (target, to): (&Scene, Figure),
+        scale: Scale,
+    ) -> Result<Self> {
+        let from = Body::of_figure(source, from, "source")?;
+        let to = Body::target(target, to)?;
         let mut plan = Plan::new(&from, &to, target);
-        let root = Root::new((&from, source), (&to, target), options.scale, &mut plan.watched)?;
+        let root = Root::new((&from, source), (&to, target), scale, &mut plan.watched)?;
         Ok(Self {
             solved: Solved::new(&plan, plan.watched.joints.len()),
             source: from,
@@ -211,7 +228,7 @@ impl Retargeter {
             metadata: target.metadata.clone(),
             ..Scene::default()
         };
-        let report = follow_feet(&mut scene, 0, &self.target.humanoid, &followed)?;
+        let report = follow_feet(&mut scene, 0, &self.target.figure, &followed)?;
         if let Some(locked) = scene.animations.pop() {
             *moved = locked;
         }
@@ -220,7 +237,7 @@ impl Retargeter {
 
     /// The contacts of an animation of `source`, left and right as the body has them.
     pub(crate) fn contacts(&self, source: &Scene, animation: &Animation) -> Result<DetectedContacts> {
-        contacts_of(source, animation, &self.source.humanoid)
+        contacts_of(source, animation, &self.source.figure)
     }
 
     /// An animation of `source`, by its index, on the skeleton of `target`, and how well it is the same. With
@@ -291,12 +308,11 @@ fn no_animation(index: usize, source: &Scene) -> Error {
     Diagnostic::new(Code::NoMotion, message).into()
 }
 
-/// Whether a motion can be put on the skeleton of `target`, as [`Retargeter::new`] asks. Without `bones` they are
-/// guessed.
+/// Whether a motion can be put on the figure of `target`, as [`Retargeter::new`] asks.
 ///
 /// # Errors
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
-pub(crate) fn check_target(target: &Scene, bones: Option<&Humanoid>) -> Result<()> {
-    Body::target(target, bones).map(|_| ())
+pub(crate) fn check_figure(target: &Scene, figure: Figure) -> Result<()> {
+    Body::target(target, figure).map(|_| ())
 }

@@ -35,10 +35,10 @@ use self::source::{Mover, Moving};
 pub use self::target::Target;
 use crate::convert::{Conversion, FirstFrame};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, humanoid};
+use crate::figure::{Figure, Humanoid, humanoid};
 use crate::format::gltf::{GltfOptions, GltfReport, Provenance};
 use crate::process::{self, SkeletonMesh};
-use crate::retarget::{LimbAngles, RetargetOptions, Retargeter, check_target};
+use crate::retarget::{LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{AppliedStep, Scene, SecondMotion};
 
@@ -64,8 +64,8 @@ use crate::scene::{AppliedStep, Scene, SecondMotion};
 #[derive(Clone, Debug)]
 pub struct Retargeting {
     target: Target,
-    /// The bones of the target; a robot has its own.
-    bones: Option<Humanoid>,
+    /// The figure of the target; a robot has its own.
+    figure: Option<Figure>,
     options: RetargetingOptions,
     /// The names of clips that stand in the output.
     names: HashSet<String>,
@@ -106,8 +106,9 @@ impl Retargeting {
         let scene = target.scene();
         let bones = bones.map(|bones| bones.with_map(&scene, options.target_bones.clone()));
         let bones = bones.transpose()?;
-        if let Some(bones) = &bones {
-            check_target(&scene, Some(bones))?;
+        let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
+        if let Some(figure) = &figure {
+            check_figure(&scene, figure.clone())?;
         }
         // What is written from a scene has the new motions alone.
         let stay = matches!(target, Target::Character(_)) && !options.replace_animations;
@@ -116,7 +117,7 @@ impl Retargeting {
         drop(scene);
         Ok(Self {
             target,
-            bones,
+            figure,
             options,
             names,
             sources: Vec::new(),
@@ -178,19 +179,18 @@ impl Retargeting {
     /// What moves the motions of a source, which then has no rest pose in its first frame.
     fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
         let bones = |scene: &Scene| humanoid(scene).with_map(scene, self.options.source_bones.clone());
-        let mover = match &self.target {
-            Target::Character(_) | Target::Skeleton(_) => {
-                let options = RetargetOptions {
-                    scale: self.options.scale,
-                    source: Some(bones(&source.scene)?),
-                    target: self.bones.clone(),
-                };
-                let retargeter = Retargeter::new(&source.scene, &self.target.scene(), &options)?;
+        let mover = match (&self.target, &self.figure) {
+            (Target::Character(_) | Target::Skeleton(_), figure) => {
+                let target = self.target.scene();
+                let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
+                let from = Figure::with_bones(&source.scene, bones(&source.scene)?);
+                let retargeter =
+                    Retargeter::with_figures((&source.scene, from), (&target, figure), self.options.scale)?;
                 // Not before: that frame shows where the T-pose is.
                 source.leave_out_rest_pose()?;
                 Mover::Body(Box::new(retargeter))
             }
-            Target::Robot(robot) => {
+            (Target::Robot(robot), _) => {
                 source.leave_out_rest_pose()?;
                 let options = RobotOptions {
                     scale: self.options.scale,
@@ -268,7 +268,7 @@ impl Retargeting {
     /// Which joints of the target are which bones; `None` for a robot, whose links are groups of joints:
     /// [`Robot::bones`](crate::robot::Robot::bones).
     pub fn humanoid(&self) -> Option<&Humanoid> {
-        self.bones.as_ref()
+        self.figure.as_ref().map(|figure| &figure.humanoid)
     }
 
     /// How far the directions of the limbs of a clip, by its index, are from those of its source at each tick. `None`

@@ -6,7 +6,8 @@ use crate::arrays::frame::Frame;
 use crate::arrays::joints::{Selection, pattern};
 use crate::arrays::{ArrayOptions, Contacts, unknown_option};
 use crate::error::Result;
-use crate::figure::contacts::{ContactRule, level, points_of_feet};
+use crate::figure::contacts::{ContactRule, points_of_feet};
+use crate::figure::ground::level;
 use crate::math::velocity::velocities;
 use crate::scene::Scene;
 

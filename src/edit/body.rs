@@ -1,20 +1,8 @@
-//! What a step knows of the figure: its bones, its up axis and its size.
-
-use glam::Vec3;
+//! What a step asks of the figure: its legs, its size, and what carries it.
 
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::contacts;
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
-
-/// The figure of a scene.
-pub(super) struct Body {
-    pub(super) humanoid: Humanoid,
-    /// The direction that is up in the world.
-    pub(super) up: Vec3,
-    /// Metres in one unit of the scene.
-    pub(super) metres: f32,
-}
 
 /// The joints of a leg.
 pub(super) struct Leg {
@@ -23,34 +11,24 @@ pub(super) struct Leg {
     pub(super) ankle: NodeId,
 }
 
-impl Body {
-    /// Finds the bones, unless `known` has them.
-    pub(super) fn new(scene: &Scene, known: Option<&Humanoid>) -> Result<Self> {
-        let humanoid = known.cloned().unwrap_or_else(|| humanoid(scene));
-        if !humanoid.found {
-            let message = format!("the skeleton is not a humanoid: {}", humanoid.reason);
-            return Err(Diagnostic::new(Code::NotHumanoid, message).into());
-        }
-        let figure = Figure::with_bones(scene, humanoid);
-        Ok(Self {
-            up: figure.up.value.direction().unwrap_or(Vec3::Y),
-            metres: figure.survey.metres_per_unit as f32,
-            humanoid: figure.humanoid,
-        })
+/// The figure of a scene, which has to be a humanoid. Its bones are found, unless `known` has them.
+pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figure> {
+    let humanoid = known.cloned().unwrap_or_else(|| humanoid(scene));
+    if !humanoid.found {
+        let message = format!("the skeleton is not a humanoid: {}", humanoid.reason);
+        return Err(Diagnostic::new(Code::NotHumanoid, message).into());
     }
+    Ok(Figure::with_bones(scene, humanoid))
+}
 
-    pub(super) fn leg(&self, side: Side) -> Option<Leg> {
-        let joint = |bone: HumanoidBone| self.humanoid.joint(bone.on(side));
-        Some(Leg {
+impl Leg {
+    pub(super) fn new(humanoid: &Humanoid, side: Side) -> Option<Self> {
+        let joint = |bone: HumanoidBone| humanoid.joint(bone.on(side));
+        Some(Self {
             thigh: joint(HumanoidBone::LeftUpperLeg)?,
             knee: joint(HumanoidBone::LeftLowerLeg)?,
             ankle: joint(HumanoidBone::LeftFoot)?,
         })
-    }
-
-    /// The node at the ball of the foot.
-    pub(super) fn toes(&self, scene: &Scene, side: Side) -> Option<NodeId> {
-        contacts::ball(scene, &self.humanoid, side)
     }
 }
 

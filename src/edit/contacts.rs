@@ -3,11 +3,12 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::body::Body;
+use super::body::figure_of;
 use super::frames::{Frames, tracks};
 use crate::error::{Code, Result};
-use crate::figure::contacts::{ContactRule, level, points_of_feet};
-use crate::figure::{Humanoid, HumanoidBone, Side};
+use crate::figure::contacts::{ContactRule, points_of_feet};
+use crate::figure::ground::level;
+use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
 use crate::scene::{Animation, NodeId, Scene};
@@ -158,31 +159,25 @@ pub fn contacts(
     options: &ContactOptions,
 ) -> Result<DetectedContacts> {
     options.check()?;
-    let body = Body::new(scene, humanoid)?;
+    let figure = figure_of(scene, humanoid)?;
     let frames = Frames::new(scene, animation, &[])?;
-    Ok(detect(scene, &frames, &body, options))
+    Ok(detect(scene, &frames, &figure, options))
 }
 
-/// The contacts of an animation of `scene` that a retargeted one has to keep; as [`contacts`], but a foot is let go
-/// earlier, since one that is held too long lags behind.
-pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, humanoid: &Humanoid) -> Result<DetectedContacts> {
-    let body = Body::new(scene, Some(humanoid))?;
+/// The contacts of an animation of `scene` whose figure is known, by the rule of all commands.
+pub(crate) fn contacts_of(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<DetectedContacts> {
     let frames = Frames::of(scene, animation, &[])?;
-    let options = ContactOptions {
-        release: 1.25,
-        ..ContactOptions::default()
-    };
-    Ok(detect(scene, &frames, &body, &options))
+    Ok(detect(scene, &frames, figure, &ContactOptions::default()))
 }
 
 /// The contacts of frames that are at hand.
-pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &ContactOptions) -> DetectedContacts {
-    let [ankles, balls] = points_of_feet(scene, &body.humanoid);
+pub(super) fn detect(scene: &Scene, frames: &Frames, figure: &Figure, options: &ContactOptions) -> DetectedContacts {
+    let [ankles, balls] = points_of_feet(scene, &figure.humanoid);
     let mut pairs = vec![ankles, balls];
     if options.hands {
         let hand = |side: Side| {
             let bone = HumanoidBone::LeftHand.on(side);
-            Some((bone, body.humanoid.joint(bone)?))
+            Some((bone, figure.humanoid.joint(bone)?))
         };
         pairs.push(Side::ALL.into_iter().filter_map(hand).collect());
     }
@@ -197,7 +192,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
     let mut levels = Vec::new();
     for (index, pair) in pairs.into_iter().enumerate() {
         let tracks: Vec<Vec<Vec3>> = tracks.by_ref().take(pair.len()).collect();
-        let height = |point: &Vec3| point.dot(body.up) * body.metres;
+        let height = |point: &Vec3| point.dot(figure.up_direction()) * figure.metres();
         let heights: Vec<f32> = (0..frames.len())
             .flat_map(|frame| tracks.iter().map(move |track| height(&track[frame])))
             .collect();
@@ -213,7 +208,7 @@ pub(super) fn detect(scene: &Scene, frames: &Frames, body: &Body, options: &Cont
             let speeds = velocities(&flat, 3, frames.rate);
             let speeds = speeds
                 .chunks_exact(3)
-                .map(|speed| Vec3::from_slice(speed).length() * body.metres);
+                .map(|speed| Vec3::from_slice(speed).length() * figure.metres());
             let above_rest: Vec<f32> = track.iter().map(|point| height(point) - rest).collect();
             let samples = above_rest.iter().zip(speeds);
             let samples = samples.map(|(height, speed)| (f64::from(*height), f64::from(speed)));

@@ -25,11 +25,11 @@ use self::hold::Hold;
 use self::leg::Foot;
 pub(crate) use self::sole::SolePoint;
 pub use self::step::FootLock;
-use super::body::{Body, Leg, and_below, mover};
+use super::body::{Leg, and_below, figure_of, mover};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidBone, Side};
+use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::ik::{Goal, two_bone};
 use crate::limits::{not_negative, positive};
 use crate::pose::{Pose, Trs};
@@ -119,9 +119,9 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     if let Some(change) = options.largest_change {
         positive(Code::InvalidValue, "largest-change", change)?;
     }
-    let body = Body::new(scene, options.humanoid.as_ref())?;
-    let mut legs = Legs::new(scene, animation, &body, &[])?;
-    let detected = |legs: &Legs| detect(scene, &legs.frames, &body, &options.contacts);
+    let figure = figure_of(scene, options.humanoid.as_ref())?;
+    let mut legs = Legs::new(scene, animation, &figure, &[])?;
+    let detected = |legs: &Legs| detect(scene, &legs.frames, &figure, &options.contacts);
     let contacts = match &options.known {
         Some(known) => {
             legs.check(known)?;
@@ -135,7 +135,7 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
         None => contacts.floor,
     };
     let floor = options.floor.unwrap_or(rests);
-    let leg = legs.length(scene) * body.metres;
+    let leg = legs.length(scene) * figure.metres();
     // One below the feet is far from none of them.
     if !floor.is_finite() || floor - rests > leg {
         let message = format!(
@@ -145,39 +145,38 @@ pub fn foot_lock(scene: &mut Scene, animation: usize, options: &FootLockOptions)
     }
     let limit = options
         .largest_change
-        .map_or(f32::INFINITY, |metres| metres as f32 / body.metres);
-    let (blend, floor) = (legs.frames.frames_in(options.blend), floor / body.metres);
-    let hold = |leg| Hold::new(scene, &body, leg, &contacts);
+        .map_or(f32::INFINITY, |metres| metres as f32 / figure.metres());
+    let (blend, floor) = (legs.frames.frames_in(options.blend), floor / figure.metres());
+    let hold = |leg| Hold::new(scene, &figure, leg, &contacts);
     let mut feet: Vec<Hold> = std::mem::take(&mut legs.legs).into_iter().map(hold).collect();
-    let report = legs.change(scene, &body, floor, &mut feet, |feet, shifts| {
-        hips::spare_knees(feet, shifts, body.up, floor, blend, limit)
+    let report = legs.change(scene, &figure, floor, &mut feet, |feet, shifts| {
+        hips::spare_knees(feet, shifts, figure.up_direction(), floor, blend, limit)
     });
     legs.write(scene, animation);
     Ok(report)
 }
 
 /// Holds the feet of a retargeted motion still while those of the other body are in contact, and as high above the
-/// floor as they are there.
+/// floor as they are there. `figure` is the one of the scene that is moved.
 pub(crate) fn follow_feet(
     scene: &mut Scene,
     animation: usize,
-    humanoid: &Humanoid,
+    figure: &Figure,
     followed: &Followed<'_>,
 ) -> Result<FootLockReport> {
-    let body = Body::new(scene, Some(humanoid))?;
     let pivots: Vec<NodeId> = followed
         .soles
         .iter()
         .flatten()
         .filter_map(|point| point.pivot)
         .collect();
-    let mut legs = Legs::new(scene, animation, &body, &pivots)?;
+    let mut legs = Legs::new(scene, animation, figure, &pivots)?;
     legs.check(followed.contacts)?;
     let blend = legs.frames.frames_in(FootLockOptions::default().blend);
-    let follow = |leg| Follow::new(scene, &body, leg, followed);
+    let follow = |leg| Follow::new(scene, figure, leg, followed);
     let mut feet: Vec<Follow> = std::mem::take(&mut legs.legs).into_iter().map(follow).collect();
-    let report = legs.change(scene, &body, followed.floor, &mut feet, |feet, shifts| {
-        hips::follow(feet, &shifts, body.up, blend)
+    let report = legs.change(scene, figure, followed.floor, &mut feet, |feet, shifts| {
+        hips::follow(feet, &shifts, figure.up_direction(), blend)
     });
     legs.write(scene, animation);
     Ok(report)
@@ -196,11 +195,11 @@ struct Legs {
 }
 
 impl Legs {
-    fn new(scene: &Scene, animation: usize, body: &Body, pivots: &[NodeId]) -> Result<Self> {
-        let hips = body.humanoid.joint(HumanoidBone::Hips);
+    fn new(scene: &Scene, animation: usize, figure: &Figure, pivots: &[NodeId]) -> Result<Self> {
+        let hips = figure.humanoid.joint(HumanoidBone::Hips);
         let legs: Option<Vec<_>> = Side::ALL
             .into_iter()
-            .map(|side| Some((side, body.leg(side)?)))
+            .map(|side| Some((side, Leg::new(&figure.humanoid, side)?)))
             .collect();
         let (Some(hips), Some(legs)) = (hips, legs) else {
             let message = "the skeleton has no joint for the hips, a thigh, a shin or a foot";
@@ -258,12 +257,12 @@ impl Legs {
     fn change<F: Foot>(
         &mut self,
         scene: &Scene,
-        body: &Body,
+        figure: &Figure,
         floor: f32,
         feet: &mut [F],
         hips: impl FnOnce(&mut [F], Vec<Vec<Option<Vec3>>>) -> Vec<Vec3>,
     ) -> FootLockReport {
-        let (up, metres) = (body.up, body.metres);
+        let (up, metres) = (figure.up_direction(), figure.metres());
         let mut pose = Pose::rest(scene);
         for frame in 0..self.frames.len() {
             self.frames.pose(frame, &mut pose);
@@ -284,7 +283,7 @@ impl Legs {
             hips_raised: heights().fold(0.0, f32::max) * metres,
             ..FootLockReport::default()
         };
-        self.apply(scene, body, feet, &carried, floor, &mut report);
+        self.apply(scene, figure, feet, &carried, floor, &mut report);
         report.slide_after = slide(feet);
         report
     }
@@ -293,7 +292,7 @@ impl Legs {
     fn apply<F: Foot>(
         &mut self,
         scene: &Scene,
-        body: &Body,
+        figure: &Figure,
         feet: &mut [F],
         carried: &[Vec3],
         floor: f32,
@@ -313,18 +312,18 @@ impl Legs {
                 self.carry(scene, frame, &mut pose, carried);
             }
             for (side, foot) in feet.iter_mut().enumerate() {
-                let missed = self.place(foot, frame, (&before, &mut pose), body, floor);
+                let missed = self.place(foot, frame, (&before, &mut pose), figure, floor);
                 if missed > OUT_OF_REACH {
                     report.out_of_reach[side] += 1;
                     report.farthest_out_of_reach[side] = report.farthest_out_of_reach[side].max(missed);
                 }
-                let shift = foot.leg().shifts[frame].length() * body.metres;
+                let shift = foot.leg().shifts[frame].length() * figure.metres();
                 report.largest_shift = report.largest_shift.max(shift);
                 foot.leg_mut().replace_points(frame, &pose);
             }
             for index in 0..scene.nodes.len() {
                 let node = NodeId::new(index);
-                let change = pose.position(node).distance(before.position(node)) * body.metres;
+                let change = pose.position(node).distance(before.position(node)) * figure.metres();
                 if change > report.largest_other_change && !feet.iter().any(|foot| foot.leg().foot.contains(&node)) {
                     report.largest_other_change = change;
                     report.largest_other_joint.clone_from(&scene.nodes[index].name);
@@ -339,10 +338,10 @@ impl Legs {
         foot: &F,
         frame: usize,
         (before, pose): (&Pose, &mut Pose),
-        body: &Body,
+        figure: &Figure,
         floor: f32,
     ) -> f32 {
-        let (leg, up) = (foot.leg(), body.up);
+        let (leg, up) = (foot.leg(), figure.up_direction());
         let [thigh, knee, ankle] = [leg.leg.thigh, leg.leg.knee, leg.leg.ankle];
         let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
         let mut position = leg.ankle[frame] + leg.shifts[frame];
@@ -350,7 +349,7 @@ impl Legs {
         let rise = hips::rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0);
         position += up * rise.min(foot.slack());
         let goal = Goal::at(position).with_rotation(rotation);
-        let missed = two_bone(pose, [thigh, knee, ankle], &goal, None) * body.metres;
+        let missed = two_bone(pose, [thigh, knee, ankle], &goal, None) * figure.metres();
         foot.turn(frame, pose, up, floor);
         for node in [thigh, knee].iter().chain(&leg.foot) {
             self.frames.set_rotation_of(frame, *node, pose);

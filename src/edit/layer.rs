@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::body::{Body, and_below};
+use super::body::{and_below, figure_of};
 use super::concat::pair;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
@@ -92,8 +92,8 @@ impl Step for Layer {
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<LayerReport> {
         let other = input.second::<Self>()?;
         let (mut frames, second) = pair(scene, input.animation, other)?;
-        let body = Body::new(scene, input.humanoid)?;
-        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| body.humanoid.joint(*bone));
+        let figure = figure_of(scene, input.humanoid)?;
+        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| figure.humanoid.joint(*bone));
         let tops = self.part.tops().iter().filter_map(top);
         let mut nodes: Vec<NodeId> = tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect();
         nodes.retain(|node| frames.nodes().contains(node));

@@ -6,7 +6,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::body::{Body, metres_per_unit};
+use super::body::{figure_of, metres_per_unit};
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
 use super::ground::Carrier;
@@ -114,9 +114,9 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     frames.require_nodes()?;
     let refused = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
     let carrier = Carrier::new(scene, &frames);
-    let contacts = Body::new(scene, input.humanoid)
+    let contacts = figure_of(scene, input.humanoid)
         .ok()
-        .map(|body| detect(scene, &frames, &body, &ContactOptions::default()));
+        .map(|figure| detect(scene, &frames, &figure, &ContactOptions::default()));
     if options.frames.is_none() && options.longest < options.shortest {
         return refused(format!(
             "the longest loop, {} s, must not be shorter than the shortest, {} s",

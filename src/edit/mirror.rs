@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3, Quat, Vec3};
 use serde::Serialize;
 
 use self::partners::partners;
-use super::body::Body;
+use super::body::figure_of;
 use super::frames::Frames;
 use super::quantity::centimetres;
 use super::step::step;
@@ -87,7 +87,7 @@ impl fmt::Display for MirrorReport {
 }
 
 fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> Result<MirrorReport> {
-    let body = Body::new(scene, humanoid)?;
+    let figure = figure_of(scene, humanoid)?;
     let not_humanoid = || Diagnostic::new(Code::NotHumanoid, "the skeleton has no T-pose");
     // Of the skeleton alone: a T-pose from the motion would be another one after the motion is mirrored.
     let still = Scene {
@@ -95,11 +95,11 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         metadata: scene.metadata.clone(),
         ..Scene::default()
     };
-    let figure = Figure::with_bones(&still, body.humanoid.clone());
-    let reference = &figure.t_pose(&still).ok_or_else(not_humanoid)?.pose;
-    let hips = body.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
-    let normal = normal(&figure, reference).ok_or_else(not_humanoid)?;
-    let partners = partners(scene, &body.humanoid, reference, hips, normal);
+    let standing = Figure::with_bones(&still, figure.humanoid.clone());
+    let reference = &standing.t_pose(&still).ok_or_else(not_humanoid)?.pose;
+    let hips = figure.humanoid.joint(HumanoidBone::Hips).ok_or_else(not_humanoid)?;
+    let normal = normal(&standing, reference).ok_or_else(not_humanoid)?;
+    let partners = partners(scene, &figure.humanoid, reference, hips, normal);
 
     // What moves a joint moves its partner, even one that has no channel yet.
     let binding = scene
@@ -111,8 +111,16 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
     let mut frames = Frames::new(scene, animation, &held)?;
     let before = Pose::at_tick(scene, animation, 0.0);
 
-    let symmetric = reference::symmetric(&still, &body.humanoid, reference, &partners, normal);
-    let mirrored = Mirrored::new(scene, &frames, symmetric, &partners, hips, normal, body.up.as_dvec3());
+    let symmetric = reference::symmetric(&still, &figure.humanoid, reference, &partners, normal);
+    let mirrored = Mirrored::new(
+        scene,
+        &frames,
+        symmetric,
+        &partners,
+        hips,
+        normal,
+        figure.up_direction().as_dvec3(),
+    );
     let old: Vec<Vec<Trs>> = (0..frames.nodes().len()).map(|column| frames.track(column)).collect();
     let mut column_of = vec![None; scene.nodes.len()];
     for (column, node) in frames.nodes().iter().enumerate() {
@@ -141,7 +149,7 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
         ..MirrorReport::default()
     };
     let name = |node: NodeId| scene.nodes[node.index()].name.clone();
-    let one_sided = body
+    let one_sided = figure
         .humanoid
         .bones
         .iter()
@@ -152,9 +160,9 @@ fn mirror(scene: &mut Scene, animation: usize, humanoid: Option<&Humanoid>) -> R
             let from = point.as_dvec3() - before.position(hips).as_dvec3();
             (from - 2.0 * from.dot(mirrored.plane) * mirrored.plane).as_vec3()
         };
-        for joint in body.humanoid.bones.values().map(|joint| joint.joint) {
+        for joint in figure.humanoid.bones.values().map(|joint| joint.joint) {
             let here = after.position(joint) - after.position(hips);
-            let off = here.distance(reflect(before.position(partners[joint.index()]))) * body.metres;
+            let off = here.distance(reflect(before.position(partners[joint.index()]))) * figure.metres();
             if off > report.largest_asymmetry {
                 report.largest_asymmetry = off;
                 report.asymmetric_joint = name(joint);

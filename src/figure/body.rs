@@ -16,7 +16,8 @@ use crate::scene::{NodeId, NodeKind, Scene, Side};
 pub(crate) struct Body {
     /// Left, up and forward of the figure, from the frame of the T-pose (+X, +Y, +Z) to the world.
     pub(crate) axes: Quat,
-    pub(crate) humanoid: Humanoid,
+    /// The figure, with left and right as the body has them.
+    pub(crate) figure: Figure,
     pub(crate) hips: NodeId,
     pub(crate) bones: BTreeMap<Bone, NodeId>,
     /// The T-pose, and the reference pose from which the limbs are turned to it.
@@ -37,15 +38,20 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// The body of a scene. `role` says in errors which scene it is.
+    /// The body of a scene, whose bones are `known` or else found. `role` says in errors which scene it is.
     pub(crate) fn new(scene: &Scene, known: Option<Humanoid>, role: &str) -> Result<Self> {
+        let humanoid = known.unwrap_or_else(|| humanoid(scene));
+        Self::of_figure(scene, Figure::with_bones(scene, humanoid), role)
+    }
+
+    /// The body of the figure of a scene.
+    pub(crate) fn of_figure(scene: &Scene, mut figure: Figure, role: &str) -> Result<Self> {
         let refused = |reason: String| -> crate::error::Error {
             Diagnostic::new(Code::NotHumanoid, format!("the {role} is not a humanoid: {reason}"))
                 .help("name its bones in a map, or choose another file")
                 .into()
         };
-        let figure = Figure::with_bones(scene, known.unwrap_or_else(|| humanoid(scene)));
-        let Some(t_pose) = figure.t_pose(scene) else {
+        let Some(t_pose) = figure.t_pose(scene).cloned() else {
             return Err(refused(figure.humanoid.reason));
         };
         let bones: BTreeMap<Bone, NodeId> = t_pose.bones.iter().map(|(bone, found)| (*bone, found.joint)).collect();
@@ -65,10 +71,11 @@ impl Body {
             .iter()
             .map(|node| Trs::from_matrix(node.transform))
             .collect();
+        figure.humanoid = figure.humanoid.with_sides_of_the_body();
         let mut body = Self {
             axes: t_pose.axes,
             hips: bones[&Bone::Hips],
-            t_pose: t_pose.clone(),
+            t_pose,
             rest_rotations: rest.iter().map(|trs| trs.rotation).collect(),
             names: scene.nodes.iter().map(|node| node.name.clone()).collect(),
             rest,
@@ -76,7 +83,7 @@ impl Body {
             neck: Vec::new(),
             metres_per_unit: figure.survey.metres_per_unit,
             leg: 0.0,
-            humanoid: figure.humanoid.with_sides_of_the_body(),
+            figure,
             hierarchy: Hierarchy::new(scene),
             bones,
         };
@@ -89,8 +96,8 @@ impl Body {
     }
 
     /// The body that is moved.
-    pub(crate) fn target(scene: &Scene, known: Option<&Humanoid>) -> Result<Self> {
-        let body = Self::new(scene, known.cloned(), "target")?;
+    pub(crate) fn target(scene: &Scene, figure: Figure) -> Result<Self> {
+        let body = Self::of_figure(scene, figure, "target")?;
         body.check_target(scene)?;
         Ok(body)
     }

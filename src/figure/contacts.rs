@@ -20,12 +20,16 @@ pub(crate) struct ContactRule {
     pub(crate) gap: f64,
 }
 
+/// How many times as high or fast a point in contact must be to leave it: for contacts that are reported, and for those
+/// by which feet are held.
+const RELEASE: f64 = 1.6;
+
 impl Default for ContactRule {
     fn default() -> Self {
         Self {
             height: 0.05,
             speed: 0.25,
-            release: 1.6,
+            release: RELEASE,
             shortest: 0.08,
             gap: 0.05,
         }
@@ -81,16 +85,6 @@ pub(crate) fn ball(scene: &Scene, humanoid: &Humanoid, side: Side) -> Option<Nod
             .find(|node| scene.nodes[node.index()].parent == Some(ankle))
     };
     humanoid.joint(Bone::LeftToes.on(side)).or_else(below)
-}
-
-/// The height on which the lowest of several points rests: the fifth percentile over all frames. The minimum would be
-/// that of a rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
-/// `heights` has those of all points, frame by frame.
-pub(crate) fn level(heights: &[f32], points: usize) -> f32 {
-    let lowest = |frame: &[f32]| frame.iter().copied().fold(f32::INFINITY, f32::min);
-    let mut lowest: Vec<f32> = heights.chunks(points.max(1)).map(lowest).collect();
-    lowest.sort_by(f32::total_cmp);
-    lowest.get(lowest.len().saturating_sub(1) / 20).copied().unwrap_or(0.0)
 }
 
 /// Ends every gap in `contacts` that is shorter than `gap` frames, and then drops every contact shorter than `contact`.

@@ -20,6 +20,24 @@ pub(super) struct Measures<'a> {
     poses: OnceCell<Vec<Pose>>,
 }
 
+/// The heights of the ground, as shares of the length of a body's bones from ankle to head, that are those of feet on a
+/// floor at height 0: an ankle or the ball of a foot is that far above the sole.
+const ON_FLOOR: std::ops::RangeInclusive<f64> = -0.03..=0.12;
+
+/// What a height of the ground says of a body whose bones are so long from ankle to head.
+pub(super) fn height_of_ground(value: f64, bone_length: f64) -> Guess<f64> {
+    let share = value / bone_length;
+    let (confidence, words) = match ON_FLOOR.contains(&share) {
+        true => (Confidence::Likely, "the feet are on a floor at height 0"),
+        false => (Confidence::Unsure, "no floor at height 0 is under the feet"),
+    };
+    Guess {
+        value,
+        confidence,
+        reason: format!("the lowest joints of the feet rest {share:.2} of the body above height 0: {words}"),
+    }
+}
+
 impl<'a> Measures<'a> {
     pub(super) fn new(scene: &'a Scene, humanoid: &'a Humanoid) -> Self {
         Self {
@@ -115,32 +133,6 @@ impl<'a> Measures<'a> {
         let left = self.joint(Bone::LeftFoot).or(self.joint(Bone::LeftLowerLeg))?;
         let right = self.joint(Bone::RightFoot).or(self.joint(Bone::RightLowerLeg))?;
         Some([left, right])
-    }
-
-    /// How high the lower foot is in the median of a few frames, in units of the file: the height of a standing ankle
-    /// where the floor is at 0.
-    pub(super) fn floor(&self, up: Axis) -> Option<Guess<f64>> {
-        let up = up.direction()?;
-        self.scene.animations.first()?;
-        let [left, right] = self.feet()?;
-        let height = |pose: &Pose, foot: usize| pose.position(NodeId::new(foot)).dot(up);
-        let mut heights: Vec<f32> = self
-            .poses()
-            .iter()
-            .map(|pose| height(pose, left).min(height(pose, right)))
-            .collect();
-        heights.sort_by(f32::total_cmp);
-        let value = f64::from(*heights.get(heights.len() / 2)?);
-        let share = value / self.bone_length()?;
-        let (confidence, words) = match share {
-            -0.03..=0.12 => (Confidence::Likely, "the feet are on a floor at height 0"),
-            _ => (Confidence::Unsure, "no floor at height 0 is under the feet"),
-        };
-        value.is_finite().then(|| Guess {
-            value,
-            confidence,
-            reason: format!("in the median frame the lower ankle is {share:.2} of the body high: {words}"),
-        })
     }
 
     /// The largest difference between the lengths of a left and a right bone of arms and legs, as a share.

@@ -54,7 +54,7 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
             .into());
     }
     let body = Body::new(scene, known, "source")?;
-    let mut missing = body.humanoid.missing();
+    let mut missing = body.figure.humanoid.missing();
     missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
     if !missing.is_empty() {
         let names: Vec<_> = missing.iter().map(|bone| bone.as_str()).collect();

@@ -3,11 +3,12 @@
 use glam::{Quat, Vec3};
 use serde::Serialize;
 
+use crate::figure::ground::Ground;
 use crate::figure::names::Name;
-use crate::figure::{self, Humanoid, HumanoidBone, survey};
+use crate::figure::{self, Figure, Humanoid, HumanoidBone};
 use crate::math::up_axis::turn_to_y_up;
 use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, Node, NodeId, NodeKind, Scene, UpAxis};
+use crate::scene::{Animation, Node, NodeId, NodeKind, Scene};
 
 /// A scene, and its name in a picture.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +108,7 @@ pub(super) struct DrawnClip<'a> {
     is_shown: Vec<bool>,
     /// The largest distance of a joint from the root: about half the height of a person.
     pub(super) reach: f32,
-    /// The height of the lowest joint in the whole clip.
+    /// The height of the ground; of what is no humanoid that of its lowest joint in the whole clip.
     pub(super) floor: f32,
     /// The first joint that is drawn.
     root: usize,
@@ -118,11 +119,11 @@ pub(super) struct DrawnClip<'a> {
 
 impl<'a> DrawnClip<'a> {
     pub(super) fn new(clip: Clip<'a>) -> Self {
-        Self::with_up(clip, survey(clip.scene).up.value)
+        Self::of_figure(clip, &Figure::new(clip.scene))
     }
 
-    /// A figure whose up axis is known.
-    pub(super) fn with_up(clip: Clip<'a>, up: UpAxis) -> Self {
+    /// A clip whose figure is known.
+    pub(super) fn of_figure(clip: Clip<'a>, known: &Figure) -> Self {
         let scene = clip.scene;
         let links = links(scene);
         let is_shown = shown(scene, &links);
@@ -139,11 +140,14 @@ impl<'a> DrawnClip<'a> {
             is_shown,
             reach: 0.0,
             floor: f32::INFINITY,
-            to_stage: turn_to_y_up(up).as_quat(),
+            to_stage: turn_to_y_up(known.survey.up.value).as_quat(),
             binding: clip.animation().map(|animation| Binding::new(scene, animation)),
             pose: Pose::rest(scene),
         };
         figure.measure();
+        // A figure whose up axis is X is drawn as if it were Y.
+        let ground = known.up.value.up().and_then(|_| known.ground_of(scene));
+        figure.floor = ground.map_or(figure.floor, Ground::height);
         figure
     }
 

@@ -419,7 +419,7 @@ fn feet(
     if !(has_feet(source.body) && has_feet(target.body)) {
         return None;
     }
-    let contacts = contacts_of(source.scene, source.animation, &source.body.humanoid).ok()?;
+    let contacts = contacts_of(source.scene, source.animation, &source.body.figure).ok()?;
     let per_second = source.animation.ticks_per_second as f32;
     let speed = |places: &[Vec3], frame: usize| {
         let step = ticks[frame + 1] - ticks[frame];

@@ -11,11 +11,11 @@ use super::report::{self, RobotReport};
 use super::solver::{Bounds, Solver};
 use super::twin::Twin;
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Humanoid;
 use crate::figure::robot_bones::RobotMap;
+use crate::figure::{Figure, Humanoid, humanoid};
 use crate::options::setters;
 use crate::pose::{Binding, Pose};
-use crate::retarget::{RetargetOptions, Retargeter, Scale};
+use crate::retarget::{Retargeter, Scale};
 use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Scene, Side};
 
@@ -85,12 +85,9 @@ impl RobotRetargeter {
     pub fn new(source: &Scene, robot: &Robot, options: &RobotOptions) -> Result<Self> {
         let bones = robot.bones(Some(&options.map))?;
         let twin = Twin::new(robot, &bones)?;
-        let retarget = RetargetOptions {
-            scale: options.scale,
-            source: options.source.clone(),
-            target: Some(twin.humanoid.clone()),
-        };
-        let retargeter = Retargeter::new(source, &twin.scene, &retarget)?;
+        let bones = options.source.clone().unwrap_or_else(|| humanoid(source));
+        let figure = Figure::with_bones(source, bones);
+        let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let kinematics = Kinematics::new(robot);
         let following = Following::new(robot, &kinematics, &twin);
         Ok(Self {

@@ -9,8 +9,8 @@ use glam::{DMat3, DQuat, DVec3, Mat4};
 
 use super::sole::{SoleBall, sole};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Humanoid;
 use crate::figure::robot_bones::RobotBone;
+use crate::figure::{Figure, Humanoid};
 use crate::scene::robot::{JointKind, Placement, Robot};
 use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, UpAxis};
 
@@ -32,7 +32,8 @@ pub(super) struct TwinBone {
 #[derive(Clone, Debug)]
 pub(super) struct Twin {
     pub(super) scene: Scene,
-    pub(super) humanoid: Humanoid,
+    /// Its figure, in which every bone is known.
+    pub(super) figure: Figure,
     pub(super) bones: Vec<TwinBone>,
     /// The tips of forearms without a hand: the node, and the link that it is fixed to with its place there.
     pub(super) tips: Vec<(NodeId, usize, DVec3)>,
@@ -330,8 +331,8 @@ impl Builder<'_> {
         }
         let humanoid = Humanoid::stated(nodes, "the robot's bones");
         Twin {
+            figure: Figure::with_bones(&scene, humanoid),
             scene,
-            humanoid,
             bones,
             tips: tip_nodes,
             figure_to_world: self.figure_to_world,

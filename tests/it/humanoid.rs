@@ -483,11 +483,13 @@ fn the_rotations_bring_the_rest_pose_into_t_pose() {
 /// What the bones say about the floor and about both sides.
 #[test]
 fn feet_are_on_the_floor_and_sides_alike() {
-    let found = Figure::new(&import("real/cmu_01_01.bvh"));
-    // In CMU's units; an ankle is 5 to 12 cm high.
-    let floor = found.floor.unwrap();
-    assert!((0.8..2.2).contains(&floor.value), "{}", floor.value);
+    let scene = import("real/cmu_01_01.bvh");
+    let found = Figure::new(&scene);
+    // In CMU's units; the ball of a foot is 1 to 8 cm high.
+    let floor = found.ground(&scene).unwrap();
+    assert!((0.2..1.4).contains(&floor.value), "{}", floor.value);
     assert!(found.asymmetry.unwrap().value < 0.05);
-    let still = Figure::new(&import("real/latin1_name_no_motion.bvh"));
-    assert!(still.floor.is_none() && still.asymmetry.is_some());
+    let scene = import("real/latin1_name_no_motion.bvh");
+    let still = Figure::new(&scene);
+    assert!(still.ground(&scene).is_none() && still.asymmetry.is_some());
 }

@@ -1,13 +1,17 @@
 //! What is asked of one file twice is answered alike, whatever is asked: bones, T-pose, ground and contacts.
 
-use mocap::Conversion;
-use mocap::Scene;
 use mocap::arrays::{ArrayOptions, Contacts, arrays};
-use mocap::edit::{ContactOptions, contacts};
-use mocap::figure::{Figure, HumanoidBone as Bone};
+use mocap::edit::{ContactOptions, DetectedContacts, contacts};
+use mocap::figure::{Figure, HumanoidBone as Bone, Side};
 use mocap::glam::Vec3;
 use mocap::retarget::vrm_humanoid;
+use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::robot::{RobotOptions, RobotRetargeter};
 use mocap::scene::{NodeId, UpAxis};
+use mocap::{Conversion, Importer, Scene};
+use serde_json::Value;
+
+use crate::program::Folder;
 
 /// Rest poses of every kind, several units and up axes, feet with and without toes.
 const FILES: [&str; 8] = [
@@ -94,5 +98,101 @@ fn bones_and_t_pose_are_those_of_the_vrm_animation() {
                 "{file}: {bone:?} is at {here} and at {there}"
             );
         }
+    }
+}
+
+/// The joints of both feet at rest, as a robot is told: a side is where one of its points is.
+fn sides_at_rest(found: &DetectedContacts) -> Vec<[bool; 2]> {
+    let rests = |side: Side, frame: usize| {
+        let mut points = found.points.iter().filter(|point| point.bone.side() == Some(side));
+        points.any(|point| point.at_rest[frame])
+    };
+    (0..found.frames)
+        .map(|frame| Side::ALL.map(|side| rests(side, frame)))
+        .collect()
+}
+
+/// The contacts by which `retarget` and `robot` hold feet, and in which they measure how far these slide.
+#[test]
+fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
+    for file in FILES {
+        let hero = import("skeletons/human_default.gltf");
+        let retargeting = Retargeting::new(import(file), hero, RetargetingOptions::new()).unwrap();
+        let source = &retargeting.sources().next().unwrap().scene;
+        let found = contacts(source, 0, None, &ContactOptions::default()).unwrap();
+        let held = |points: [Bone; 2]| -> usize {
+            let points: Vec<_> = points.iter().filter_map(|bone| found.point(*bone)).collect();
+            let stays = |frame: &usize| {
+                points
+                    .iter()
+                    .any(|point| point.at_rest[*frame] && point.at_rest[frame + 1])
+            };
+            (0..found.frames.saturating_sub(1)).filter(stays).count()
+        };
+        let expected = held([Bone::LeftFoot, Bone::LeftToes]) + held([Bone::RightFoot, Bone::RightToes]);
+        let feet = retargeting.clips()[0].report.body().unwrap().feet.unwrap();
+        assert_eq!(feet.contact_frames, expected, "{file}");
+        // A robot takes a minute for a long motion.
+        if found.frames > 600 {
+            continue;
+        }
+        let robot = Importer::new()
+            .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+            .unwrap();
+        let mut robot = RobotRetargeter::new(source, &robot, &RobotOptions::default()).unwrap();
+        let (motion, _) = robot.clip(source, 0).unwrap();
+        assert_eq!(motion.contacts, sides_at_rest(&found), "{file}");
+    }
+}
+
+/// The number of a key in the JSON within a page.
+fn number_of(page: &str, key: &str) -> f64 {
+    let key = format!("\"{key}\":");
+    let start = page.find(&key).unwrap() + key.len();
+    let end = page[start..].find([',', '}']).unwrap();
+    page[start..start + end].parse().unwrap()
+}
+
+/// The ground of the figure in what every command says of it, and the bones.
+#[test]
+fn every_command_has_one_ground_and_one_map() {
+    for file in FILES.into_iter().filter(|file| file.ends_with(".bvh")) {
+        let folder = Folder::of_real(&[]);
+        folder.write("in.bvh", &std::fs::read(format!("fixtures/{file}")).unwrap());
+        let said: Value = serde_json::from_slice(&folder.run("skeleton in.bvh --json").stdout).unwrap();
+        let metres = said["unit"]["metres"].as_f64().unwrap();
+        let ground = said["floor"]["value"].as_f64().unwrap() * metres;
+
+        let scene = import(file);
+        let figure = Figure::new(&scene);
+        assert!(
+            (figure.ground(&scene).unwrap().value * metres - ground).abs() < 1e-6,
+            "{file}"
+        );
+        // The contacts are those of the motion that is written.
+        folder.succeeds("edit in.bvh -o out.bvh --step reverse --contacts contacts.json");
+        let contacts: Value = serde_json::from_slice(&folder.read("contacts.json")).unwrap();
+        let of_edit = contacts["floor"].as_f64().unwrap();
+        let written: Value = serde_json::from_slice(&folder.run("skeleton out.bvh --json").stdout).unwrap();
+        let of_written = written["floor"]["value"].as_f64().unwrap() * metres;
+        assert!(
+            (of_edit - of_written).abs() < 1e-4,
+            "{file}: {of_edit} and {of_written}"
+        );
+        folder.succeeds("view in.bvh -o page.html");
+        let of_page = number_of(&String::from_utf8(folder.read("page.html")).unwrap(), "floor");
+        assert!((of_page - ground).abs() < 1e-4, "{file}: {of_page} and {ground}");
+
+        for (bone, joint) in said["humanoid"]["bones"].as_object().unwrap() {
+            let found = figure.humanoid.bones.iter().find(|(found, _)| found.as_str() == bone);
+            let node = found.unwrap().1.joint;
+            assert_eq!(joint["joint"], scene.nodes[node.index()].name, "{file}: {bone}");
+        }
+        let t_pose = figure.t_pose(&scene).unwrap();
+        let largest = said["t_pose"]["largest_rotation"].as_f64().unwrap();
+        assert!(
+            (largest - f64::from(t_pose.largest_rotation())).abs() < 1e-3,
+            "{file}: {largest}"
+        );
     }
 }

@@ -5,9 +5,9 @@ use glam::{Quat, Vec3};
 
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::sole::{SolePoint, turn_to_height, turn_up};
-use crate::edit::body::{Body, Leg};
+use crate::edit::body::Leg;
 use crate::edit::contacts::DetectedContacts;
-use crate::figure::{HumanoidBone, Side};
+use crate::figure::{Figure, HumanoidBone, Side};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 
@@ -91,20 +91,22 @@ impl Lift {
 }
 
 impl Follow {
-    pub(super) fn new(scene: &Scene, body: &Body, (side, leg): (Side, Leg), followed: &Followed<'_>) -> Self {
+    pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), followed: &Followed<'_>) -> Self {
         let contacts = followed.contacts;
         let sole = followed.soles[usize::from(side == Side::Right)].clone();
         let stands = |sole: &[SolePoint], node: NodeId, _: f32| {
             let point = sole.iter().find(|point| point.node == Some(node));
             point.map_or(0.0, |point| point.height)
         };
-        let leg = LegTrack::new(scene, body, (side, leg), contacts, sole, stands);
+        let leg = LegTrack::new(scene, figure, (side, leg), contacts, sole, stands);
         let sources = leg.points.iter().filter_map(|point| {
             let source = contacts.point(point.bone.on(side))?;
             let step = |pair: &[Vec3]| followed.turn * (pair[1] - pair[0]) * followed.scale;
             let steps = source.places.windows(2).map(step);
             Some(SourceTrack {
-                steps: steps.map(|step| step.reject_from_normalized(body.up)).collect(),
+                steps: steps
+                    .map(|step| step.reject_from_normalized(figure.up_direction()))
+                    .collect(),
                 above_rest: source.above_rest.clone(),
             })
         });

@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::leg::{ContactTrack, Foot, LegTrack};
 use super::shift;
 use super::sole::{Hinge, SolePoint, turn_up};
-use crate::edit::body::{Body, Leg, and_below};
+use crate::edit::body::{Leg, and_below};
 use crate::edit::contacts::DetectedContacts;
-use crate::figure::Side;
+use crate::figure::{Figure, Side};
 use crate::pose::Pose;
 use crate::scene::Scene;
 
@@ -19,7 +19,7 @@ pub(super) struct Hold {
 }
 
 impl Hold {
-    pub(super) fn new(scene: &Scene, body: &Body, (side, leg): (Side, Leg), contacts: &DetectedContacts) -> Self {
+    pub(super) fn new(scene: &Scene, figure: &Figure, (side, leg): (Side, Leg), contacts: &DetectedContacts) -> Self {
         let sole: Vec<SolePoint> = and_below(scene, leg.ankle)
             .skip(1)
             .map(|node| SolePoint::at(scene, node, 0.0))
@@ -27,8 +27,8 @@ impl Hold {
         let hinges = sole.iter().filter_map(|point| Hinge::new(leg.ankle, point));
         Self {
             hinges: hinges.collect(),
-            leg: LegTrack::new(scene, body, (side, leg), contacts, sole, |_, _, height| {
-                height / body.metres
+            leg: LegTrack::new(scene, figure, (side, leg), contacts, sole, |_, _, height| {
+                height / figure.metres()
             }),
         }
     }

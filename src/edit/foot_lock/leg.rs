@@ -4,9 +4,10 @@ use glam::Vec3;
 
 use super::shift;
 use super::sole::SolePoint;
-use crate::edit::body::{Body, Leg, and_below};
+use crate::edit::body::{Leg, and_below};
 use crate::edit::contacts::DetectedContacts;
-use crate::figure::{HumanoidBone, Side};
+use crate::figure::contacts::ball;
+use crate::figure::{Figure, HumanoidBone, Side};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 
@@ -98,14 +99,14 @@ impl LegTrack {
     /// `rest` tells how high above the floor a node of the foot is at rest, by the height of its detected contact.
     pub(super) fn new(
         scene: &Scene,
-        body: &Body,
+        figure: &Figure,
         (side, leg): (Side, Leg),
         contacts: &DetectedContacts,
         sole: Vec<SolePoint>,
         rest: impl Fn(&[SolePoint], NodeId, f32) -> f32,
     ) -> Self {
         let candidates = [
-            (HumanoidBone::LeftToes, body.toes(scene, side)),
+            (HumanoidBone::LeftToes, ball(scene, &figure.humanoid, side)),
             (HumanoidBone::LeftFoot, Some(leg.ankle)),
         ];
         let points = candidates

@@ -12,7 +12,7 @@ use super::marks::{Contact, Limbs};
 use super::pack::{Part, Tracks};
 use super::skin::Skin;
 use crate::error::visible;
-use crate::figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone, Survey};
+use crate::figure::{Axis, Confidence, Figure, Humanoid, HumanoidBone};
 use crate::pose::{Binding, Trs};
 use crate::scene::{Channel, Node, NodeKind, Scene, SourceLines, UpAxis};
 
@@ -112,7 +112,7 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     let noted = scene.metadata.assumptions.iter().cloned().chain(figure.assumptions());
     let assumptions = noted.map(|note| format!("{}: {}, {}", note.topic, note.choice, note.explanation()));
     let in_body = body(scene, &figure.humanoid);
-    let size = measure(clip, &in_body, guesses);
+    let size = measure(clip, &in_body, &figure);
     let mut tracks = Tracks::new(scene, frames);
     let still = Channel::default();
     let channels = channels_of_nodes(scene);
@@ -192,9 +192,9 @@ fn anchors(scene: &Scene, humanoid: &Humanoid) -> Vec<usize> {
 }
 
 /// Measures a few dozen poses.
-fn measure(clip: &Clip<'_>, in_body: &[bool], guesses: &Survey) -> Size {
-    let metres_per_unit = guesses.metres_per_unit;
-    let mut figure = DrawnClip::with_up(*clip, guesses.up.value);
+fn measure(clip: &Clip<'_>, in_body: &[bool], known: &Figure) -> Size {
+    let metres_per_unit = known.survey.metres_per_unit;
+    let mut figure = DrawnClip::of_figure(*clip, known);
     let mut reach = 0.0_f32;
     for tick in figure.ticks(48) {
         let positions = figure.positions(tick);

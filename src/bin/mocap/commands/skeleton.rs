@@ -159,7 +159,7 @@ impl Report {
                     .collect(),
                 missing: humanoid.missing(),
             },
-            floor: found.floor.clone(),
+            floor: found.ground(scene),
             asymmetry: found.asymmetry.clone(),
             t_pose: found.t_pose(scene).map(|pose| TPoseReport::new(pose, humanoid.sides)),
         }
@@ -214,7 +214,7 @@ fn print(found: &Report) -> io::Result<()> {
     )?;
     if let Some(floor) = &found.floor {
         let height = format!("{:.4}", floor.value);
-        line("height of the feet", &height, &floor.confidence, &floor.reason)?;
+        line("floor", &height, &floor.confidence, &floor.reason)?;
     }
     if let Some(asymmetry) = &found.asymmetry {
         let percent = format!("{:.1} %", 100.0 * asymmetry.value);
