@@ -60,6 +60,7 @@ impl Step for Blend {
 
 /// What [`Blend`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BlendReport {
     /// The frames now.
     pub frames: usize,
@@ -80,6 +81,7 @@ impl fmt::Display for BlendReport {
 /// The fraction of the second motion in a mix: 0 gives the first motion, 1 the second.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
+#[non_exhaustive]
 pub enum BlendWeight {
     /// The same all the time.
     Constant(f64),

@@ -51,6 +51,7 @@ impl Step for Concat {
 
 /// What [`Concat`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ConcatReport {
     /// The frame of the seam.
     pub seam: usize,

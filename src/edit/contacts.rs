@@ -11,6 +11,7 @@ use crate::figure::ground::level;
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::limits::not_negative;
 use crate::math::velocity::velocities;
+use crate::options::setters;
 use crate::scene::{Animation, NodeId, Scene};
 
 /// When a foot or a hand is at rest.
@@ -19,6 +20,7 @@ use crate::scene::{Animation, NodeId, Scene};
 /// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ContactOptions {
     /// The largest height above the level of rest, in metres. Default: 0.05.
     pub height: f64,
@@ -32,6 +34,17 @@ pub struct ContactOptions {
     pub gap: f64,
     /// Whether hands are examined too. Default: `false`.
     pub hands: bool,
+}
+
+setters! {
+    ContactOptions {
+        height: f64,
+        speed: f64,
+        release: f64,
+        shortest: f64,
+        gap: f64,
+        hands: bool,
+    }
 }
 
 impl Default for ContactOptions {
@@ -82,6 +95,7 @@ impl ContactOptions {
 
 /// A point of a foot or a hand, and when it is at rest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ContactPoint {
     /// The bone: a foot for the ankle and the heel, toes for the ball, or a hand.
     pub bone: HumanoidBone,
@@ -117,6 +131,7 @@ impl ContactPoint {
 
 /// The contacts of an animation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DetectedContacts {
     /// Frames per second.
     pub frame_rate: f64,

@@ -59,6 +59,7 @@ impl Step for Despike {
 
 /// What [`Despike`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DespikeReport {
     /// The number of values that were replaced: rotations and positions of joints in frames.
     pub replaced: usize,

@@ -52,6 +52,7 @@ impl Step for Fill {
 
 /// What [`Fill`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FillReport {
     /// The gaps that were filled, each as its first and its last frame.
     pub gaps: Vec<[usize; 2]>,

@@ -32,11 +32,13 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
 use crate::ik::{Goal, two_bone};
 use crate::limits::{not_negative, positive};
+use crate::options::setters;
 use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
 /// Options of [`foot_lock()`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FootLockOptions {
     /// When a foot is in contact.
     pub contacts: ContactOptions,
@@ -54,6 +56,17 @@ pub struct FootLockOptions {
     pub humanoid: Option<Humanoid>,
 }
 
+setters! {
+    FootLockOptions {
+        contacts: ContactOptions,
+        known: Option<DetectedContacts>,
+        blend: f64,
+        largest_change: Option<f64>,
+        floor: Option<f32>,
+        humanoid: Option<Humanoid>,
+    }
+}
+
 impl Default for FootLockOptions {
     fn default() -> Self {
         Self {
@@ -69,6 +82,7 @@ impl Default for FootLockOptions {
 
 /// What [`foot_lock()`] changed. Lengths are in metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FootLockReport {
     /// How far the feet slid while in contact, all steps together.
     pub slide_before: f64,

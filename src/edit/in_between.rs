@@ -18,6 +18,7 @@ use crate::scene::Scene;
 /// How poses between two keys are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum KeyInterpolation {
     /// Spherical linear interpolation of rotations, and lines of positions: the speed jumps at keys.
     Slerp,
@@ -64,6 +65,7 @@ impl Step for InBetween {
 
 /// What [`InBetween`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct InBetweenReport {
     /// The frames that stayed, in order.
     pub keys: Vec<usize>,

@@ -16,6 +16,7 @@ use crate::scene::{NodeId, Scene};
 /// A part of the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum LayerPart {
     /// The spine and all above it.
     #[default]
@@ -123,6 +124,7 @@ impl Step for Layer {
 
 /// What [`Layer`] did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LayerReport {
     /// The joints that move as in the other motion now.
     pub joints: usize,

@@ -65,6 +65,7 @@ impl Step for Loop {
 
 /// What [`Loop`] did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LoopReport {
     /// The first frame of the loop in the earlier motion.
     pub first: usize,

@@ -55,6 +55,7 @@ impl Step for Mirror {
 
 /// What [`Mirror`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MirrorReport {
     /// Pairs of joints that exchanged their motion.
     pub pairs: usize,

@@ -20,6 +20,7 @@ use crate::scene::Scene;
 /// A low-pass filter without a shift in time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum SmoothFilter {
     /// Butterworth of the second order, forwards and backwards, as biomechanics uses it (Winter). An oscillation at the
     /// cut-off keeps half of its amplitude; one far above it loses the fourth power of the ratio.
@@ -101,6 +102,7 @@ impl Step for Smooth {
 
 /// What [`Smooth`] changed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SmoothReport {
     /// The largest change of a rotation to its parent, in degrees.
     pub largest_rotation: f32,

@@ -39,6 +39,7 @@ impl fmt::Display for PathPoint {
 /// Where a figure looks on its new path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum PathFacing {
     /// It turns with the path: one that walks sideways walks sideways along the new one.
     #[default]
@@ -49,6 +50,7 @@ pub enum PathFacing {
 
 /// What a [`Warp`](crate::edit::Warp) to a path did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct WarpPathReport {
     /// Where the figure was at the times of the points. A warp to these undoes this one.
     pub points_before: Vec<PathPoint>,

@@ -11,6 +11,7 @@ use crate::scene::Scene;
 
 /// What a [`Warp`](crate::edit::Warp) of times did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct WarpTimeReport {
     /// Seconds before.
     pub seconds_before: f64,

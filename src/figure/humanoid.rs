@@ -35,6 +35,7 @@ pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
 
 /// A joint that is a bone of the humanoid.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct HumanoidJoint {
     /// The joint: where the bone begins.
     pub joint: NodeId,
@@ -47,6 +48,7 @@ pub struct HumanoidJoint {
 /// Whether the names of the sides are right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Sides {
     /// What is named left is on the left of the body.
     Agree,
@@ -80,6 +82,7 @@ impl Sides {
 /// # Ok::<(), mocap::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Humanoid {
     /// Whether the skeleton is a humanoid.
     pub found: bool,

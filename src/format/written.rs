@@ -168,6 +168,7 @@ impl WrittenFile {
 /// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
 /// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Renamed {
     /// Index into [`Scene::nodes`], and into the file's nodes.
     pub node: usize,

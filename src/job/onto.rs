@@ -102,6 +102,7 @@ pub struct OntoRobot {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Feet {
     /// They are held where those of the source stand.
     #[default]
@@ -115,6 +116,7 @@ pub enum Feet {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum RequiredVerdict {
     /// Only good ones.
     Good,

@@ -78,6 +78,7 @@ pub struct SourceSpace {
 #[serde(transparent)]
 #[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct SourceUp {
     /// Up axis of the input: auto (from the feet to the head), y, z, -y or -z
     #[cfg_attr(
@@ -100,6 +101,7 @@ pub struct SourceUp {
 #[serde(transparent)]
 #[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Reading"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct SourceMap {
     /// Take the bones of this JSON file, of the shape that `mocap skeleton --json` prints; those that it does not name
     /// are searched for
@@ -121,6 +123,7 @@ pub struct SourceMap {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "the name of a file, or an object with the joint of each bone")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum BoneMap {
     /// A JSON file.
     File(PathBuf),

@@ -93,6 +93,7 @@ pub struct OutSpace {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum OutUp {
     /// +Y.
     Y,
@@ -105,6 +106,7 @@ pub enum OutUp {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum DrawnMesh {
     /// One mesh per node.
     Segmented,

@@ -34,6 +34,7 @@ use crate::retarget::LimbAngles;
 
 /// A clip on a page.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct PageClip<'a> {
     /// The clip itself.
     pub clip: Clip<'a>,
@@ -59,6 +60,34 @@ impl<'a> PageClip<'a> {
             contacts: None,
             limb_angles: None,
         }
+    }
+
+    /// Sets [`figure`](Self#structfield.figure), or unsets it.
+    #[must_use]
+    pub fn figure(mut self, figure: impl Into<Option<&'a Figure>>) -> Self {
+        self.figure = figure.into();
+        self
+    }
+
+    /// Sets [`glb`](Self#structfield.glb), or unsets it.
+    #[must_use]
+    pub fn glb(mut self, glb: impl Into<Option<&'a [u8]>>) -> Self {
+        self.glb = glb.into();
+        self
+    }
+
+    /// Sets [`contacts`](Self#structfield.contacts), or unsets it.
+    #[must_use]
+    pub fn contacts(mut self, contacts: impl Into<Option<&'a DetectedContacts>>) -> Self {
+        self.contacts = contacts.into();
+        self
+    }
+
+    /// Sets [`limb_angles`](Self#structfield.limb_angles), or unsets it.
+    #[must_use]
+    pub fn limb_angles(mut self, angles: impl Into<Option<&'a [LimbAngles]>>) -> Self {
+        self.limb_angles = angles.into();
+        self
     }
 }
 
@@ -103,7 +132,7 @@ struct PageData {
 ///
 /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
 /// let glb = mocap::gltf::write_glb(&scene, &Default::default())?;
-/// let clip = PageClip { glb: Some(&glb), ..PageClip::new(Clip { name: "Test", scene: &scene }) };
+/// let clip = PageClip::new(Clip { name: "Test", scene: &scene }).glb(&glb[..]);
 /// let page = Page::new(&[clip]);
 /// assert!(page.html.starts_with("<!doctype html>"));
 /// # Ok::<(), mocap::Error>(())
@@ -127,6 +156,7 @@ pub struct Page {
 
 /// A clip as the player takes it: text in JSON, and the numbers that it names as blocks of bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlayerClip {
     /// One of the `clips` of a page: JSON, with the ids of the blocks.
     pub description: String,

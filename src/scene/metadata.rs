@@ -141,6 +141,7 @@ pub(crate) mod format_name {
 
 /// A file that was read.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Origin {
     /// Its name, without folders.
     pub name: String,
@@ -280,6 +281,7 @@ pub enum AppliedStep {
 /// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
+#[non_exhaustive]
 pub struct SecondMotion {
     /// The file that it was read from.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -308,6 +310,7 @@ impl SecondMotion {
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum RootOffset {
     /// Add if the root's position is near zero, in the first frame or in the median of all, while the OFFSET is not, or
     /// else replace.
@@ -321,6 +324,7 @@ pub enum RootOffset {
 
 /// How a root's OFFSET was used.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RootOffsetUsed {
     /// [`RootOffset::Replace`] or [`RootOffset::Add`].
     pub policy: RootOffset,
@@ -335,6 +339,7 @@ pub struct RootOffsetUsed {
 /// The confidence in a guess.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Confidence {
     /// All evidence agrees.
     Sure,

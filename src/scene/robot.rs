@@ -40,6 +40,7 @@ pub struct RobotLink {
 /// How a joint moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum JointKind {
     /// Not at all.
     #[default]
@@ -131,6 +132,7 @@ pub struct RobotShape {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "each says itself")]
+#[non_exhaustive]
 pub enum ShapeKind {
     Sphere {
         radius: f64,

@@ -26,7 +26,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("convert", &["error", "limits", "scene", "figure", "process"]),
     (
         "edit",
-        &["error", "limits", "scene", "math", "pose", "figure", "ik", "convert"],
+        &[
+            "error", "limits", "options", "scene", "math", "pose", "figure", "ik", "convert",
+        ],
     ),
     (
         "retarget",
@@ -39,7 +41,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "format",
         &[
-            "error", "limits", "files", "scene", "math", "pose", "figure", "compress",
+            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "compress",
         ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),

@@ -108,14 +108,8 @@ fn an_independent_reader_sees_the_same_motion() {
         let height = original.height(Root::Replace);
         for options in [
             BvhOptions::default(),
-            BvhOptions {
-                channels: Channels::Six,
-                ..BvhOptions::default()
-            },
-            BvhOptions {
-                order: Some(RotationOrder::Yzx),
-                ..BvhOptions::default()
-            },
+            BvhOptions::new().channels(Channels::Six),
+            BvhOptions::new().order(Some(RotationOrder::Yzx)),
         ] {
             let again = Capture::parse(&write(&import(&path), &options).unwrap());
             assert_eq!(
@@ -149,10 +143,7 @@ fn numbers_keep_the_decimals_of_the_file() {
 
 #[test]
 fn digits_are_what_was_asked_for() {
-    let options = BvhOptions {
-        digits: Some(2),
-        ..BvhOptions::default()
-    };
+    let options = BvhOptions::new().digits(Some(2));
     let text = written(&import("fixtures/real/lecture_Test.bvh"), &options);
     assert!(text.contains("OFFSET 2.00 0.00 0.00\n"), "{text}");
     assert!(text.contains("\nFrame Time: 0.1\n0.10 0.00 0.00 "), "{text}");
@@ -163,10 +154,7 @@ fn digits_are_what_was_asked_for() {
 fn channels_are_what_was_asked_for() {
     let counts = |name: &str, channels| {
         let scene = import(&format!("fixtures/real/{name}.bvh"));
-        let options = BvhOptions {
-            channels,
-            ..BvhOptions::default()
-        };
+        let options = BvhOptions::new().channels(channels);
         let text = written(&scene, &options);
         [3, 6].map(|count| text.matches(&format!("CHANNELS {count} ")).count())
     };
@@ -182,10 +170,7 @@ fn channels_are_what_was_asked_for() {
 fn every_order_turns_alike_and_without_jumps() {
     let scene = import("fixtures/real/cmu_short.bvh");
     for order in RotationOrder::ALL {
-        let options = BvhOptions {
-            order: Some(order),
-            ..BvhOptions::default()
-        };
+        let options = BvhOptions::new().order(Some(order));
         let again = read(&write(&scene, &options).unwrap());
         for (channel, again) in scene.animations[0].channels.iter().zip(&again.animations[0].channels) {
             for (key, again) in channel.rotation_keys.values.iter().zip(&again.rotation_keys.values) {

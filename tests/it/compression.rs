@@ -36,11 +36,9 @@ fn in_metres(source: &Scene) -> Scene {
 }
 
 fn options(compression: Compression, max_error: f64) -> GltfOptions {
-    GltfOptions {
-        compression,
-        error_bound: Some(max_error.into()),
-        ..GltfOptions::default()
-    }
+    GltfOptions::new()
+        .compression(compression)
+        .error_bound(Some(max_error.into()))
 }
 
 fn real_motions() -> Vec<(String, Scene)> {

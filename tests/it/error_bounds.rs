@@ -62,10 +62,7 @@ impl Writer {
                 (read(&document.to_glb()?, "a.glb"), achieved.max_error)
             }
             Self::Fbx => {
-                let options = FbxOptions {
-                    error_bound: Some(bound.clone()),
-                    ..FbxOptions::default()
-                };
+                let options = FbxOptions::new().error_bound(Some(bound.clone()));
                 let (bytes, report) = fbx::write(scene, &options)?;
                 (read(&bytes, "a.fbx"), report.achieved.unwrap().max_error)
             }

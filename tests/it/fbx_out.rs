@@ -146,11 +146,7 @@ fn curves_have_exact_times_the_order_of_their_joint_and_no_jumps() {
         (FbxRest::PreRotation, UpAxis::Y),
         (FbxRest::Rotation, UpAxis::Z),
     ] {
-        let options = FbxOptions {
-            rest,
-            up,
-            ..FbxOptions::default()
-        };
+        let options = FbxOptions::new().rest(rest).up(up);
         let (bytes, report) = write(&scene, &options).unwrap();
         assert_eq!((report.curves, report.keys), (18, 18 * 200));
         let file = ufbx::load_memory(&bytes, ufbx::LoadOpts::default()).unwrap();
@@ -183,28 +179,11 @@ fn every_choice_gives_the_same_motion() {
     let scene = import("fixtures/real/cmu_short.bvh").unwrap();
     let usual = FbxOptions::default();
     let choices = [
-        FbxOptions {
-            version: FbxVersion::V7400,
-            ..usual.clone()
-        },
-        FbxOptions {
-            rest: FbxRest::PreRotation,
-            ..usual.clone()
-        },
-        FbxOptions {
-            root: FbxRoot::None,
-            ..usual.clone()
-        },
-        FbxOptions {
-            root: FbxRoot::Null("Reference".to_owned()),
-            up: UpAxis::Z,
-            ..usual.clone()
-        },
-        FbxOptions {
-            metres_per_unit: 1.0,
-            up: UpAxis::NegY,
-            ..usual.clone()
-        },
+        usual.clone().version(FbxVersion::V7400),
+        usual.clone().rest(FbxRest::PreRotation),
+        usual.clone().root(FbxRoot::None),
+        usual.clone().root(FbxRoot::Null("Reference".to_owned())).up(UpAxis::Z),
+        usual.clone().metres_per_unit(1.0).up(UpAxis::NegY),
     ];
     for options in choices {
         let (bytes, _) = write(&scene, &options).unwrap();
@@ -229,6 +208,7 @@ fn every_choice_gives_the_same_motion() {
         match &options.root {
             FbxRoot::None => assert!(above.is_root),
             FbxRoot::Null(name) => assert_eq!(&*above.element.name, name),
+            root => panic!("{root:?}"),
         }
         assert!(distance(&scene, &read(&bytes), "cmu_short") < 1e-5, "{options:?}");
         let folder = tempfile::tempdir().unwrap();
@@ -252,11 +232,7 @@ fn keys_are_left_out_within_the_largest_error() {
         (FbxOptions::of_target(FbxTarget::Unreal), 1e-3),
         (FbxOptions::of_target(FbxTarget::Maya), 1e-3),
     ] {
-        let options = FbxOptions {
-            error_bound: Some(bound.into()),
-            whole_rate: false,
-            ..options
-        };
+        let options = options.error_bound(Some(bound.into())).whole_rate(false);
         let (bytes, report) = write(&scene, &options).unwrap();
         assert!(report.achieved.as_ref().unwrap().max_error <= bound, "{report:?}");
         if bound == 1e-3 {
@@ -355,10 +331,7 @@ fn every_command_takes_the_options_of_fbx() {
 fn a_joint_that_spins_keeps_within_the_largest_error() {
     for bound in [1e-2, 1e-4] {
         let scene = spinning();
-        let options = FbxOptions {
-            error_bound: Some(bound.into()),
-            ..FbxOptions::default()
-        };
+        let options = FbxOptions::new().error_bound(Some(bound.into()));
         let (bytes, report) = write(&scene, &options).unwrap();
         let off = distance(&scene, &read(&bytes), "spin");
         assert!(f64::from(off) <= bound + 1e-5, "{off}: {report:?}");
@@ -368,10 +341,7 @@ fn a_joint_that_spins_keeps_within_the_largest_error() {
 #[test]
 fn a_largest_error_that_cannot_be_kept_is_refused() {
     let mut scene = spinning();
-    let of = |bound: f64| FbxOptions {
-        error_bound: Some(bound.into()),
-        ..FbxOptions::default()
-    };
+    let of = |bound: f64| FbxOptions::new().error_bound(Some(bound.into()));
     for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = write(&scene, &of(bound)).unwrap_err();
         assert_eq!(error.code(), Code::InvalidValue, "{bound}");
@@ -403,10 +373,7 @@ fn verify_refuses_a_file_without_its_last_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("a.fbx");
     for version in [FbxVersion::V7400, FbxVersion::V7500] {
-        let options = FbxOptions {
-            version,
-            ..FbxOptions::default()
-        };
+        let options = FbxOptions::new().version(version);
         let (bytes, _) = write(&scene, &options).unwrap();
         for cut in [0, 1, 15, 16, 100] {
             fs::write(&output, &bytes[..bytes.len() - cut]).unwrap();
@@ -486,10 +453,7 @@ fn what_cannot_be_written_is_refused() {
     let mut scene = spinning();
     scene.nodes[3].transform.w_axis.y = f32::INFINITY;
     assert_eq!(refusal(&scene).code(), Code::Unrepresentable);
-    let options = FbxOptions {
-        metres_per_unit: 0.0,
-        ..FbxOptions::default()
-    };
+    let options = FbxOptions::new().metres_per_unit(0.0);
     let error = write(&spinning(), &options).unwrap_err();
     assert_eq!(
         error.diagnostic().message,
@@ -707,10 +671,7 @@ fn names_of_textures_are_names_of_files() {
         ("", "texture.png"),
     ] {
         scene.textures[0].name = name.to_owned();
-        let options = FbxOptions {
-            textures: FbxTextures::Beside,
-            ..FbxOptions::default()
-        };
+        let options = FbxOptions::new().textures(FbxTextures::Beside);
         let (_, report) = write(&scene, &options).unwrap();
         assert_eq!(report.beside, [(file.to_owned(), 0)], "{name:?}");
     }

@@ -283,10 +283,7 @@ fn nothing_that_is_not_finite_is_written() {
                 poison(&mut scene, number);
                 for options in [
                     gltf::GltfOptions::default(),
-                    gltf::GltfOptions {
-                        keep_constant: true,
-                        ..gltf::GltfOptions::default()
-                    },
+                    gltf::GltfOptions::new().keep_constant(true),
                 ] {
                     match gltf::write_glb(&scene, &options) {
                         Ok(glb) => assert_is_finite_glb(&glb, &place),

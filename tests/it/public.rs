@@ -114,3 +114,158 @@ fn public_names_do_not_grow_unseen() {
     let list: Vec<&str> = names.iter().map(String::as_str).collect();
     assert_eq!(names.len(), PUBLIC_NAMES, "{}", list.join(" "));
 }
+
+/// Types that have all the variants or fields that they will ever have, or that a program makes as literals, so that a
+/// new field is to be an error in it.
+const CLOSED: &[&str] = &[
+    // The scene, which readers and writers of other formats build: each field is an answer that they owe.
+    "Animation",
+    "Bone",
+    "Channel",
+    "Keys",
+    "Material",
+    "Mesh",
+    "Node",
+    "NodeId",
+    "Scene",
+    "SourceLines",
+    "Surface",
+    "Texture",
+    "VertexWeight",
+    "Trs",
+    // A robot likewise.
+    "Inertial",
+    "JointLimits",
+    "Mimic",
+    "Placement",
+    "Robot",
+    "RobotJoint",
+    "RobotLink",
+    "RobotShape",
+    // What a caller hands over, whole.
+    "Angle",
+    "Clip",
+    "MemoryFile",
+    "PathPoint",
+    "Rest",
+    "RobotClip",
+    "StepLength",
+    "TPoseClip",
+    "TimeRange",
+    // A value and how it came about.
+    "Assumption",
+    "Guess",
+    "Location",
+    // Mathematics, or a published list: bones of VRM, primitives of Assimp, alpha modes of glTF.
+    "AlphaMode",
+    "Axis",
+    "HumanoidBone",
+    "Primitive",
+    "RotationOrder",
+    "Side",
+    "UpAxis",
+    // From where a T-pose may be: the file's rest pose, its motion, neither.
+    "TPoseSource",
+];
+
+/// A public type where it is declared.
+struct Declared {
+    name: String,
+    place: String,
+    /// `struct`, `enum`, `trait` or `type`.
+    keyword: &'static str,
+    /// Its documentation.
+    docs: String,
+    /// Its attributes.
+    attributes: String,
+    /// Whether a program can write it as a literal, or match it to the end: an enum, or a struct with a public field.
+    is_open: bool,
+}
+
+/// The public types of the library, but for those that `step!` declares, which have an example each.
+fn declared() -> Vec<Declared> {
+    let names = public_names();
+    let mut declared = Vec::new();
+    let mut folders = vec![PathBuf::from("src")];
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() && !path.ends_with("bin") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                declared.extend(declared_in(&path, &names));
+            }
+        }
+    }
+    assert!(declared.len() > 150, "the types are not found");
+    declared
+}
+
+fn declared_in(path: &Path, names: &BTreeSet<String>) -> Vec<Declared> {
+    let text = fs::read_to_string(path).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let mut declared = Vec::new();
+    let (mut docs, mut attributes, mut is_attribute) = (String::new(), String::new(), false);
+    for (at, line) in lines.iter().enumerate() {
+        let bare = line.trim();
+        if let Some(doc) = bare.strip_prefix("///") {
+            docs += doc;
+            docs += "\n";
+            continue;
+        }
+        if bare.starts_with("#[") || is_attribute {
+            attributes += bare;
+            is_attribute = !bare.ends_with(']');
+            continue;
+        }
+        for keyword in ["struct", "enum", "trait", "type"] {
+            let Some(rest) = bare.strip_prefix(&format!("pub {keyword} ")) else {
+                continue;
+            };
+            let name = rest.split(|c: char| !c.is_alphanumeric()).next().unwrap();
+            let body = lines[at + 1..].iter().take_while(|line| !line.starts_with('}'));
+            // What is not on one line has its fields below.
+            let body = body.take(if rest.ends_with(';') { 0 } else { usize::MAX });
+            let has_field = rest.contains("(pub")
+                || body
+                    .clone()
+                    .any(|line| line.starts_with("    pub ") && line.contains(':'));
+            if names.contains(name) {
+                declared.push(Declared {
+                    name: name.to_owned(),
+                    place: format!("{}:{}", path.display(), at + 1),
+                    keyword,
+                    docs: std::mem::take(&mut docs),
+                    attributes: attributes.clone(),
+                    is_open: keyword == "enum" || (keyword == "struct" && has_field),
+                });
+            }
+        }
+        docs.clear();
+        attributes.clear();
+    }
+    declared
+}
+
+#[test]
+fn a_new_field_or_variant_breaks_no_program() {
+    let declared = declared();
+    let mut failures = Vec::new();
+    for found in &declared {
+        let may_grow = found.attributes.contains("#[non_exhaustive]");
+        let is_closed = CLOSED.contains(&found.name.as_str());
+        if found.is_open && may_grow == is_closed {
+            let what = if is_closed {
+                "is in the list of those that do not grow"
+            } else {
+                "lacks #[non_exhaustive]"
+            };
+            failures.push(format!("{}: {} {what}", found.place, found.name));
+        }
+    }
+    for name in CLOSED {
+        if !declared.iter().any(|found| found.name == *name) {
+            failures.push(format!("there is no public type {name}"));
+        }
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}

@@ -190,11 +190,7 @@ fn a_page_names_no_other_address() {
     let scene = import("cmu_short");
     let glb = mocap::gltf::write_glb(&scene, &mocap::gltf::GltfOptions::default()).unwrap();
     let name = "</script><b>";
-    let html = Page::new(&[PageClip {
-        glb: Some(&glb),
-        ..PageClip::new(Clip { name, scene: &scene })
-    }])
-    .html;
+    let html = Page::new(&[PageClip::new(Clip { name, scene: &scene }).glb(&glb[..])]).html;
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "url(", "<b>"] {
         assert!(!html.contains(foreign), "{foreign}");
     }

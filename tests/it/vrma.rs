@@ -238,14 +238,11 @@ fn another_rate_keeps_the_frames_around_a_cut() {
 #[test]
 fn compression_keeps_its_bound_and_the_t_pose() {
     let scene = motion("real/cmu_12_01_walk.bvh");
-    let options = VrmaOptions {
-        gltf: GltfOptions {
-            error_bound: Some(0.001.into()),
-            compression: mocap::gltf::Compression::Int16,
-            ..GltfOptions::default()
-        },
-        ..VrmaOptions::default()
-    };
+    let options = VrmaOptions::new().gltf(
+        GltfOptions::new()
+            .error_bound(Some(0.001.into()))
+            .compression(mocap::gltf::Compression::Int16),
+    );
     let (bytes, report) = vrma::write(&scene, &options).unwrap();
     assert!(report.achieved.unwrap().max_error <= 0.001 && bytes.len() < written(&scene).len() / 2);
     let source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();

@@ -31,6 +31,7 @@ use std::path::Path;
 use crate::error::{Diagnostic, Result};
 use crate::files::write_file;
 use crate::format::{WriteOptions, Written, WrittenFile};
+use crate::options::setters;
 use crate::scene::{RotationOrder, Scene};
 
 /// Which joints have position channels.
@@ -38,6 +39,7 @@ use crate::scene::{RotationOrder, Scene};
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Channels {
     /// The ROOT, and joints whose position differs from their OFFSET in some frame.
     #[default]
@@ -54,6 +56,7 @@ pub enum Channels {
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct BvhOptions {
     /// The order of the rotation channels of all joints. Default: `None`, each joint's own order, or else `Zxy`.
     pub order: Option<RotationOrder>,
@@ -61,6 +64,14 @@ pub struct BvhOptions {
     pub digits: Option<usize>,
     /// Which joints have position channels.
     pub channels: Channels,
+}
+
+setters! {
+    BvhOptions {
+        order: Option<RotationOrder>,
+        digits: Option<usize>,
+        channels: Channels,
+    }
 }
 
 /// What was written.

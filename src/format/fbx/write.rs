@@ -52,6 +52,7 @@ use crate::format::provenance::Provenance;
 use crate::format::written::millimetres;
 use crate::format::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
 use crate::limits;
+use crate::options::setters;
 use crate::scene::{Scene, UpAxis};
 
 /// What a file says of the program that wrote it.
@@ -62,6 +63,7 @@ const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum FbxVersion {
     /// 7.4, of FBX 2014 and 2015: files of at most 4 GiB.
     #[serde(rename = "7.4")]
@@ -88,6 +90,7 @@ impl FbxVersion {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum FbxRest {
     /// In `Lcl Rotation`, as Blender has them: the curves have all of a rotation.
     #[default]
@@ -99,6 +102,7 @@ pub enum FbxRest {
 
 /// What stands above a root joint.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FbxRoot {
     /// A `Null` of this name, unless the scene has a group there.
     Null(String),
@@ -118,6 +122,7 @@ impl Default for FbxRoot {
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum FbxTextures {
     /// In the file itself.
     #[default]
@@ -128,6 +133,7 @@ pub enum FbxTextures {
 
 /// Options of the writer.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FbxOptions {
     /// The version of the file.
     pub version: FbxVersion,
@@ -152,11 +158,25 @@ pub struct FbxOptions {
     pub textures: FbxTextures,
 }
 
+setters! {
+    FbxOptions {
+        version: FbxVersion,
+        rest: FbxRest,
+        root: FbxRoot,
+        metres_per_unit: f64,
+        up: UpAxis,
+        whole_rate: bool,
+        error_bound: Option<ErrorBound>,
+        textures: FbxTextures,
+    }
+}
+
 /// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum FbxTarget {
     /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
     Unreal,

@@ -22,6 +22,7 @@ use crate::error::{Code, Diagnostic, Error};
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub enum Compression {
     /// 32-bit floats, which every client reads.
     #[default]

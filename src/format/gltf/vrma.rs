@@ -24,6 +24,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::Humanoid;
 use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::format::{WriteOptions, Written};
+use crate::options::setters;
 use crate::scene::{NodeKind, Scene};
 
 use super::humanoid::VRM_ANIMATION;
@@ -33,11 +34,19 @@ const SEARCHED: usize = 1 << 20;
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct VrmaOptions {
     /// Which joints are which bones. Default: [`humanoid`](crate::figure::humanoid()) finds them.
     pub humanoid: Option<Humanoid>,
     /// How the keys are stored. What glTF says of constant tracks and of buffers does not apply.
     pub gltf: GltfOptions,
+}
+
+setters! {
+    VrmaOptions {
+        humanoid: Option<Humanoid>,
+        gltf: GltfOptions,
+    }
 }
 
 /// The bytes of a `.vrma` file, and what there is to say about them. `scene` is in metres with +Y up.

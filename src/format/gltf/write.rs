@@ -49,6 +49,7 @@ use crate::error::{Diagnostic, Result};
 use crate::files::{write_file, write_files};
 use crate::format::written::unit_warning;
 use crate::format::{Renamed, WriteOptions, Written, WrittenFile};
+use crate::options::setters;
 use crate::scene::Scene;
 
 /// The colour of a material that has none, an orange visible on white, grey and black: linear red, green, blue and
@@ -57,6 +58,7 @@ const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
 /// Where a `.gltf` file has its buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BufferPlace {
     /// In a `.bin` file beside it.
     #[default]
@@ -67,6 +69,7 @@ pub enum BufferPlace {
 
 /// Options of the writer.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct GltfOptions {
     /// Write constant tracks as channels too, for engines that blend clips channel by channel. Default: `false`,
     /// constant values are only in the node.
@@ -80,6 +83,15 @@ pub struct GltfOptions {
     /// [`GltfOptions::compression`] says; [`GltfReport::achieved`] has the result. Default: none for
     /// [`Compression::None`], which then keeps every key unchanged, otherwise 1 mm, that of [`ErrorBound`].
     pub error_bound: Option<ErrorBound>,
+}
+
+setters! {
+    GltfOptions {
+        keep_constant: bool,
+        buffer: BufferPlace,
+        compression: Compression,
+        error_bound: Option<ErrorBound>,
+    }
 }
 
 impl GltfOptions {

@@ -76,10 +76,7 @@ fn other_joints_stay_within_a_limit() {
         for largest_change in [None, Some(0.02)] {
             let mut scene = import(file);
             let before = positions(&scene);
-            let options = FootLockOptions {
-                largest_change,
-                ..FootLockOptions::default()
-            };
+            let options = FootLockOptions::new().largest_change(largest_change);
             let report = foot_lock(&mut scene, 0, &options).unwrap();
             let found = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
             let feet = [HumanoidBone::LeftFoot, HumanoidBone::RightFoot].map(|bone| found.point(bone).unwrap().node);
@@ -168,10 +165,7 @@ fn the_unit_of_the_scene_changes_nothing() {
     let mut inches = metres.clone();
     convert_units(&mut inches, 1.0 / 0.0254, UpAxis::Y);
     inches.metadata.metres_per_unit = Some(0.0254);
-    let options = ContactOptions {
-        hands: true,
-        ..ContactOptions::default()
-    };
+    let options = ContactOptions::new().hands(true);
     let (a, b) = (
         contacts(&metres, 0, None, &options).unwrap(),
         contacts(&inches, 0, None, &options).unwrap(),
@@ -203,10 +197,7 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
             .clone()
     };
     let known = contacts(&import("cmu_12_01_walk.bvh"), 0, None, &ContactOptions::default()).unwrap();
-    let other_frames = FootLockOptions {
-        known: Some(known),
-        ..FootLockOptions::default()
-    };
+    let other_frames = FootLockOptions::new().known(Some(known));
     assert_eq!(
         refused(&mut walk, 0, other_frames),
         "the known contacts are those of another number of frames"
@@ -215,18 +206,12 @@ fn what_cannot_be_done_is_refused_and_changes_nothing() {
         refused(&mut walk, 7, FootLockOptions::default()),
         "there is no animation 7: the scene has 1"
     );
-    let endless = FootLockOptions {
-        blend: f64::NAN,
-        ..FootLockOptions::default()
-    };
+    let endless = FootLockOptions::new().blend(f64::NAN);
     assert_eq!(
         refused(&mut walk, 0, endless),
         "blend must be finite and not negative, got NaN"
     );
-    let high = |floor| FootLockOptions {
-        floor: Some(floor),
-        ..FootLockOptions::default()
-    };
+    let high = |floor| FootLockOptions::new().floor(Some(floor));
     for floor in [1e30, f32::INFINITY, f32::NAN, 1.5] {
         let refused = refused(&mut walk, 0, high(floor));
         assert!(

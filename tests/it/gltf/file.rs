@@ -148,15 +148,7 @@ fn the_three_containers_hold_the_same() {
     assert!(matches!(uri.source(), gltf::buffer::Source::Uri("a%20take.bin")));
     assert_eq!(std::fs::read(folder.path().join("a take.bin")).unwrap(), glb.bin);
 
-    export(
-        &scene,
-        &text_path,
-        &GltfOptions {
-            buffer: BufferPlace::Embedded,
-            ..GltfOptions::default()
-        },
-    )
-    .unwrap();
+    export(&scene, &text_path, &GltfOptions::new().buffer(BufferPlace::Embedded)).unwrap();
     let embedded = gltf::Gltf::open(&text_path).unwrap();
     let buffer = embedded.document.buffers().next().unwrap();
     let gltf::buffer::Source::Uri(uri) = buffer.source() else {

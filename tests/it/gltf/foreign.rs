@@ -258,14 +258,8 @@ fn each_clip_keeps_its_own_pose_when_it_is_written() {
     assert_eq!(places(&scene), expected);
     for options in [
         mocap::gltf::GltfOptions::default(),
-        mocap::gltf::GltfOptions {
-            keep_constant: true,
-            ..Default::default()
-        },
-        mocap::gltf::GltfOptions {
-            error_bound: Some(0.001.into()),
-            ..Default::default()
-        },
+        mocap::gltf::GltfOptions::new().keep_constant(true),
+        mocap::gltf::GltfOptions::new().error_bound(Some(0.001.into())),
     ] {
         let glb = mocap::gltf::write_glb(&scene, &options).unwrap();
         let again = Importer::new().read(&glb, "again.glb").unwrap();

@@ -13,17 +13,7 @@ fn read(bytes: &[u8]) -> mocap::Result<Scene> {
 }
 
 fn round_trip(scene: &Scene) -> Scene {
-    read(
-        &write_glb(
-            scene,
-            &GltfOptions {
-                keep_constant: true,
-                ..GltfOptions::default()
-            },
-        )
-        .unwrap(),
-    )
-    .unwrap()
+    read(&write_glb(scene, &GltfOptions::new().keep_constant(true)).unwrap()).unwrap()
 }
 
 /// Asserts that nodes have the same names, kinds and parents, and stand in the same places at every frame.
@@ -131,15 +121,7 @@ fn text_files_bring_their_buffer_along_or_beside_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a take.gltf");
     let scene = walker(20);
-    export(
-        &scene,
-        &path,
-        &GltfOptions {
-            buffer: BufferPlace::Embedded,
-            ..GltfOptions::default()
-        },
-    )
-    .unwrap();
+    export(&scene, &path, &GltfOptions::new().buffer(BufferPlace::Embedded)).unwrap();
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     assert_same(&importer.import(&path).unwrap(), &scene);
     export(&scene, &path, &GltfOptions::default()).unwrap();

@@ -52,10 +52,7 @@ fn only_what_moves_is_a_channel_and_all_channels_share_their_times() {
 
 #[test]
 fn constant_tracks_can_be_kept() {
-    let options = GltfOptions {
-        keep_constant: true,
-        ..GltfOptions::default()
-    };
+    let options = GltfOptions::new().keep_constant(true);
     let scene = walker(50);
     let read = Read::glb(&write_glb(&scene, &options).unwrap());
     let animation = read.document.animations().next().unwrap();

@@ -41,10 +41,7 @@ pub(crate) fn measure() -> Result<()> {
         let mut scene = import(file)?;
         let (source, mut limited) = (positions(&scene), scene.clone());
         let found = foot_lock(&mut scene, 0, &FootLockOptions::default())?;
-        let options = FootLockOptions {
-            largest_change: Some(LIMIT),
-            ..FootLockOptions::default()
-        };
+        let options = FootLockOptions::new().largest_change(Some(LIMIT));
         let within = foot_lock(&mut limited, 0, &options)?;
         println!(
             "| {file} | {:.3} | {:.3} | {:.1} % | {:.1} | {} | {} | {:.1} % | {:.1} |",

@@ -75,11 +75,9 @@ fn encoding(files: &[&str]) -> Result<()> {
             for (raw_of_scene, bytes_of_file, scene) in &scenes {
                 let encoded = match form {
                     Some(compression) => {
-                        let options = GltfOptions {
-                            compression: *compression,
-                            error_bound: Some(bound.into()),
-                            ..GltfOptions::default()
-                        };
+                        let options = GltfOptions::new()
+                            .compression(*compression)
+                            .error_bound(Some(bound.into()));
                         gltf::Document::new(scene, &options).and_then(|document| document.to_glb().map(drop))
                     }
                     None => PackedClip::encode(scene, 0, bound).map(drop),

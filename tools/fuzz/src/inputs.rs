@@ -378,10 +378,7 @@ fn documents() -> impl Iterator<Item = mocap::gltf::Document> {
     let scenes = names.map(|name| mocap::import(fixture(name)).expect("the fixture is read"));
     let written = |scene: mocap::Scene| {
         compressions.iter().map(move |&compression| {
-            let options = mocap::gltf::GltfOptions {
-                compression,
-                ..mocap::gltf::GltfOptions::default()
-            };
+            let options = mocap::gltf::GltfOptions::new().compression(compression);
             mocap::gltf::Document::new(&scene, &options).expect("the fixture can be written")
         })
     };

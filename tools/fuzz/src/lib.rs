@@ -198,10 +198,7 @@ fn export_fbx(scene: &Scene, bytes: &[u8]) {
         1 => FbxOptions::of_target(FbxTarget::Unity),
         2 => FbxOptions::of_target(FbxTarget::Maya),
         3 => FbxOptions::of_target(FbxTarget::MotionBuilder),
-        4 => FbxOptions {
-            version: FbxVersion::V7400,
-            ..FbxOptions::default()
-        },
+        4 => FbxOptions::new().version(FbxVersion::V7400),
         _ => FbxOptions::default(),
     };
     let Ok((file, report)) = fbx::write(scene, &options) else {

@@ -259,11 +259,9 @@ impl WriteOptions {
         let has_bound = self.max_error.is_some() || compression != Compression::None;
         let bound = self.max_error.map_or_else(ErrorBound::default, ErrorBound::new);
         let bound = bound.shell_distance(self.shell_distance.unwrap_or_default());
-        GltfOptions {
-            compression,
-            error_bound: has_bound.then_some(bound),
-            ..GltfOptions::default()
-        }
+        GltfOptions::new()
+            .compression(compression)
+            .error_bound(has_bound.then_some(bound))
     }
 
     /// Why an option that was given has no effect on a format.
@@ -282,15 +280,14 @@ impl WriteOptions {
     }
 
     fn bvh(&self) -> bvh::BvhOptions {
-        bvh::BvhOptions {
-            order: self.order,
-            digits: self.digits,
-            channels: match self.channels {
+        bvh::BvhOptions::new()
+            .order(self.order)
+            .digits(self.digits)
+            .channels(match self.channels {
                 None | Some(ChannelCount::Auto) => bvh::Channels::Auto,
                 Some(ChannelCount::Three) => bvh::Channels::Three,
                 Some(ChannelCount::Six) => bvh::Channels::Six,
-            },
-        }
+            })
     }
 }
 

@@ -374,13 +374,12 @@ fn view(entry: &Entry, name: &str) -> Result<Answer, Failure> {
     };
     // Only a humanoid with a motion has contacts.
     let found = contacts(scene, 0, Some(&figure.humanoid), &ContactOptions::default()).ok();
-    let packed = PlayerClip::new(&PageClip {
-        clip: Clip { name, scene },
-        figure: Some(&figure),
-        glb: None,
-        contacts: found.as_ref(),
-        limb_angles: entry.limb_angles(),
-    });
+    let packed = PlayerClip::new(
+        &PageClip::new(Clip { name, scene })
+            .figure(Some(&figure))
+            .contacts(found.as_ref())
+            .limb_angles(entry.limb_angles()),
+    );
     let view = View {
         blocks: packed
             .blocks

@@ -51,17 +51,14 @@ impl FbxOutArgs {
             let message = "--max-error 0: FBX cannot be exact with fewer keys; name a length above 0, or leave it out";
             return Err(Failure::Usage(message.to_owned()));
         }
-        Ok(FbxOptions {
-            error_bound: max_error.map(ErrorBound::new),
-            ..self.fbx.options()
-        })
+        Ok(self.fbx.options().error_bound(max_error.map(ErrorBound::new)))
     }
 }
 
 /// Refuses files beside the output, for a `reason`.
 pub(super) fn check_one_file(fbx: &WritingFbx, reason: &str) -> Result<(), Failure> {
     match fbx.textures {
-        FbxTextures::Beside => Err(Failure::Usage(format!("--textures beside: {reason}"))),
         FbxTextures::Embedded => Ok(()),
+        _ => Err(Failure::Usage(format!("--textures beside: {reason}"))),
     }
 }

@@ -71,10 +71,7 @@ pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     let contact_bytes = match &args.contacts {
         Some(file) => {
             policy.check_inputs(file)?;
-            let options = ContactOptions {
-                hands: true,
-                ..ContactOptions::default()
-            };
+            let options = ContactOptions::new().hands(true);
             let found = contacts(&scene, 0, bones.as_ref(), &options);
             let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
             let bytes = match extension(file).as_str() {

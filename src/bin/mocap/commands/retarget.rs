@@ -225,10 +225,7 @@ pub(super) fn write(
     voice: &mut Voice<'_>,
 ) -> Result<(Vec<u8>, Vec<ImageFile>), Failure> {
     if format == "vrma" {
-        let options = vrma::VrmaOptions {
-            humanoid: retargeting.humanoid().cloned(),
-            ..vrma::VrmaOptions::default()
-        };
+        let options = vrma::VrmaOptions::new().humanoid(retargeting.humanoid().cloned());
         return Ok((vrma::write(&retargeting.scene_in_metres()?, &options)?.0, Vec::new()));
     }
     if format != "fbx"

@@ -228,16 +228,14 @@ impl Read {
     }
 
     fn page_clip(&self) -> PageClip<'_> {
-        PageClip {
-            clip: Clip {
-                name: &self.name,
-                scene: &self.scene,
-            },
-            figure: Some(&self.figure),
-            glb: self.glb.as_deref(),
-            contacts: self.contacts.as_ref(),
-            limb_angles: self.limb_angles.as_deref(),
-        }
+        PageClip::new(Clip {
+            name: &self.name,
+            scene: &self.scene,
+        })
+        .figure(Some(&self.figure))
+        .glb(self.glb.as_deref())
+        .contacts(self.contacts.as_ref())
+        .limb_angles(self.limb_angles.as_deref())
     }
 }
 
