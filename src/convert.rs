@@ -496,6 +496,23 @@ impl Conversion {
         Ok(scene.metadata.steps.len() > steps)
     }
 
+    /// Whether the output has other frames than the file.
+    pub(crate) fn takes_other_frames(&self) -> bool {
+        let of_file = self.clone().all_frames();
+        *self != of_file
+    }
+
+    /// The same conversion of all frames of the file.
+    pub(crate) fn all_frames(self) -> Self {
+        Self {
+            first: None,
+            last: None,
+            frame_rate: None,
+            first_frame: FirstFrame::Keep,
+            ..self
+        }
+    }
+
     /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
     fn needs(&self) -> Needs {
         Needs {

@@ -33,9 +33,9 @@ pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
 use self::source::{Mover, Moving};
 pub use self::target::Target;
-use crate::convert::{Conversion, FirstFrame};
+use crate::convert::{Conversion, FirstFrame, figure_of};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
 use crate::format::gltf::{GltfOptions, GltfReport, Provenance};
 use crate::process::{self, SkeletonMesh};
 use crate::retarget::{LimbAngles, Retargeter, check_figure};
@@ -125,8 +125,7 @@ impl Retargeting {
         })
     }
 
-    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetingOptions::conversion); for a
-    /// robot, a rest pose in the first frame is left out.
+    /// Converts a scene as it was read to metres with +Y up, by [`conversion`](RetargetingOptions::conversion).
     ///
     /// # Errors
     /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
@@ -134,13 +133,21 @@ impl Retargeting {
     pub fn prepare(&self, mut scene: Scene) -> Result<SourceMotion> {
         let conversion = self.options.conversion.clone();
         let mut conversion = conversion.bones(self.options.source_bones.clone());
-        if let Target::Robot(_) = self.target {
+        let has_other_frames = conversion.takes_other_frames();
+        let mut with_rest_pose = None;
+        // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
+        if has_other_frames && begins_with_rest_pose(&scene, &self.options.source_bones)? {
+            let mut whole = scene.clone();
+            conversion.clone().all_frames().apply(&mut whole)?;
+            with_rest_pose = Some(Box::new(whole));
             conversion = conversion.first_frame(FirstFrame::DropRestPose);
         }
         let assumptions = conversion.apply(&mut scene)?;
         Ok(SourceMotion {
             assumptions,
-            has_no_rest_pose: matches!(self.target, Target::Robot(_)),
+            is_rest_pose_left_out: with_rest_pose.is_some(),
+            has_other_frames,
+            with_rest_pose,
             ..SourceMotion::converted(scene)
         })
     }
@@ -178,30 +185,29 @@ impl Retargeting {
 
     /// What moves the motions of a source, which then has no rest pose in its first frame.
     fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
-        let bones = |scene: &Scene| humanoid(scene).with_map(scene, self.options.source_bones.clone());
+        let scene = source.shows_t_pose();
+        let bones = humanoid(scene).with_map(scene, self.options.source_bones.clone())?;
         let mover = match (&self.target, &self.figure) {
             (Target::Character(_) | Target::Skeleton(_), figure) => {
                 let target = self.target.scene();
                 let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
-                let from = Figure::with_bones(&source.scene, bones(&source.scene)?);
-                let retargeter =
-                    Retargeter::with_figures((&source.scene, from), (&target, figure), self.options.scale)?;
-                // Not before: that frame shows where the T-pose is.
-                source.leave_out_rest_pose()?;
+                let from = Figure::with_bones(scene, bones);
+                let retargeter = Retargeter::with_figures((scene, from), (&target, figure), self.options.scale)?;
                 Mover::Body(Box::new(retargeter))
             }
             (Target::Robot(robot), _) => {
-                source.leave_out_rest_pose()?;
                 let options = RobotOptions {
                     scale: self.options.scale,
-                    source: Some(bones(&source.scene)?),
+                    source: Some(bones),
                     map: self.options.target_bones.clone(),
                     velocity_limits: self.options.velocity_limits,
                     lock_feet: self.options.lock_feet,
                 };
-                Mover::Robot(Box::new(RobotRetargeter::new(&source.scene, robot, &options)?))
+                Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))
             }
         };
+        // Not before: that frame shows where the T-pose is.
+        source.leave_out_rest_pose()?;
         Ok(Moving {
             source,
             mover,
@@ -320,8 +326,13 @@ impl Retargeting {
     /// # Errors
     /// As [`Conversion::apply`].
     pub fn scene_in_metres(&self) -> Result<Scene> {
+        self.scene_converted(&Conversion::new())
+    }
+
+    /// The same in the unit and the axes of a conversion.
+    pub(crate) fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
         let mut scene = self.with_clips();
-        Conversion::new().apply(&mut scene)?;
+        conversion.apply(&mut scene)?;
         self.record(&mut scene);
         Ok(scene)
     }
@@ -343,4 +354,9 @@ impl Retargeting {
             clip.provenance.record(scene);
         }
     }
+}
+
+/// Whether the first frame is a rest pose, and the motion jumps after it.
+fn begins_with_rest_pose(scene: &Scene, bones: &HumanoidMap) -> Result<bool> {
+    Ok(figure_of(scene, bones)?.survey.first_frame_is_rest_pose)
 }

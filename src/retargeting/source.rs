@@ -36,8 +36,11 @@ pub struct SourceMotion {
     pub assumptions: Vec<Assumption>,
     /// Whether [`Retargeting::add`](super::Retargeting::add) has left out a rest pose in the first frame.
     pub is_rest_pose_left_out: bool,
-    /// Whether the conversion has left it out.
-    pub(super) has_no_rest_pose: bool,
+    /// Whether the conversion has taken other frames, and so knows of a rest pose in the first.
+    pub(super) has_other_frames: bool,
+    /// The motion with all its frames, where the first is a rest pose and the conversion has taken others: it shows
+    /// where the T-pose is.
+    pub(super) with_rest_pose: Option<Box<Scene>>,
 }
 
 impl SourceMotion {
@@ -49,7 +52,8 @@ impl SourceMotion {
             scene,
             assumptions: Vec::new(),
             is_rest_pose_left_out: false,
-            has_no_rest_pose: false,
+            has_other_frames: false,
+            with_rest_pose: None,
         }
     }
 
@@ -60,9 +64,15 @@ impl SourceMotion {
         self
     }
 
+    /// The scene in which the T-pose is looked for.
+    pub(super) fn shows_t_pose(&self) -> &Scene {
+        self.with_rest_pose.as_deref().unwrap_or(&self.scene)
+    }
+
     /// Leaves out a rest pose in the first frame, unless the conversion has done so.
     pub(super) fn leave_out_rest_pose(&mut self) -> Result<()> {
-        if !self.has_no_rest_pose {
+        self.with_rest_pose = None;
+        if !self.has_other_frames {
             self.is_rest_pose_left_out = Conversion::leave_out_rest_pose(&mut self.scene)?;
         }
         Ok(())
