@@ -22,6 +22,7 @@ pub(crate) mod warnings;
 mod written;
 mod xml;
 
+use std::fmt;
 use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -79,6 +80,12 @@ pub struct FormatInfo {
     pub states_bones: bool,
     /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::Provenance).
     pub states_origin: bool,
+}
+
+impl fmt::Debug for FormatInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("FormatInfo").field(&self.format).finish()
+    }
 }
 
 impl FormatInfo {

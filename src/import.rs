@@ -23,7 +23,7 @@ use crate::process::SkeletonMesh;
 #[cfg(doc)]
 use crate::scene::Origin;
 use crate::scene::robot::Robot;
-use crate::scene::{Format, RootOffset, Scene};
+use crate::scene::{Format, RootOffset, Scene, Topic};
 
 /// Imports a motion file with the default options.
 ///
@@ -363,6 +363,32 @@ impl Importer {
         match &input {
             Input::Whole(_) => self.read_source(&source),
             Input::Large(file) => self.read_large(file, &source),
+        }
+    }
+
+    /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`.
+    /// `import` imports it with the importer that it is given.
+    ///
+    /// ```
+    /// use mocap::Importer;
+    ///
+    /// let scene = Importer::new().at_rate(Some(30.0), |importer| importer.import("fixtures/real/cmu_02_01.amc"))?;
+    /// assert_eq!(scene.animations[0].ticks_per_second, 30.0); // an .amc states no rate
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of `import`.
+    pub fn at_rate(&self, rate: Option<f64>, import: impl Fn(&Self) -> Result<Scene>) -> Result<Scene> {
+        let assumes_rate = |scene: &Scene| {
+            let mut assumptions = scene.metadata.assumptions.iter();
+            assumptions.any(|assumption| assumption.topic == Topic::FrameRate)
+        };
+        let at = |rate| import(&self.clone().frame_rate(rate));
+        match (import(self), rate) {
+            (Err(error), Some(rate)) if error.code() == Code::FrameTime => at(rate),
+            (Ok(scene), Some(rate)) if assumes_rate(&scene) => at(rate),
+            (result, _) => result,
         }
     }
 

@@ -18,31 +18,38 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod files;
+mod form;
+mod maker;
 mod onto;
 mod reading;
 mod report;
 mod robot_format;
-mod run;
 mod source;
 mod text;
 mod writing;
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
-pub use self::onto::{Feet, Onto, OntoBody, OntoRobot, RequiredVerdict};
+use self::files::Files;
+pub use self::maker::{Made, Maker, Said};
+pub use self::onto::{Feet, Onto, OntoBody, RequiredVerdict};
 pub use self::reading::Reading;
 pub use self::report::{JobReport, OutputFile};
 pub use self::robot_format::RobotFormat;
-use self::run::{Files, Made};
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
 pub use self::text::{Angle, Length, Rest, StepLength, UnitChoice, UpChoice};
 pub use self::writing::{DrawnMesh, OutSpace, OutUp, Smaller, Writing, WritingBvh, WritingFbx};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Result};
-use crate::files::remove_unfinished;
+use crate::files::{ReplacePolicy, remove_unfinished};
 use crate::format::Written;
+use crate::format::gltf::Provenance;
 use crate::import::MemoryFile;
-use crate::verify::Verifier;
+use crate::scene::Scene;
+use crate::verify::{Verification, Verifier};
 
 /// One piece of work: inputs, changes, another body, an output.
 ///
@@ -122,31 +129,97 @@ impl Job {
     /// # Errors
     /// Those of its parts, with the file: of [`Importer::import`](crate::Importer::import), of the steps, of
     /// [`Retargeting`](crate::retargeting::Retargeting), of [`Exporter::export`](crate::Exporter::export).
+    /// [`Code::InvalidValue`] for standard output and for a folder of outputs, which are for programs:
+    /// [`Maker`] makes what they write.
     pub fn run(&self) -> Result<JobReport> {
+        self.run_with(&[])
+    }
+
+    /// As [`run`](Self::run), where the files of `given` are not on the disk, such as standard input, whose name is
+    /// `-`.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn run_with(&self, given: &[MemoryFile<'_>]) -> Result<JobReport> {
         let output = &self.write.output;
+        self.check_one_file()?;
         let policy = self.policy();
         policy.check_inputs(output)?;
+        let mut report = JobReport::default();
+        let maker = Maker::new(self, given, &mut |said| report.hear(said))?;
+        maker.check(&policy, output)?;
+        let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
         let Made {
             mut written,
-            mut report,
-            provenance,
-        } = self.make(&Files::Disk)?;
+            scene,
+            clips,
+        } = made;
         written.save(output, &policy)?;
         // Not before, because a `.gltf` that a killed process has left says whose its buffer is.
         remove_unfinished(output);
         report.describe(&mut written, output);
+        report.problem = maker.problem(&clips);
+        report.clips = clips;
         if self.write.verify {
-            let mut verifier = Verifier::new().importer(self.read.importer());
-            if let Some(provenance) = provenance {
-                verifier = verifier.provenance(provenance);
-            }
-            let verification = verifier.files(self.source.inputs.first().unwrap_or(output), output)?;
+            let verification = self.verify(scene, output)?;
             if !verification.is_within(self.write.smaller.tolerance()) {
                 report.problem = Some("the output is farther from its source than allowed".to_owned());
             }
             report.verification = Some(verification);
         }
         Ok(report)
+    }
+
+    /// Compares an output with the input of the job, from which `scene` was made.
+    ///
+    /// # Errors
+    /// As [`Verifier::files`].
+    pub fn verify(&self, scene: Option<Scene>, output: &Path) -> Result<Verification> {
+        let Some(input) = self.source.inputs.first() else {
+            return Err(Diagnostic::new(Code::InvalidValue, "the job names no input").into());
+        };
+        let verifier = Verifier::new()
+            .importer(self.read.importer())
+            .second_motions(self.source.with.clone());
+        // A BVH file does not say how it was made.
+        let verifier = match &scene {
+            Some(scene) => verifier.provenance(Provenance::of(scene)),
+            None => verifier,
+        };
+        // The keys of a long take are better gone before the file is read back.
+        drop(scene);
+        verifier.files(input, output)
+    }
+
+    /// Which files the output may replace: no input, and no file beside the inputs that the job reads.
+    pub fn policy(&self) -> ReplacePolicy {
+        let target = self.onto.as_ref().map(|onto| &onto.body().file);
+        let inputs = self.source.inputs.iter().chain(&self.source.with).chain(target);
+        ReplacePolicy::new(inputs).force(self.write.force)
+    }
+
+    /// Refuses what is not one file on a disk.
+    fn check_one_file(&self) -> Result<()> {
+        let many = self.source.inputs.iter().find(|input| input.is_dir());
+        let (message, help) = match many {
+            _ if self.write.is_stream() => (
+                "the job writes to standard output, which belongs to the program".to_owned(),
+                "name a file in write.output, or do the job with mocap run",
+            ),
+            Some(folder) if !self.write.is_folder() => (
+                format!(
+                    "{} is a folder, and its motions need a folder of outputs",
+                    folder.display()
+                ),
+                "name a folder in write.output, which ends in /, and do the job with mocap run",
+            ),
+            _ if self.write.is_folder() => (
+                "the job makes an output of each of many motions in a folder".to_owned(),
+                "do it with mocap run, or take a Maker, or name a file in write.output",
+            ),
+            _ => return Ok(()),
+        };
+        Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
     }
 
     /// Makes the output of files that are in memory, under the names that the job has for them. Nothing is read from a
@@ -172,9 +245,30 @@ impl Job {
             let message = "the job: write.verify compares files on a disk, and these are in memory";
             return Err(Diagnostic::new(Code::InvalidValue, message).into());
         }
-        let mut made = self.make(&Files::Memory(files))?;
-        made.report.describe(&mut made.written, &self.write.output);
-        Ok((made.written, made.report))
+        self.make_of(Files {
+            given: files,
+            has_disk: false,
+        })
+    }
+
+    /// Makes the output as [`run`](Self::run) does, and writes nothing. The files of `given` are not read from the
+    /// disk, such as standard input, whose name is `-`.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn make(&self, given: &[MemoryFile<'_>]) -> Result<(Written, JobReport)> {
+        self.make_of(Files { given, has_disk: true })
+    }
+
+    fn make_of(&self, files: Files<'_>) -> Result<(Written, JobReport)> {
+        let (mut report, output) = (JobReport::default(), &self.write.output);
+        let maker = Maker::of(self, files, &mut |said| report.hear(said))?;
+        let made = maker.make(&self.source.inputs, output, &mut |said| report.hear(said))?;
+        let mut written = made.written;
+        report.describe(&mut written, output);
+        report.problem = maker.problem(&made.clips);
+        report.clips = made.clips;
+        Ok((written, report))
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a writer of a format gives: files in memory, and what there is to say about them.
 
 use std::borrow::Cow;
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -176,6 +177,12 @@ pub struct Renamed {
     pub from: String,
     /// The name in the file.
     pub to: String,
+}
+
+impl fmt::Display for Renamed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "node \"{}\" has the name \"{}\" in the file", self.from, self.to)
+    }
 }
 
 /// The error of a file against the scene that it was written from, measured in double precision on the decoded values,

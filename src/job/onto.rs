@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use super::source::BoneMap;
 use super::text::{Angle, StepLength};
-use crate::error::Result;
-use crate::figure::HumanoidMap;
+use crate::error::{Code, Diagnostic, Result};
 use crate::retarget::Verdict;
+use crate::retargeting::{Report, RetargetingOptions};
 
 /// The body that a job puts its motions on.
 ///
@@ -29,10 +29,10 @@ pub enum Onto {
     /// The skeleton of a file alone, without what else is in it.
     Skeleton(OntoBody),
     /// A robot of URDF or MJCF.
-    Robot(OntoRobot),
+    Robot(OntoBody),
 }
 
-/// A character, or a skeleton.
+/// A character, a skeleton or a robot. An option that the other kind of body has is refused.
 ///
 /// ```
 /// use mocap::job::{Feet, OntoBody};
@@ -45,9 +45,9 @@ pub enum Onto {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OntoBody {
-    /// The file of the character or the skeleton.
+    /// The file of the character or the skeleton; of the robot, URDF or MJCF of MuJoCo.
     pub file: PathBuf,
-    /// Which of its joints are which bones, where the guess is wrong.
+    /// Which of its joints, or links of the robot, are which bones, where the guess is wrong.
     #[serde(skip_serializing_if = "is_default")]
     pub map: Option<BoneMap>,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor.
@@ -56,43 +56,17 @@ pub struct OntoBody {
     /// Whether feet are held still while those of the source stand.
     #[serde(skip_serializing_if = "is_default")]
     pub feet: Feet,
-    /// Whether the animations that the character has are left out; by default they stay.
+    /// Of a character: whether the animations that it has are left out; by default they stay.
     #[serde(skip_serializing_if = "is_default")]
     pub replace_animations: bool,
-    /// The largest allowed angle between a limb of the motion and that of the character in any frame, in degrees; above
-    /// it the job fails after it has written.
+    /// Of a character or a skeleton: the largest allowed angle between a limb of the motion and that of the character
+    /// in any frame, in degrees; above it the job fails after it has written.
     #[serde(skip_serializing_if = "is_default")]
     pub max_angle: Option<Angle>,
-}
-
-/// A robot.
-///
-/// ```
-/// use mocap::job::OntoRobot;
-///
-/// let robot: OntoRobot = serde_json::from_str(r#"{"file": "g1.urdf", "require": "fair"}"#).unwrap();
-/// assert!(robot.require.is_some());
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct OntoRobot {
-    /// The file of the robot: URDF, or MJCF of MuJoCo.
-    pub file: PathBuf,
-    /// Which of its links are which bones, where the guess is wrong.
-    #[serde(skip_serializing_if = "is_default")]
-    pub map: Option<BoneMap>,
-    /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor.
-    #[serde(skip_serializing_if = "is_default")]
-    pub scale: StepLength,
-    /// Whether feet stand where those of the source stand.
-    #[serde(skip_serializing_if = "is_default")]
-    pub feet: Feet,
-    /// Whether joints keep within the velocities too that the file of the robot allows.
+    /// Of a robot: whether joints keep within the velocities too that its file allows.
     #[serde(skip_serializing_if = "is_default")]
     pub velocity_limits: bool,
-    /// The worst verdict that is allowed; below it the job fails after it has written.
+    /// Of a robot: the worst verdict that is allowed; below it the job fails after it has written.
     #[serde(skip_serializing_if = "is_default")]
     pub require: Option<RequiredVerdict>,
 }
@@ -125,17 +99,7 @@ pub enum RequiredVerdict {
 }
 
 impl OntoBody {
-    /// The character or the skeleton of a file, with the defaults.
-    pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self {
-            file: file.into(),
-            ..Self::default()
-        }
-    }
-}
-
-impl OntoRobot {
-    /// The robot of a file, with the defaults.
+    /// The body of a file, with the defaults.
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
@@ -155,34 +119,79 @@ impl RequiredVerdict {
 }
 
 impl Onto {
-    /// The bones of the target that are stated.
-    pub(super) fn bones(&self) -> Result<HumanoidMap> {
-        let map = match self {
-            Self::Character(body) | Self::Skeleton(body) => &body.map,
-            Self::Robot(robot) => &robot.map,
+    /// The body, of whatever kind.
+    pub fn body(&self) -> &OntoBody {
+        match self {
+            Self::Character(body) | Self::Skeleton(body) | Self::Robot(body) => body,
+        }
+    }
+
+    /// The body, to be changed.
+    pub fn body_mut(&mut self) -> &mut OntoBody {
+        match self {
+            Self::Character(body) | Self::Skeleton(body) | Self::Robot(body) => body,
+        }
+    }
+
+    /// The options of a retargeting onto it.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for an option that is for another kind of body, and as [`BoneMap::bones`].
+    pub(super) fn options(&self) -> Result<RetargetingOptions> {
+        self.check()?;
+        let body = self.body();
+        let bones = body.map.as_ref().map(BoneMap::bones).transpose()?;
+        Ok(RetargetingOptions::new()
+            .scale(body.scale.0)
+            .lock_feet(body.feet == Feet::Lock)
+            .target_bones(bones.unwrap_or_default())
+            .replace_animations(body.replace_animations)
+            .velocity_limits(body.velocity_limits))
+    }
+
+    fn check(&self) -> Result<()> {
+        let body = self.body();
+        let (options, kind) = match self {
+            Self::Character(_) | Self::Skeleton(_) => (
+                [
+                    ("velocity-limits", body.velocity_limits),
+                    ("require", body.require.is_some()),
+                ],
+                "a robot",
+            ),
+            Self::Robot(_) => (
+                [
+                    ("replace-animations", body.replace_animations),
+                    ("max-angle", body.max_angle.is_some()),
+                ],
+                "a character",
+            ),
         };
-        map.as_ref().map_or_else(|| Ok(HumanoidMap::default()), BoneMap::bones)
-    }
-
-    /// The file of the target.
-    pub fn file(&self) -> &PathBuf {
-        match self {
-            Self::Character(body) | Self::Skeleton(body) => &body.file,
-            Self::Robot(robot) => &robot.file,
+        match options.iter().find(|(_, is_stated)| *is_stated) {
+            None => Ok(()),
+            Some((option, _)) => {
+                let message = format!("--{option} would do nothing: it is for {kind}; leave it out");
+                Err(Diagnostic::new(Code::InvalidValue, message).into())
+            }
         }
     }
 
-    pub(super) fn scale(&self) -> StepLength {
+    /// What of the motions is worse than is allowed.
+    pub(super) fn problem(&self, clips: &[Report]) -> Option<String> {
+        let body = self.body();
         match self {
-            Self::Character(body) | Self::Skeleton(body) => body.scale,
-            Self::Robot(robot) => robot.scale,
-        }
-    }
-
-    pub(super) fn feet(&self) -> Feet {
-        match self {
-            Self::Character(body) | Self::Skeleton(body) => body.feet,
-            Self::Robot(robot) => robot.feet,
+            Self::Robot(_) => {
+                let required = body.require?;
+                let clip = clips.iter().find(|clip| !required.allows(clip.verdict()))?;
+                let (name, verdict) = (clip.name(), clip.verdict().as_str());
+                Some(format!("{name}: the motion is {verdict}, which --require refuses"))
+            }
+            Self::Character(_) | Self::Skeleton(_) => {
+                let allowed = body.max_angle?.0;
+                let clips = clips.iter().filter_map(Report::body);
+                let worst = clips.max_by(|a, b| a.worst_degrees().total_cmp(&b.worst_degrees()))?;
+                worst.problem(allowed)
+            }
         }
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::Said;
 use crate::edit::EditReport;
 use crate::error::Diagnostic;
 use crate::format::{Achieved, Written};
@@ -64,6 +65,15 @@ pub struct OutputFile {
 }
 
 impl JobReport {
+    /// Keeps what was said.
+    pub(super) fn hear(&mut self, said: Said<'_>) {
+        match said {
+            Said::Warnings(_, warnings) => self.warnings.extend(warnings.iter().cloned()),
+            Said::Note(note) => self.notes.push(note.to_owned()),
+            Said::Step(step) => self.steps.push(step.clone()),
+        }
+    }
+
     /// Takes over what there is to say of an output.
     pub(super) fn describe(&mut self, written: &mut Written, output: &Path) {
         let name = output.file_name().unwrap_or_default().to_string_lossy();
@@ -80,12 +90,8 @@ impl JobReport {
             })
             .collect();
         self.notes.append(&mut written.notes);
-        self.notes.extend(
-            written
-                .renamed
-                .drain(..)
-                .map(|renamed| format!("node \"{}\" has the name \"{}\" in the file", renamed.from, renamed.to)),
-        );
+        self.notes
+            .extend(written.renamed.drain(..).map(|renamed| renamed.to_string()));
         self.warnings.append(&mut written.warnings);
         self.error = written.error.take();
     }

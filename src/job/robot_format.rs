@@ -1,16 +1,12 @@
 //! The formats of motions on robots.
 
-use std::path::Path;
-
-use super::writing::Writing;
 use crate::error::{Code, Diagnostic, Result};
-use crate::export::Exporter;
 use crate::format::Written;
 use crate::retargeting::{Retargeting, Target};
 use crate::robot::RobotMotion;
-use crate::scene::Format;
 
-/// A format of the motion of a robot.
+/// A format of the positions of a robot's joints. The links of a robot, as an animated skeleton, are written in every
+/// format that [`FORMATS`](crate::FORMATS) writes.
 ///
 /// ```
 /// use mocap::job::RobotFormat;
@@ -18,7 +14,6 @@ use crate::scene::Format;
 /// assert_eq!(RobotFormat::Qpos.extension(), "npz");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[non_exhaustive]
 pub enum RobotFormat {
     /// NumPy arrays: fps, root_pos, root_rot (x y z w), dof_pos, dof_names
@@ -29,13 +24,11 @@ pub enum RobotFormat {
     Csv,
     /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
     Qpos,
-    /// The links of the robot as an animated skeleton, in glTF
-    Glb,
 }
 
 impl RobotFormat {
     /// Every one.
-    pub const ALL: [Self; 5] = [Self::Npz, Self::Pkl, Self::Csv, Self::Qpos, Self::Glb];
+    pub const ALL: [Self; 4] = [Self::Npz, Self::Pkl, Self::Csv, Self::Qpos];
 
     /// The extension of its files.
     pub fn extension(self) -> &'static str {
@@ -43,7 +36,6 @@ impl RobotFormat {
             Self::Npz | Self::Qpos => "npz",
             Self::Pkl => "pkl",
             Self::Csv => "csv",
-            Self::Glb => "glb",
         }
     }
 
@@ -55,42 +47,35 @@ impl RobotFormat {
         }
     }
 
-    /// The format that the extension of a file names.
-    pub fn of_output(path: &Path) -> Option<Self> {
-        let extension = path.extension()?;
-        let mut formats = Self::ALL.into_iter().filter(|format| *format != Self::Qpos);
-        formats.find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    /// The format that users name so.
+    ///
+    /// ```
+    /// use mocap::job::RobotFormat;
+    ///
+    /// assert_eq!(RobotFormat::named("qpos"), Some(RobotFormat::Qpos));
+    /// ```
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
     }
 
-    /// The format of a job.
-    pub(super) fn of(writing: &Writing) -> Result<Self> {
-        let name = writing.extension();
-        Self::ALL
-            .into_iter()
-            .find(|format| format.name() == name)
-            .ok_or_else(|| {
-                let message = format!("a motion on a robot is not written as {name:?}");
-                let names = Self::ALL.map(Self::name).join(", ");
-                Diagnostic::new(Code::UnknownFormat, message)
-                    .expected_found(names, format!("{name:?}"))
-                    .into()
-            })
-    }
-
-    /// The file of the first motion.
+    /// The file of the motion.
     ///
     /// # Errors
-    /// [`Code::NoMotion`] where there is none; [`Code::MissingFeature`] where this build has no archives of NumPy.
+    /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where there are several;
+    /// [`Code::MissingFeature`] where this build has no archives of NumPy.
     pub fn write(self, retargeting: &Retargeting) -> Result<Written> {
-        let motion = retargeting.clips().iter().find_map(|clip| clip.robot_motion.as_ref());
-        let (Some(motion), Target::Robot(robot)) = (motion, retargeting.target()) else {
+        let mut motions = retargeting.clips().iter().filter_map(|clip| clip.robot_motion.as_ref());
+        let (Some(motion), Target::Robot(robot)) = (motions.next(), retargeting.target()) else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion on a robot").into());
         };
+        if motions.next().is_some() {
+            let message = format!("a {} of a robot has one motion; name one", self.name());
+            return Err(Diagnostic::new(Code::Unrepresentable, message).into());
+        }
         Ok(match self {
             Self::Npz | Self::Qpos => Written::from(self.archive(motion)?),
             Self::Pkl => Written::from(motion.to_pickle()),
             Self::Csv => Written::from(motion.to_csv(robot).into_bytes()),
-            Self::Glb => Exporter::new().write(&retargeting.scene_in_metres()?, Format::Gltf)?,
         })
     }
 

@@ -283,6 +283,7 @@ impl SourceFrames {
         let conversion = Conversion::new()
             .first_frame(self.drop_first_frame)
             .rest(self.rest.0)
+            .root(self.root)
             .trim(first, last);
         match self.fps {
             Some(rate) => conversion.frame_rate(rate),

@@ -7,12 +7,12 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 use super::text::{Length, UnitChoice};
 use crate::compress::ErrorBound;
-use crate::error::{Code, Diagnostic, Result};
+use crate::convert::Conversion;
 use crate::export::Exporter;
+use crate::format::WriteOption;
 use crate::format::bvh::{BvhOptions, Channels};
 use crate::format::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
 use crate::format::gltf::{BufferPlace, Compression, GltfOptions};
-use crate::format::{FormatInfo, WriteOption};
 use crate::process::SkeletonMesh;
 use crate::scene::{RotationOrder, UpAxis};
 
@@ -29,7 +29,8 @@ use crate::scene::{RotationOrder, UpAxis};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Writing {
-    /// The file to write. Its extension names the format.
+    /// The file to write; its extension names the format. - is standard output. `mocap run` makes an output of each
+    /// motion in a folder, which is there or ends in /.
     pub output: PathBuf,
     /// The format by one of its extensions, where the extension of the output is another; for a robot also qpos.
     #[serde(skip_serializing_if = "is_default")]
@@ -218,6 +219,21 @@ pub struct WritingFbx {
 }
 
 impl OutSpace {
+    /// A conversion to the unit and the axis that are stated.
+    pub(super) fn of(&self, mut conversion: Conversion) -> Conversion {
+        if let Some(metres) = self.metres_per_unit() {
+            conversion = conversion.out_metres_per_unit(metres);
+        }
+        match self.up() {
+            Some(up) => conversion.out_up(up),
+            None => conversion,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        is_default(self)
+    }
+
     /// Metres in a unit of the output, where that is stated.
     pub fn metres_per_unit(&self) -> Option<f64> {
         self.out_unit.and_then(UnitChoice::metres)
@@ -290,7 +306,7 @@ impl WritingFbx {
 
 impl Writing {
     /// The options that are stated, of those that only some formats take.
-    fn stated(&self) -> Vec<WriteOption> {
+    pub(super) fn stated(&self) -> Vec<WriteOption> {
         let Self {
             smaller,
             bvh,
@@ -329,30 +345,13 @@ impl Writing {
             .to_ascii_lowercase()
     }
 
-    /// The row of the format, and a name of the output that has its extension.
-    ///
-    /// # Errors
-    /// [`Code::UnknownFormat`] where no format is written under the extension; [`Code::InvalidValue`] where an option
-    /// is stated that the format does not take.
-    pub(super) fn row(&self) -> Result<(&'static FormatInfo, PathBuf)> {
+    /// A name for the files of an output at `path`: one that has the extension of the format.
+    pub(super) fn name_of(&self, path: &Path) -> PathBuf {
         let extension = self.extension();
-        let path = self.output.with_extension(&extension);
-        let Some(row) = FormatInfo::of_output(&path) else {
-            let message = format!("no format is written under the extension {extension:?}");
-            return Err(Diagnostic::new(Code::UnknownFormat, message)
-                .expected_found(
-                    FormatInfo::written_extensions(),
-                    format!("{:?}", self.output.display().to_string()),
-                )
-                .into());
-        };
-        let refused = self
-            .stated()
-            .into_iter()
-            .find_map(|option| row.refusal(option, &extension));
-        match refused {
-            Some(refusal) => Err(refusal.into()),
-            None => Ok((row, path)),
+        match path.extension() {
+            _ if path == Path::new("-") => Path::new("scene").with_extension(extension),
+            Some(own) if own.eq_ignore_ascii_case(&extension) => path.to_owned(),
+            _ => path.with_extension(extension),
         }
     }
 
@@ -377,9 +376,15 @@ impl Writing {
         }
     }
 
-    /// Whether the output is one stream of bytes, beside which no file can stand.
-    pub(super) fn is_stream(&self) -> bool {
+    /// Whether the output is standard output, beside which no file can stand.
+    pub fn is_stream(&self) -> bool {
         self.output == Path::new("-")
+    }
+
+    /// Whether the output is a folder, with an output of each motion: one that is there, or a name that ends in a
+    /// separator.
+    pub fn is_folder(&self) -> bool {
+        self.output.is_dir() || self.output.to_string_lossy().ends_with(std::path::is_separator)
     }
 }
 

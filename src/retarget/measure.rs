@@ -42,7 +42,7 @@ pub struct LimbError {
 }
 
 /// The feet of one skeleton in a motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FootMotion {
     /// The mean speed over the ground of feet that stand, in metres a second.
@@ -54,7 +54,7 @@ pub struct FootMotion {
 }
 
 /// The feet before and after.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FeetReport {
     /// Frames in which the source stands on a foot, those of both feet together.
@@ -68,7 +68,7 @@ pub struct FeetReport {
 }
 
 /// A leg that could not do what was asked of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Clamped {
     /// The foot that is elsewhere.
@@ -106,7 +106,7 @@ impl Verdict {
 }
 
 /// How well a motion sits on another skeleton.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RetargetReport {
     /// The name of the motion.

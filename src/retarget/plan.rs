@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::Quat;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::rules::{Above, Drive, Rule, Twist};
 use crate::figure::body::Body;
@@ -15,7 +15,7 @@ use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A bone that is not moved from one skeleton to the other.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Unmapped {
     /// The bone.

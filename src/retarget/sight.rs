@@ -7,7 +7,7 @@
 use std::fmt;
 
 use glam::{Quat, Vec3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::figure::axes::{angle_about, bend_axis};
 use crate::figure::body::Body;
@@ -24,7 +24,7 @@ const BENT: f32 = 0.34;
 const FEWEST: usize = 5;
 
 /// What of a body is compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Aspect {
@@ -55,7 +55,7 @@ impl Aspect {
 }
 
 /// How far something that an eye sees is off.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Seen {
     /// What is compared.

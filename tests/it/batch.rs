@@ -14,9 +14,7 @@ use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::program::command;
-
-const MANIFEST: &str = "mocap-manifest.jsonl";
+use crate::program::{MANIFEST, command};
 
 fn mocap(args: &[&str]) -> Command {
     let mut command = command(args);

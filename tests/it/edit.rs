@@ -7,6 +7,8 @@ mod command;
 mod feet;
 mod joined;
 mod laws;
+#[cfg(feature = "cli")]
+mod many;
 mod mirrored;
 
 use mocap::glam::{DMat4, DVec3, Vec3};

@@ -5,11 +5,6 @@ use std::fs;
 
 use crate::program::{Folder, words};
 
-fn manifest(folder: &Folder, name: &str) -> Vec<serde_json::Value> {
-    let text = String::from_utf8(folder.read(&format!("{name}/mocap-manifest.jsonl"))).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
-
 #[test]
 fn the_second_file_of_a_wildcard_is_not_an_output() {
     let folder = Folder::with(&["a.bvh", "b.bvh"]);
@@ -57,7 +52,7 @@ fn an_output_that_is_an_input_is_refused() {
     let output = folder.run("convert in -o in --to bvh --force");
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(folder.read("in/w.bvh"), before);
-    let record = &manifest(&folder, "in")[0];
+    let record = &folder.records("in")[0];
     assert!(
         record["error"].as_str().unwrap().contains("replace one of the inputs"),
         "{record}"
@@ -166,7 +161,7 @@ fn links_without_a_target_and_loops_are_rows_of_the_manifest() {
     symlink("..", folder.path("in/sub/up")).unwrap();
     let output = folder.run("convert in -o out");
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
-    let rows = manifest(&folder, "out");
+    let rows = folder.records("out");
     let errors: Vec<_> = rows
         .iter()
         .map(|row| (row["input"].as_str().unwrap(), row["error"].as_str().unwrap_or("")))
@@ -227,7 +222,7 @@ fn merging_manifests_removes_no_other_file() {
     folder.write("out/mocap-manifest.old.jsonl", b"notes of mine");
     folder.succeeds("merge-manifest out");
     assert_eq!(folder.read("out/mocap-manifest.old.jsonl"), b"notes of mine");
-    assert_eq!(manifest(&folder, "out").len(), 2);
+    assert_eq!(folder.records("out").len(), 2);
     assert_eq!(folder.run("merge-manifest in").status.code(), Some(1));
 }
 

@@ -5,6 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use serde_json::Value;
+
+/// The manifest of a folder of outputs.
+pub(crate) const MANIFEST: &str = "mocap-manifest.jsonl";
+
 /// The program with these arguments.
 pub(crate) fn command<A: AsRef<OsStr>>(arguments: &[A]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_mocap"));
@@ -92,6 +97,19 @@ impl Folder {
         let words = words(&output);
         assert!(output.status.success(), "{arguments}: {words}");
         words
+    }
+
+    /// Checks that a command ends with `status`. Returns what it says.
+    pub(crate) fn ends_with(&self, status: i32, arguments: &str) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
+        words(&output)
+    }
+
+    /// The lines of the manifest in a folder.
+    pub(crate) fn records(&self, name: &str) -> Vec<Value> {
+        let text = String::from_utf8(self.read(&format!("{name}/{MANIFEST}"))).unwrap();
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     }
 
     /// Checks that a command ends with `status`, says `reason`, and changes no file.

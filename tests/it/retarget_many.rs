@@ -4,9 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::program::{Folder, words};
-
-const MANIFEST: &str = "mocap-manifest.jsonl";
+use crate::program::Folder;
 
 /// Two motions, a file that is none, and a character beside them.
 fn folder() -> Folder {
@@ -20,17 +18,6 @@ fn folder() -> Folder {
 }
 
 const COMMAND: &str = "retarget in --character in/hero.gltf -o out/";
-
-fn ends_with(folder: &Folder, status: i32, arguments: &str) -> String {
-    let output = folder.run(arguments);
-    assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
-    words(&output)
-}
-
-fn records(folder: &Folder, name: &str) -> Vec<Value> {
-    let text = String::from_utf8(folder.read(&format!("{name}/{MANIFEST}"))).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
 
 #[test]
 fn each_motion_gets_the_output_that_it_has_alone() {
@@ -47,7 +34,7 @@ fn each_motion_gets_the_output_that_it_has_alone() {
             "{output}"
         );
     }
-    let records = records(&folder, "out");
+    let records = folder.records("out");
     let count = |verdict: &str| {
         let has = |record: &&Value| record["retarget"][0]["verdict"] == verdict;
         records.iter().filter(has).count()
@@ -66,7 +53,7 @@ fn a_file_without_a_motion_is_left_out_and_reported() {
     let folder = folder();
     folder.write("in/arm.bvh", &fs::read("fixtures/real/lecture_Test.bvh").unwrap());
     folder.write("in/broken.bvh", b"HIERARCHY\nROOT");
-    let said = ends_with(&folder, 3, COMMAND);
+    let said = folder.ends_with(3, COMMAND);
     assert!(
         said.contains("2 of 4 files converted, 0 done before, 2 failed"),
         "{said}"
@@ -76,7 +63,8 @@ fn a_file_without_a_motion_is_left_out_and_reported() {
         "{said}"
     );
     assert!(folder.path("out/a.gltf").exists() && !folder.path("out/arm.gltf").exists());
-    let failed: Vec<Value> = records(&folder, "out")
+    let failed: Vec<Value> = folder
+        .records("out")
         .into_iter()
         .filter(|record| !record["error"].is_null())
         .collect();
@@ -107,7 +95,7 @@ fn only_what_changed_is_retargeted_again() {
 fn the_largest_angle_counts_also_for_motions_that_were_done_before() {
     let folder = folder();
     folder.succeeds(COMMAND);
-    let said = ends_with(&folder, 1, &format!("{COMMAND} --resume --max-angle 0"));
+    let said = folder.ends_with(1, &format!("{COMMAND} --resume --max-angle 0"));
     assert!(said.contains("2 done before"), "{said}");
     assert!(
         said.contains("2 of 2 clips are farther off than --max-angle allows"),
@@ -127,7 +115,7 @@ fn shards_make_what_one_run_makes() {
     }
     folder.succeeds("merge-manifest parts");
     let without_seconds = |name: &str| {
-        let mut records = records(&folder, name);
+        let mut records = folder.records(name);
         for record in &mut records {
             record.as_object_mut().unwrap().remove("seconds");
         }
@@ -147,7 +135,7 @@ fn a_file_of_another_program_is_replaced_by_force_alone() {
     folder.succeeds(command);
     folder.succeeds(&format!("{command} --scale 1.5"));
     folder.write("out/b.bvh", &folder.read("in/a.bvh"));
-    let said = ends_with(&folder, 1, command);
+    let said = folder.ends_with(1, command);
     assert!(said.contains("--force"), "{said}");
     assert!(folder.read("out/b.bvh") == folder.read("in/a.bvh"));
     folder.succeeds(&format!("{command} --force"));
@@ -155,7 +143,7 @@ fn a_file_of_another_program_is_replaced_by_force_alone() {
     // An input is not replaced at all.
     let before = folder.read("in/below/b.bvh");
     let command = "retarget in/below --to-skeleton in/a.bvh --to bvh -o in/below --force";
-    ends_with(&folder, 1, command);
+    folder.ends_with(1, command);
     assert!(folder.read("in/below/b.bvh") == before);
 }
 
@@ -175,7 +163,7 @@ fn what_cannot_be_done_for_many_is_refused() {
         &format!("{COMMAND} --json"),
         "the manifest in the folder has those of many",
     );
-    refused(&format!("{COMMAND} --to bvh"), "--to: the format must be .gltf");
+    refused(&format!("{COMMAND} --to glb"), "--to: the format must be .gltf");
     refused(
         &format!("{COMMAND} --to fbx --textures beside"),
         "textures of many files",

@@ -2,11 +2,7 @@
 
 use std::fs;
 
-use serde_json::Value;
-
-use crate::program::{Folder, words};
-
-const MANIFEST: &str = "mocap-manifest.jsonl";
+use crate::program::Folder;
 
 /// Two motions, and a robot.
 fn folder() -> Folder {
@@ -16,18 +12,6 @@ fn folder() -> Folder {
     folder.write("in/below/b.bvh", &short);
     folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
     folder
-}
-
-/// What the program says, which ends with `status`.
-fn ends_with(folder: &Folder, status: i32, arguments: &str) -> String {
-    let output = folder.run(arguments);
-    assert_eq!(output.status.code(), Some(status), "{arguments}: {}", words(&output));
-    words(&output)
-}
-
-fn records(folder: &Folder, name: &str) -> Vec<Value> {
-    let text = String::from_utf8(folder.read(&format!("{name}/{MANIFEST}"))).unwrap();
-    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
@@ -52,12 +36,12 @@ fn a_verdict_counts_also_for_motions_that_were_done_before() {
     let folder = folder();
     let command = "robot in --robot robot.urdf -o out --fps 60 --resume";
     folder.succeeds(command);
-    let records = records(&folder, "out");
+    let records = folder.records("out");
     assert!(
         records.iter().all(|record| record["robot"]["verdict"] == "fair"),
         "{records:?}"
     );
-    let said = ends_with(&folder, 1, &format!("{command} --require good"));
+    let said = folder.ends_with(1, &format!("{command} --require good"));
     assert!(
         said.contains("2 done before") && said.contains("0 good, 2 fair, 0 poor"),
         "{said}"
@@ -73,11 +57,7 @@ fn a_verdict_counts_also_for_motions_that_were_done_before() {
 #[test]
 fn what_is_said_of_one_motion_is_what_was_found() {
     let folder = folder();
-    let said = ends_with(
-        &folder,
-        1,
-        "robot in/a.bvh --robot robot.urdf -o a.npz --fps 60 --require good",
-    );
+    let said = folder.ends_with(1, "robot in/a.bvh --robot robot.urdf -o a.npz --fps 60 --require good");
     assert!(
         said.contains("a: fair: limbs ") && said.contains("error: a: the motion is fair, which --require refuses"),
         "{said}"
@@ -119,8 +99,10 @@ mod reports {
     use mocap::arrays::table::arrow_array::types::Float64Type;
     use mocap::arrays::table::arrow_array::{Array, RecordBatch};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use serde_json::Value;
 
     use super::*;
+    use crate::program::MANIFEST;
 
     fn table(folder: &Folder, name: &str) -> RecordBatch {
         let file = File::open(folder.path(name)).unwrap();
@@ -146,12 +128,8 @@ mod reports {
     #[test]
     fn there_is_a_row_for_each_motion_as_in_the_manifest() {
         let folder = folder_with_broken();
-        ends_with(
-            &folder,
-            3,
-            "robot in --robot robot.urdf -o out --fps 30 --report out/r.parquet",
-        );
-        let (table, records) = (table(&folder, "out/r.parquet"), records(&folder, "out"));
+        folder.ends_with(3, "robot in --robot robot.urdf -o out --fps 30 --report out/r.parquet");
+        let (table, records) = (table(&folder, "out/r.parquet"), folder.records("out"));
         let some = |text: &str| Some(text.to_owned());
         assert_eq!(
             texts(&table, "clip"),
@@ -196,7 +174,7 @@ mod reports {
         let folder = folder_with_broken();
         let run = |more: &str| {
             let command = format!("robot in --robot robot.urdf --fps 10 {more}");
-            ends_with(&folder, 3, &command)
+            folder.ends_with(3, &command)
         };
         run("-o out --report whole.parquet");
         let whole = folder.read("whole.parquet");

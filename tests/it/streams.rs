@@ -231,7 +231,7 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
         &["convert", "-", "-", "--verify"],
         &["view", "fixtures/made", "-o", "-"],
         &["edit", "-", "-o", "-", "--step", "smooth", "--json"],
-        &["retarget", captured, character, "-o", "-", "--to", "bvh"],
+        &["retarget", captured, character, "-o", "-", "--to", "gltf"],
         &["retarget", captured, "-", "-o", "-"],
     ] {
         let output = mocap_with_input(refused, walk);

@@ -3,12 +3,11 @@
 mod arrays;
 mod batch;
 mod change;
-mod compress;
 mod edit;
-mod fbx;
 mod given;
 mod help;
 mod job;
+mod onto;
 mod pictures;
 mod read;
 mod retarget;
@@ -19,7 +18,7 @@ mod write;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use mocap::job::{DrawnMesh, Length, Reading, SourceMap, SourceSpace};
+use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::FkArgs;
 #[cfg(feature = "parquet")]
@@ -27,7 +26,6 @@ pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::edit::EditArgs;
-pub(crate) use self::fbx::{FbxOutArgs, NOT_ONE_FILE};
 pub(crate) use self::given::Given;
 pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::read::FrameRateArgs;
@@ -100,9 +98,6 @@ pub(crate) struct ConvertArgs {
     /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
-    #[arg(long, value_name = "KIND")]
-    pub(crate) mesh: Option<DrawnMesh>,
     /// Embed the buffer of a .gltf, instead of writing a .bin beside it
     #[arg(long)]
     pub(crate) embed: bool,

@@ -61,13 +61,8 @@ impl From<io::Error> for Failure {
 fn main() -> ExitCode {
     let (args, given) = Args::parse_with_given();
     let result = match &args.command {
-        Command::Convert(args) => match &args.batch.out_dir {
-            Some(folder) => commands::convert_many::run(args, folder, &given),
-            None => commands::convert::run(args, &given),
-        },
-        Command::Retarget(args) if args.is_many() => commands::retarget_many::run(args, &given),
+        Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),
-        Command::Robot(args) if args.is_many() => commands::robot_many::run(args, &given),
         Command::Robot(args) => commands::robot::run(args, &given),
         Command::Edit(args) => commands::edit::run(args, &given),
         Command::Info(args) => commands::info::run(args),
@@ -81,7 +76,7 @@ fn main() -> ExitCode {
         Command::Check(args) => commands::check::run(args),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
-        Command::Run(args) => commands::run::run(args),
+        Command::Run(args) => commands::run::run(args, &given),
         Command::Formats => commands::formats::run(),
         Command::MergeManifest(args) => commands::merge_manifest::run(args),
         Command::View(args) => commands::view::run(args),

@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use mocap::job::Said;
 pub(crate) use mocap::visible;
 use mocap::{Diagnostic, Error};
 use serde::Serialize;
@@ -43,6 +44,16 @@ impl Voice<'_> {
         match self {
             Self::Aloud => say(message),
             Self::Kept(lines) => lines.push(message.to_owned()),
+        }
+    }
+
+    /// Passes on what a job says.
+    pub(crate) fn hear(&mut self, said: Said<'_>) {
+        match said {
+            Said::Warnings(path, found) => self.warnings(path, found),
+            Said::Note(note) => self.say(note),
+            Said::Step(step) => self.say(&step.to_string()),
+            _ => {}
         }
     }
 

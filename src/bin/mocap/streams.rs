@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
-use mocap::{Importer, Scene};
+use mocap::job::Job;
+use mocap::{Importer, MemoryFile, Scene, Written};
 
 use crate::{Failure, report};
 
@@ -16,18 +17,33 @@ pub(crate) fn is_standard(path: &Path) -> bool {
 
 /// Imports a file or standard input, which is read once however often it is imported.
 pub(crate) fn import(importer: &Importer, path: &Path) -> mocap::Result<Scene> {
-    static INPUT: OnceLock<Vec<u8>> = OnceLock::new();
-    if !is_standard(path) {
-        return importer.import(path);
+    match is_standard(path) {
+        true => importer.read(standard_input(importer)?[0].bytes, path),
+        false => importer.import(path),
     }
-    let bytes = match INPUT.get() {
+}
+
+/// What of the inputs of a job is not on a disk: standard input, where it is one of them.
+pub(crate) fn given(job: &Job) -> mocap::Result<&'static [MemoryFile<'static>]> {
+    let inputs = &job.source.inputs;
+    match inputs.iter().chain(&job.source.with).any(|input| is_standard(input)) {
+        true => standard_input(&job.read.importer()),
+        false => Ok(&[]),
+    }
+}
+
+/// Standard input, under the name `-`.
+fn standard_input(importer: &Importer) -> mocap::Result<&'static [MemoryFile<'static>]> {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    static INPUT: OnceLock<[MemoryFile<'static>; 1]> = OnceLock::new();
+    let bytes = match BYTES.get() {
         Some(bytes) => bytes,
         None => {
-            let bytes = importer.read_stream(io::stdin().lock(), path)?;
-            INPUT.get_or_init(|| bytes)
+            let bytes = importer.read_stream(io::stdin().lock(), "-")?;
+            BYTES.get_or_init(|| bytes)
         }
     };
-    importer.read(bytes, path)
+    Ok(INPUT.get_or_init(|| [MemoryFile { name: "-", bytes }]))
 }
 
 /// Refuses an output that would replace an input or a file that may be a source.
@@ -48,4 +64,16 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut out = report::stdout();
     out.write_all(bytes)?;
     Ok(out.flush()?)
+}
+
+/// Writes the files of an output, as `policy` allows, or the one file to standard output.
+pub(crate) fn save(written: &mut Written, output: &Path, policy: &ReplacePolicy) -> Result<(), Failure> {
+    if is_standard(output) {
+        let written = Written::clone(written);
+        return write(output, &written.into_bytes()?);
+    }
+    written.save(output, policy)?;
+    // Not before, because a `.gltf` that is left says whose its buffer is.
+    remove_unfinished(output);
+    Ok(())
 }

@@ -6,20 +6,26 @@ use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
 use mocap::job::{SourceMap, SourceSpace};
 
-use super::{FbxOutArgs, FrameRateArgs, PrintJobArgs};
+use super::batch::is_folder;
+use super::{FrameRateArgs, InputArgs, OutputFormat, PrintJobArgs, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
 pub(crate) struct EditArgs {
-    /// The motion to change, and after it those that steps join, blend or layer with it
+    /// The motion to change, and after it those that steps join, blend or layer with it; with a folder as output the
+    /// motions to change, folders and wildcards
     #[arg(required = true, value_name = "IN")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write: .glb, .gltf, .bvh or .fbx, or - for standard output
-    #[arg(short, long, value_name = "FILE")]
+    /// The file to write, in any format of mocap formats, or - for standard output. A folder, which is there or ends in
+    /// /, gets an output of each motion, and a manifest
+    #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Format of standard output [default: glb]
-    #[arg(long, value_name = "FORMAT", value_parser = ["glb", "gltf", "bvh", "fbx"])]
-    pub(crate) to: Option<String>,
+    /// Format of standard output, or of the outputs in a folder [default: glb]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: Option<OutputFormat>,
+    /// A motion that steps join, blend or layer with each motion; once for each
+    #[arg(long, value_name = "FILE")]
+    pub(crate) with: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) steps: Steps,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz
@@ -34,11 +40,17 @@ pub(crate) struct EditArgs {
     /// Print what each step changed as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Compare the written file with its source, as `mocap verify` does
+    #[arg(long)]
+    pub(crate) verify: bool,
     /// Replace a file that may be a source; an input is never replaced
     #[arg(long)]
     pub(crate) force: bool,
+    /// Skip motions that were changed in the same steps, according to the manifest, and are unchanged
+    #[arg(long)]
+    pub(crate) resume: bool,
     #[command(flatten)]
-    pub(crate) fbx: FbxOutArgs,
+    pub(crate) write: WriteArgs,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -46,7 +58,18 @@ pub(crate) struct EditArgs {
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
     #[command(flatten)]
+    pub(crate) many: InputArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+    #[command(flatten)]
     pub(crate) print: PrintJobArgs,
+}
+
+impl EditArgs {
+    /// Whether the output is a folder, with an output of each motion.
+    pub(crate) fn is_many(&self) -> bool {
+        is_folder(&self.output)
+    }
 }
 
 /// The steps in the order given: those of --step, and --loop, which is one of them.

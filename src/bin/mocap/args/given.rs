@@ -1,10 +1,14 @@
 //! Which options stand on the command line, and which of them the outputs depend on.
 
+use std::ffi::OsStr;
+use std::path::Path;
+
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
 use super::{Args, BatchArgs, help};
 use crate::Failure;
+use crate::batch::hash::sha256;
 
 /// What the parsed arguments do not tell.
 #[derive(Debug, Default)]
@@ -58,7 +62,7 @@ impl Args {
                 if !is_of_batch(arg)
                     && let Ok(Some(values)) = matches.try_get_raw(id)
                 {
-                    let values: Vec<_> = values.map(|value| value.to_string_lossy()).collect();
+                    let values: Vec<_> = values.map(|value| text(id, value)).collect();
                     options.push(format!("{id}={}", values.join(",")));
                 }
             }
@@ -66,4 +70,11 @@ impl Args {
         given.options = options.join(" ");
         (args, given)
     }
+}
+
+/// A value as text. A file on whose contents an output depends is its SHA-256.
+fn text(id: &str, value: &OsStr) -> String {
+    let is_file = ["map", "skeleton"].contains(&id);
+    let hash = is_file.then(|| sha256(Path::new(value)).ok()).flatten();
+    hash.map_or_else(|| value.to_string_lossy().into_owned(), |hash| format!("sha256:{hash}"))
 }

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Feet, Reading, RequiredVerdict, RobotFormat, SourceMap, SourceSpace, StepLength};
+use mocap::job::{BoneMap, Reading, RequiredVerdict};
 
-use super::{InputArgs, PrintJobArgs, SpreadArgs};
+use super::onto::OntoArgs;
+use super::write::extensions_and;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
@@ -16,25 +17,21 @@ pub(crate) struct RobotArgs {
     /// The robot: a .urdf file, or an .xml file of MuJoCo
     #[arg(long, value_name = "FILE")]
     pub(crate) robot: PathBuf,
-    /// The file to write, .npz, .pkl, .csv or .glb, or - for standard output; of several motions the folder to write
-    /// into
+    /// The file to write, or - for standard output; of several motions the folder to write into. .npz (NumPy), .pkl (a
+    /// pickle, as GMR writes it) and .csv have the position of every joint; .glb and the other formats of mocap formats
+    /// have the links of the robot as an animated skeleton
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Format of the outputs [default: what the name of the output says, else npz]
-    #[arg(long, value_name = "FORMAT")]
-    pub(crate) to: Option<RobotFormat>,
+    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z [default: what the name of the
+    /// output says, else npz]
+    #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["npz", "pkl", "csv", "qpos"]))]
+    pub(crate) to: Option<String>,
     /// Frames per second to write [default: those of the motion]
     #[arg(long, value_name = "RATE")]
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TimeRange>,
-    /// How large the steps are: auto (in the proportion of the legs), none (as in the source), or a factor
-    #[arg(long, value_name = "SCALE", default_value = "auto")]
-    pub(crate) scale: StepLength,
-    /// Feet: lock (they stand where those of the source stand), or free
-    #[arg(long, value_name = "KIND", default_value = "lock")]
-    pub(crate) feet: Feet,
     /// Keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
@@ -45,31 +42,14 @@ pub(crate) struct RobotArgs {
     /// Exit with 1 where the verdict of a motion is worse than this
     #[arg(long, value_name = "VERDICT")]
     pub(crate) require: Option<RequiredVerdict>,
-    /// Skip motions that were put on the robot with the same options, according to the manifest, and are unchanged
-    #[arg(long)]
-    pub(crate) resume: bool,
     /// Write the reports of many motions as a table to this .parquet file, a row for each; with --shard 1/8, x.parquet
     /// is x.1-of-8.parquet
     #[arg(long, value_name = "FILE")]
     pub(crate) report: Option<PathBuf>,
-    /// Print the report of one motion as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Replace a file that may be a source; an input is never replaced
-    #[arg(long)]
-    pub(crate) force: bool,
     #[command(flatten)]
-    pub(crate) source: SourceSpace,
-    #[command(flatten)]
-    pub(crate) map: SourceMap,
+    pub(crate) onto: OntoArgs,
     #[command(flatten)]
     pub(crate) read: Reading,
-    #[command(flatten)]
-    pub(crate) inputs: InputArgs,
-    #[command(flatten)]
-    pub(crate) spread: SpreadArgs,
-    #[command(flatten)]
-    pub(crate) print: PrintJobArgs,
 }
 
 impl RobotArgs {

@@ -2,9 +2,12 @@
 
 use std::path::PathBuf;
 
+use super::{InputArgs, SpreadArgs};
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
-    /// The job: a JSON file, or - for standard input; paths in it are relative to the current folder
+    /// The job: a JSON file, or - for standard input; paths in it are relative to the current folder. Where its output
+    /// is a folder, each motion of its inputs gets an output, and inputs may be folders and wildcards
     #[arg(required_unless_present = "schema", value_name = "JOB")]
     pub(crate) job: Option<PathBuf>,
     /// Print what was done as JSON
@@ -13,6 +16,13 @@ pub(crate) struct RunArgs {
     /// Print the JSON Schema of a job
     #[arg(long, exclusive = true)]
     pub(crate) schema: bool,
+    /// Skip motions that were made by the same job, according to the manifest, and are unchanged
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
 }
 
 /// `--print-job`, for commands that do a job.

@@ -4,12 +4,11 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use clap::ValueEnum;
-use clap::builder::PossibleValue;
-use mocap::{Exporter, FORMATS, Format, FormatInfo, WriteOption};
+use clap::builder::{PossibleValue, PossibleValuesParser};
+use mocap::job::{DrawnMesh, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
+use mocap::{Diagnostic, FORMATS, Format, FormatInfo, WriteOption};
 
-use mocap::job::{Smaller, Writing, WritingBvh, WritingFbx};
-
-use super::{Given, compress, fbx};
+use super::Given;
 use crate::Failure;
 
 /// A written format, by one of its extensions.
@@ -51,41 +50,39 @@ impl ValueEnum for OutputFormat {
     }
 }
 
+/// The extensions of all written formats, and other names.
+pub(super) fn extensions_and(others: &[&'static str]) -> PossibleValuesParser {
+    let written = WRITTEN.iter().map(|format| format.extension);
+    PossibleValuesParser::new(written.chain(others.iter().copied()))
+}
+
 /// The options of all writers.
 #[derive(Debug, clap::Args)]
 pub(crate) struct WriteArgs {
+    /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
+    #[arg(long, value_name = "KIND")]
+    mesh: Option<DrawnMesh>,
     /// Keep constant tracks in the animation; by default they become part of the rest pose
     #[arg(long)]
     pub(crate) keep_constant: bool,
     #[command(flatten)]
-    pub(crate) bvh: WritingBvh,
+    bvh: WritingBvh,
     #[command(flatten)]
-    pub(crate) fbx: WritingFbx,
+    fbx: WritingFbx,
     #[command(flatten)]
     pub(crate) smaller: Smaller,
+    #[command(flatten)]
+    pub(crate) out: OutSpace,
 }
 
 impl WriteArgs {
-    /// The exporter to a format, unless one of the options has no effect there. Where `one_file` gives a reason,
-    /// no textures may stand beside the output.
-    pub(crate) fn exporter(
-        &self,
-        given: &Given,
-        format: OutputFormat,
-        one_file: Option<&str>,
-    ) -> Result<Exporter, Failure> {
-        refuse_options(given, format)?;
-        compress::check(&self.smaller, given, format)?;
-        if let Some(reason) = one_file {
-            fbx::check_one_file(&self.fbx, reason)?;
-        }
-        let mut writing = Writing::default();
-        self.fill(&mut writing);
-        Ok(writing.exporter().format(format.format))
-    }
-
-    /// Puts the options into a job.
-    pub(super) fn fill(&self, writing: &mut Writing) {
+    /// Puts the options into a job, and an output in the format of `extension`.
+    pub(super) fn fill(&self, writing: &mut Writing, output: &Path, extension: &str) {
+        let own = output.extension().unwrap_or_default();
+        writing.output = output.to_owned();
+        writing.to = (!own.eq_ignore_ascii_case(extension)).then(|| extension.to_owned());
+        writing.mesh = self.mesh;
+        writing.space = self.out.clone();
         writing.keep_constant = self.keep_constant;
         writing.smaller = self.smaller.clone();
         writing.bvh = self.bvh.clone();
@@ -93,11 +90,13 @@ impl WriteArgs {
     }
 }
 
-/// Refuses the options that have no effect on a format, as its row says.
-pub(crate) fn refuse_options(given: &Given, format: OutputFormat) -> Result<(), Failure> {
+/// Refuses the options that have no effect on an output, also where they have the value of their default.
+pub(crate) fn refuse_options(
+    given: &Given,
+    refusal: impl Fn(WriteOption) -> Option<Diagnostic>,
+) -> Result<(), Failure> {
     let given = WriteOption::ALL.into_iter().filter(|option| given.has(option.as_str()));
-    let mut refused = given.filter_map(|option| format.row().refusal(option, format.extension));
-    match refused.next() {
+    match given.filter_map(refusal).next() {
         Some(refusal) => Err(Failure::Usage(refusal.message)),
         None => Ok(()),
     }

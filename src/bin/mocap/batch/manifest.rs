@@ -52,6 +52,9 @@ pub(crate) struct Record {
     /// How well each clip sits on the character: a list of [`RetargetReport`](mocap::retarget::RetargetReport) as text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) retarget: Option<Box<RawValue>>,
+    /// What each step changed: a list of [`EditReport`](mocap::edit::EditReport) as text.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) edit: Option<Box<RawValue>>,
     /// The duration of the work.
     pub(crate) seconds: f64,
 }
@@ -74,6 +77,7 @@ impl Record {
             guesses: Vec::new(),
             robot: None,
             retarget: None,
+            edit: None,
             seconds: 0.0,
         }
     }

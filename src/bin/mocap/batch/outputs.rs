@@ -4,7 +4,8 @@ use std::collections::{HashMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mocap::files::{ReplacePolicy, has_provenance, unfinished_target, write_file};
+use mocap::Written;
+use mocap::files::{ReplacePolicy, has_provenance, unfinished_target};
 use walkdir::WalkDir;
 
 use super::hash::sha256;
@@ -25,18 +26,17 @@ pub(crate) struct Output<'a> {
 impl Output<'_> {
     /// Whether a former run has written the file that is there, according to the manifest, and it has not changed
     /// since.
-    pub(crate) fn is_known(&self) -> bool {
+    fn is_known(&self) -> bool {
         let written = self.written;
         written.is_some_and(|written| sha256(&self.path).is_ok_and(|found| found == written))
     }
 
-    /// Writes the file, unless it would replace an input or a file that may be a source.
-    pub(crate) fn write(&self, bytes: &[u8]) -> mocap::Result<()> {
-        self.policy.check_inputs(&self.path)?;
-        if !self.is_known() {
-            self.policy.check_bytes(&self.path, bytes)?;
+    /// Writes the files, unless one would replace an input or a file that may be a source.
+    pub(crate) fn save(&self, written: &Written) -> mocap::Result<()> {
+        match self.is_known() {
+            true => written.save(&self.path, &self.policy.clone().force(true)),
+            false => written.save(&self.path, self.policy),
         }
-        write_file(&self.path, bytes)
     }
 }
 

@@ -2,112 +2,58 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::fbx::FbxOptions;
-use mocap::files::ReplacePolicy;
-use mocap::job::Feet;
 use mocap::retarget::RetargetReport;
-use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
-use mocap::scene::{Scene, Topic};
-use mocap::{Code, Importer, SkeletonMesh, vrma};
+use mocap::retargeting::Report;
 
-use super::{
-    ImageFile, check_json, extension, import_moving, output_format, print_json, run as job, scene_bytes, short_name,
-    unknown_extension, write_whole_output,
-};
+use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job};
 use crate::args::{Given, RetargetArgs};
 use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let (motions, file) = inputs(args)?;
-    given.refuse(
-        &["resume", "shard", "threads", "progress", "quiet", "allow-empty"],
-        "all motions go into one file; -o FOLDER/ makes a file of each",
-    )?;
-    if let Some(folder) = motions.iter().find(|motion| motion.is_dir()) {
-        let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
-        return Err(Failure::Usage(format!("{} {message}", folder.display())));
+    if streams::is_standard(&file) {
+        let message = "the character cannot come from standard input: name a file, not -";
+        return Err(Failure::Usage(message.to_owned()));
     }
-    check_json(args.json, &args.output)?;
-    let policy = ReplacePolicy::new(args.paths.iter().chain([&file])).force(args.force);
-    if !streams::is_standard(&args.output) {
-        policy.check_inputs(&args.output)?;
+    let to = args.to.as_deref();
+    if args.is_many() {
+        if args.onto.json {
+            let message = "--json prints the report of one output; the manifest in the folder has those of many";
+            return Err(Failure::Usage(message.to_owned()));
+        }
+        let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
+        let job = args.job(&motions, &file, &format);
+        return match args.onto.print.print_job {
+            true => job::print(&job),
+            false => many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume),
+        };
     }
-    let target = import_target(args, &file)?;
-    let default = match target {
-        Target::Character(_) if extension(&file) == "gltf" => "gltf",
-        _ => "glb",
-    };
-    let format = output_format(&args.output, args.to.as_deref(), default)?;
-    check_output(args, &file, &target, &format, &args.output)?;
-    let fbx = args.fbx.options(given, &format, &args.output)?;
-    if args.print.print_job {
-        return job::print(&args.job(&motions, &file, &format));
+    given.refuse(MANY, "all motions go into one file; -o FOLDER/ makes a file of each")?;
+    check_json(args.onto.json, &args.output)?;
+    let format = output_format(&args.output, to, &default_format(args, &file))?;
+    let job = args.job(&motions, &file, &format);
+    if args.onto.print.print_job {
+        return job::print(&job);
     }
-    let mut retargeting = onto(args, target, &file)?;
-    let importer = args.read.importer();
-    for motion in &motions {
-        add(args, &mut retargeting, &importer, motion, &mut Voice::Aloud)?;
-    }
-    let written = write(&retargeting, &args.output, &format, &fbx, &mut Voice::Aloud);
-    let (bytes, images) = written?;
-    write_whole_output(&policy, &args.output, &bytes, &images)?;
-    let reports: Vec<&RetargetReport> = retargeting
-        .clips()
-        .iter()
-        .filter_map(|clip| clip.report.body())
-        .collect();
-    match args.json {
+    let policy = job.policy();
+    let voice = &mut Voice::Aloud;
+    let (maker, mut made) = made::make(&job, given, None, &policy, &mut |said| voice.hear(said))?;
+    made::tell(&made.written, &args.output, &mut Voice::Aloud);
+    streams::save(&mut made.written, &args.output, &policy)?;
+    let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
+    match args.onto.json {
         true => print_json(&reports)?,
         false => reports.iter().for_each(|found| tell(found)),
     }
     let count = reports.len();
     let plural = if count == 1 { "" } else { "s" };
     report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
-    match args.max_angle {
-        Some(most) => require(&reports, most.0),
-        None => Ok(()),
-    }
-}
-
-/// The target, without a motion yet.
-pub(super) fn onto(args: &RetargetArgs, target: Target, file: &Path) -> Result<Retargeting, Failure> {
-    let options = RetargetingOptions::new()
-        .scale(args.scale.0)
-        .lock_feet(args.feet == Feet::Lock)
-        .source_bones(args.map.bones_here())
-        .target_bones(args.character_map.clone().unwrap_or_default())
-        .replace_animations(args.replace_animations);
-    Retargeting::onto(target, options).map_err(|error| match error.code() {
-        Code::InvalidValue => Failure::Usage(format!("--character-map: {}", error.diagnostic().message)),
-        _ => error.with_path(file).into(),
-    })
-}
-
-/// Puts the motions of a file on the target.
-pub(super) fn add(
-    args: &RetargetArgs,
-    retargeting: &mut Retargeting,
-    importer: &Importer,
-    motion: &Path,
-    voice: &mut Voice<'_>,
-) -> Result<(), Failure> {
-    let importer = importer.clone().skeleton_mesh(SkeletonMesh::None);
-    let mut scene = import_moving(&importer, motion, voice)?;
-    args.source.state(&mut scene);
-    let source = retargeting.prepare(scene).map_err(|error| error.with_path(motion))?;
-    let decisions = source.assumptions.iter();
-    decisions.for_each(|decision| voice.say(&decision.to_string()));
-    let moved = retargeting.add(source.named(short_name(motion)));
-    if moved.map_err(|error| error.with_path(motion))?.is_rest_pose_left_out {
-        let file = motion.display();
-        voice.say(&format!("{file}: the first frame, a rest pose, is left out"));
-    }
-    Ok(())
+    super::require(&maker, &made.clips)
 }
 
 /// The motions, and the file of the character.
-pub(super) fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     if let Some(named) = args.character.as_ref().or(args.to_skeleton.as_ref()) {
         return Ok((args.paths.clone(), named.clone()));
     }
@@ -119,130 +65,13 @@ pub(super) fn inputs(args: &RetargetArgs) -> Result<(Vec<PathBuf>, PathBuf), Fai
     }
 }
 
-pub(super) fn import_target(args: &RetargetArgs, file: &Path) -> Result<Target, Failure> {
-    if streams::is_standard(file) {
-        let message = "the character cannot come from standard input: name a file, not -";
-        return Err(Failure::Usage(message.to_owned()));
+/// The format of a glTF or VRM character, or GLB for a skeleton.
+fn default_format(args: &RetargetArgs, file: &Path) -> String {
+    let own = extension(file);
+    match own.as_str() {
+        "gltf" | "vrm" if args.to_skeleton.is_none() => own,
+        _ => "glb".to_owned(),
     }
-    // Meshes of the file come along; without any, the skeleton is drawn. A skeleton needs no mesh in FBX.
-    let mesh = match writes_fbx(args) {
-        true => SkeletonMesh::Own,
-        false => SkeletonMesh::Skinned,
-    };
-    let target = match args.to_skeleton {
-        Some(_) => Importer::new().skeleton_mesh(SkeletonMesh::None).import(file)?.into(),
-        None => Target::import(file, &Importer::new().skeleton_mesh(mesh))?,
-    };
-    if let Target::Skeleton(scene) = &target {
-        tell_of_skeleton(scene, file);
-    }
-    Ok(target)
-}
-
-/// What is to be known of a skeleton onto which motions go.
-fn tell_of_skeleton(scene: &Scene, file: &Path) {
-    // A character need not move.
-    let warnings: Vec<_> = scene
-        .warnings
-        .iter()
-        .filter(|warning| warning.code != Code::NoMotion)
-        .cloned()
-        .collect();
-    report::warnings(Some(file), &warnings);
-    for left_out in scene
-        .metadata
-        .assumptions
-        .iter()
-        .filter(|assumption| assumption.topic == Topic::Meshes)
-    {
-        report::say(&left_out.to_string());
-    }
-}
-
-fn writes_fbx(args: &RetargetArgs) -> bool {
-    extension(&args.output) == "fbx" || args.to.as_deref() == Some("fbx")
-}
-
-/// Refuses an output of another format than the target can be written in.
-pub(super) fn check_output(
-    args: &RetargetArgs,
-    file: &Path,
-    target: &Target,
-    wanted: &str,
-    output: &Path,
-) -> Result<(), Failure> {
-    // These are written from the scene, and hold the new motions alone.
-    let is_whole = ["vrma", "fbx"].contains(&wanted);
-    let adds = !is_whole && matches!(target, Target::Character(_));
-    if args.replace_animations && !adds {
-        let message =
-            "--replace-animations would do nothing: only a glTF or VRM output keeps the animations of its character";
-        return Err(Failure::Usage(message.to_owned()));
-    }
-    if is_whole {
-        return Ok(());
-    }
-    let Target::Character(character) = target else {
-        return match wanted {
-            "glb" | "gltf" | "bvh" => Ok(()),
-            _ => Err(unknown_extension(output, ".glb, .gltf, .bvh, .fbx or .vrma")),
-        };
-    };
-    let is_text = extension(file) == "gltf";
-    let fits = if is_text {
-        wanted == "gltf"
-    } else {
-        ["glb", "vrm"].contains(&wanted)
-    };
-    if !fits {
-        let known = if is_text {
-            ".gltf, as that of the character, .fbx or .vrma"
-        } else {
-            ".glb or .vrm, as that of the character, .fbx or .vrma"
-        };
-        return Err(unknown_extension(
-            output,
-            &format!("{known}; --to-skeleton takes the skeleton alone"),
-        ));
-    }
-    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
-    let files = character.external_files()?;
-    if let Some(beside) = files.first().filter(|_| folder(file) != folder(output)) {
-        return Err(Failure::Usage(format!(
-            "{} would not find {beside}, which is beside the character: write into its folder",
-            output.display()
-        )));
-    }
-    Ok(())
-}
-
-/// The bytes of the output, and the images beside it.
-pub(super) fn write(
-    retargeting: &Retargeting,
-    output: &Path,
-    format: &str,
-    fbx: &FbxOptions,
-    voice: &mut Voice<'_>,
-) -> Result<(Vec<u8>, Vec<ImageFile>), Failure> {
-    if format == "vrma" {
-        let options = vrma::VrmaOptions::new().humanoid(retargeting.humanoid().cloned());
-        return Ok((vrma::write(&retargeting.scene_in_metres()?, &options)?.0, Vec::new()));
-    }
-    if format != "fbx"
-        && let Some(bytes) = retargeting.character_file()?
-    {
-        return Ok((bytes, Vec::new()));
-    }
-    if format == "bvh" && retargeting.clips().len() > 1 {
-        let message = format!("{}: a BVH file has one motion; name one", output.display());
-        return Err(Failure::Usage(message));
-    }
-    let scene = match format {
-        // BVH keeps the target's own unit and axes.
-        "bvh" => retargeting.scene(),
-        _ => retargeting.scene_in_metres()?,
-    };
-    Ok(scene_bytes(&scene, format, fbx, voice)?)
 }
 
 pub(super) fn tell(found: &RetargetReport) {
@@ -313,16 +142,4 @@ pub(super) fn tell(found: &RetargetReport) {
         }
         report::say(&format!("{}: {}: {reason}", found.clip, bones.join(", ")));
     }
-}
-
-/// An error where anything of a motion is farther off than allowed.
-fn require(reports: &[&RetargetReport], most: f64) -> Result<(), Failure> {
-    let worst = reports
-        .iter()
-        .max_by(|a, b| a.worst_degrees().total_cmp(&b.worst_degrees()));
-    let Some(problem) = worst.and_then(|found| found.problem(most)) else {
-        return Ok(());
-    };
-    report::complain(&problem);
-    Err(Failure::Told)
 }

@@ -1,141 +1,98 @@
-//! `mocap robot`: motions on a robot.
+//! `mocap robot`: motions on robots.
 
-use std::path::Path;
-
-use mocap::files::ReplacePolicy;
-use mocap::job::{Feet, RequiredVerdict, RobotFormat};
-use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::FormatInfo;
+use mocap::job::RobotFormat;
+use mocap::retargeting::Report;
 use mocap::robot::RobotReport;
-use mocap::{Conversion, Importer, Scene, SkeletonMesh};
 
-use super::{check_json, import_to_resample, print_json, run as job, unknown_extension, write_output};
+use super::{
+    MANY, ONE_OUTPUT, check_json, extension, made, many, print_json, robot_reports, run as job, unknown_extension,
+};
 use crate::args::{Given, RobotArgs};
+use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
-    let robot = import_robot(args)?;
-    let named = RobotFormat::of_output(&args.output);
-    given.refuse(
-        &["resume", "shard", "threads", "progress", "allow-empty", "report"],
-        "one motion goes into one file; name a folder",
-    )?;
-    check_json(args.json, &args.output)?;
-    let format = match (args.to, named) {
-        (Some(to), Some(named)) if to.extension() != named.extension() => {
-            return Err(unknown_extension(&args.output, &format!(".{}", to.extension())));
-        }
-        (Some(to), _) => to,
-        (None, Some(named)) => named,
-        (None, None) if streams::is_standard(&args.output) => RobotFormat::Npz,
-        (None, None) => return Err(unknown_extension(&args.output, ".npz, .pkl, .csv or .glb")),
-    };
-    if args.print.print_job {
-        return job::print(&args.job(format));
-    }
-    let policy = ReplacePolicy::new(args.paths.iter().chain([&args.robot])).force(args.force);
-    if !streams::is_standard(&args.output) {
-        policy.check_inputs(&args.output)?;
-    }
-    let moved = moved(args, &robot, &args.paths[0])?;
-    moved.said.iter().for_each(|warning| report::say(warning));
-    write_output(&policy, &args.output, &moved.bytes(format)?)?;
-    let found = moved.report();
-    match args.json {
-        true => print_json(found)?,
-        false => tell(found),
-    }
-    match is_good_enough(found, args.require) {
-        true => Ok(()),
-        false => {
-            let (clip, verdict) = (&found.clip, found.verdict.as_str());
-            report::say(&format!(
-                "error: {clip}: the motion is {verdict}, which --require refuses"
-            ));
-            Err(Failure::Told)
-        }
-    }
-}
-
-/// The robot, without a motion yet, after a look at the options.
-pub(super) fn import_robot(args: &RobotArgs) -> Result<Retargeting, Failure> {
-    let options_are_sound = conversion(args).check();
+    let options_are_sound = args.job("npz").source.frames.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
-    let robot = Importer::new().import_robot(&args.robot)?;
-    report::warnings(Some(&args.robot), &robot.warnings);
-    let options = RetargetingOptions::new()
-        .scale(args.scale.0)
-        .lock_feet(args.feet == Feet::Lock)
-        .source_bones(args.map.bones_here())
-        .target_bones(args.robot_map.clone().unwrap_or_default())
-        .conversion(conversion(args))
-        .velocity_limits(args.velocity_limits);
-    Ok(Retargeting::onto(robot, options).map_err(|error| error.with_path(&args.robot))?)
-}
-
-fn conversion(args: &RobotArgs) -> Conversion {
-    let mut conversion = Conversion::new();
-    if let Some(trim) = args.trim {
-        conversion = conversion.trim(trim.first, trim.last);
-    }
-    match args.fps {
-        Some(rate) => conversion.frame_rate(rate),
-        None => conversion,
+    match args.is_many() {
+        true => run_many(args, given),
+        false => one(args, given),
     }
 }
 
-/// A motion on the robot.
-pub(super) struct OnRobot {
-    retargeting: Retargeting,
-    /// What is to be said of the file.
-    pub(super) said: Vec<String>,
+fn run_many(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+    let folder = args.output.as_path();
+    if args.onto.json {
+        let message = "--json prints the report of one motion; the manifest in the folder has those of many";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    if named(&extension(folder)).is_some() && !folder.is_dir() {
+        let message = "several motions go into a folder, and this is the name of a file: name a folder";
+        return Err(Failure::Usage(format!("{}: {message}", folder.display())));
+    }
+    let job = args.job(args.to.as_deref().unwrap_or("npz"));
+    if args.onto.print.print_job {
+        return job::print(&job);
+    }
+    let many = many::Many {
+        job: &job,
+        given,
+        inputs: &args.onto.inputs,
+        spread: &args.onto.spread,
+        resume: args.onto.resume,
+        report: args.report.as_deref().map(|path| robot_reports::Table::new(path, args)),
+    };
+    many.run()
 }
 
-impl OnRobot {
-    pub(super) fn report(&self) -> &RobotReport {
-        let found = self.retargeting.clips().iter().find_map(|clip| clip.report.robot());
-        found.expect("the source has a motion, and the target is a robot")
+fn one(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
+    given.refuse(&["report"], ONE_OUTPUT)?;
+    given.refuse(MANY, ONE_OUTPUT)?;
+    check_json(args.onto.json, &args.output)?;
+    let job = args.job(&format(args)?);
+    if args.onto.print.print_job {
+        return job::print(&job);
     }
-
-    pub(super) fn bytes(&self, format: RobotFormat) -> mocap::Result<Vec<u8>> {
-        format.write(&self.retargeting)?.into_bytes()
+    let policy = job.policy();
+    let voice = &mut Voice::Aloud;
+    let (maker, mut made) = made::make(&job, given, None, &policy, &mut |said| voice.hear(said))?;
+    made::tell(&made.written, &args.output, &mut Voice::Aloud);
+    streams::save(&mut made.written, &args.output, &policy)?;
+    let found = made.clips.iter().filter_map(Report::robot);
+    for found in found {
+        match args.onto.json {
+            true => print_json(found)?,
+            false => tell(found),
+        }
     }
+    super::require(&maker, &made.clips)
 }
 
-/// Puts the first motion of a file on the robot.
-pub(super) fn moved(args: &RobotArgs, robot: &Retargeting, file: &Path) -> Result<OnRobot, Failure> {
-    let importer = || args.read.importer().skeleton_mesh(SkeletonMesh::None);
-    let mut scene: Scene = import_to_resample(importer, file, args.fps)?;
-    let mut said: Vec<String> = scene
-        .warnings
-        .iter()
-        .map(|warning| format!("{}: {warning}", file.display()))
-        .collect();
-    if scene.animations.is_empty() {
-        let message = format!(
-            "{}: there is no motion in it: name a file with one, such as a .bvh",
-            file.display()
-        );
-        return Err(Failure::Usage(message));
-    }
-    if scene.animations.len() > 1 {
-        let count = scene.animations.len();
-        said.push(format!(
-            "{}: the first of {count} animations was taken; --clip names another",
-            file.display()
-        ));
-        scene.animations.truncate(1);
-    }
-    args.source.state(&mut scene);
-    let mut retargeting = robot.clone();
-    let source = retargeting.prepare(scene).map_err(|error| error.with_path(file))?;
-    said.extend(source.assumptions.iter().map(ToString::to_string));
-    let moved = retargeting.add(source.named(super::short_name(file)));
-    moved.map_err(|error| error.with_path(file))?;
-    Ok(OnRobot { retargeting, said })
+/// The format of an output by its name.
+fn named(extension: &str) -> Option<&'static str> {
+    let format = RobotFormat::named(extension).map(RobotFormat::extension);
+    let written = FormatInfo::of_output(&std::path::Path::new("scene").with_extension(extension));
+    let written = written.and_then(|row| row.extensions.iter().find(|own| **own == extension));
+    format.or(written.copied())
 }
 
-pub(super) fn is_good_enough(found: &RobotReport, wanted: Option<RequiredVerdict>) -> bool {
-    wanted.is_none_or(|wanted| wanted.allows(found.verdict))
+/// The format of the one output.
+fn format(args: &RobotArgs) -> Result<String, Failure> {
+    let own = extension(&args.output);
+    match (&args.to, named(&own)) {
+        (Some(to), Some(_)) => match named(to) {
+            Some(wanted) if wanted != own => Err(unknown_extension(&args.output, &format!(".{wanted}"))),
+            _ => Ok(to.clone()),
+        },
+        (Some(to), None) => Ok(to.clone()),
+        (None, Some(named)) => Ok(named.to_owned()),
+        (None, None) if streams::is_standard(&args.output) => Ok("npz".to_owned()),
+        (None, None) => {
+            let known = format!(".npz, .pkl, .csv, {}", FormatInfo::written_extensions());
+            Err(unknown_extension(&args.output, &known))
+        }
+    }
 }
 
 fn tell(found: &RobotReport) {

@@ -8,58 +8,73 @@ use crate::Failure;
 use crate::args::RobotArgs;
 use crate::batch::manifest::Record;
 
-/// The file that `--report` names, for this shard, if it may be written.
-#[cfg(feature = "parquet")]
-pub(super) fn path(args: &RobotArgs, policy: &ReplacePolicy) -> Result<Option<PathBuf>, Failure> {
-    let Some(path) = &args.report else { return Ok(None) };
-    if super::extension(path) != "parquet" {
-        return Err(super::unknown_extension(path, ".parquet"));
-    }
-    let path = match args.spread.shard {
-        Some(shard) => path.with_extension(format!("{}.parquet", shard.name())),
-        None => path.clone(),
-    };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    // The folder of the outputs is made.
-    if let Some(folder) = folder.filter(|folder| !folder.is_dir() && **folder != args.output) {
-        let message = format!("{}: there is no folder {}", path.display(), folder.display());
-        return Err(Failure::Usage(message));
-    }
-    policy.check_inputs(&path)?;
-    let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::table::is_own_parquet(&file));
-    if path.is_file() && !args.force && !is_ours() {
-        let message = "this program did not write this file: name another one, or replace it with --force";
-        return Err(Failure::Usage(format!("{}: {message}", path.display())));
-    }
-    Ok(Some(path))
+/// The table that `--report` names.
+#[cfg_attr(
+    not(feature = "parquet"),
+    expect(dead_code, reason = "a build without Parquet refuses it")
+)]
+pub(super) struct Table<'a> {
+    path: &'a Path,
+    args: &'a RobotArgs,
 }
 
-/// Writes a row for each record.
-#[cfg(feature = "parquet")]
-pub(super) fn write<'a>(path: &Path, records: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
-    use mocap::arrays::table;
-
-    let unknown = "the manifest has no report of it";
-    let reports: Vec<_> = records.map(|record| (record, record.robot_report())).collect();
-    let clips = reports.iter().map(|(record, report)| table::RobotClip {
-        clip: &record.input,
-        output: record.output.as_deref(),
-        report: report.as_ref().ok_or(record.error.as_deref().unwrap_or(unknown)),
-    });
-    let rows = table::robot_reports(&clips.collect::<Vec<_>>());
-    let bytes = table::to_parquet(&[rows])?;
-    crate::streams::write(path, &bytes)
-}
-
-#[cfg(not(feature = "parquet"))]
-pub(super) fn path(args: &RobotArgs, _: &ReplacePolicy) -> Result<Option<PathBuf>, Failure> {
-    match args.report {
-        Some(_) => Err(super::without_parquet()),
-        None => Ok(None),
+impl<'a> Table<'a> {
+    pub(super) fn new(path: &'a Path, args: &'a RobotArgs) -> Self {
+        Self { path, args }
     }
 }
 
-#[cfg(not(feature = "parquet"))]
-pub(super) fn write<'a>(_: &Path, _: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
-    Err(super::without_parquet())
+impl Table<'_> {
+    /// Its file, for this shard, if it may be written.
+    #[cfg(feature = "parquet")]
+    pub(super) fn check(&self, policy: &ReplacePolicy) -> Result<PathBuf, Failure> {
+        let Self { path, args } = *self;
+        if super::extension(path) != "parquet" {
+            return Err(super::unknown_extension(path, ".parquet"));
+        }
+        let path = match args.onto.spread.shard {
+            Some(shard) => path.with_extension(format!("{}.parquet", shard.name())),
+            None => path.to_owned(),
+        };
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        // The folder of the outputs is made.
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir() && **folder != args.output) {
+            let message = format!("{}: there is no folder {}", path.display(), folder.display());
+            return Err(Failure::Usage(message));
+        }
+        policy.check_inputs(&path)?;
+        let is_ours = || std::fs::File::open(&path).is_ok_and(|file| mocap::arrays::table::is_own_parquet(&file));
+        if path.is_file() && !args.onto.force && !is_ours() {
+            let message = "this program did not write this file: name another one, or replace it with --force";
+            return Err(Failure::Usage(format!("{}: {message}", path.display())));
+        }
+        Ok(path)
+    }
+
+    /// Writes a row for each record.
+    #[cfg(feature = "parquet")]
+    pub(super) fn write<'a>(&self, path: &Path, records: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
+        use mocap::arrays::table;
+
+        let unknown = "the manifest has no report of it";
+        let reports: Vec<_> = records.map(|record| (record, record.robot_report())).collect();
+        let clips = reports.iter().map(|(record, report)| table::RobotClip {
+            clip: &record.input,
+            output: record.output.as_deref(),
+            report: report.as_ref().ok_or(record.error.as_deref().unwrap_or(unknown)),
+        });
+        let rows = table::robot_reports(&clips.collect::<Vec<_>>());
+        let bytes = table::to_parquet(&[rows])?;
+        crate::streams::write(path, &bytes)
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    pub(super) fn check(&self, _: &ReplacePolicy) -> Result<PathBuf, Failure> {
+        Err(super::without_parquet())
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    pub(super) fn write<'a>(&self, _: &Path, _: impl Iterator<Item = &'a Record>) -> Result<(), Failure> {
+        Err(super::without_parquet())
+    }
 }

@@ -6,17 +6,34 @@ use std::path::Path;
 
 use mocap::job::{Job, JobReport};
 
-use super::print_json;
-use crate::args::RunArgs;
+use super::{MANY, many, print_json};
+use crate::args::{Given, RunArgs};
 use crate::{Failure, report, streams};
 
-pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
     if args.schema {
         return Ok(report::stdout().write_all(Job::SCHEMA.as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
     let job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;
-    let found = job.run()?;
+    if job.write.is_folder() {
+        given.refuse(&["json"], "the manifest in the folder has what was done")?;
+        return many::run(&job, &Given::default(), &args.inputs, &args.spread, args.resume);
+    }
+    given.refuse(MANY, "the output of the job is one file; name a folder in write.output")?;
+    if streams::is_standard(file) && job.source.inputs.iter().any(|input| streams::is_standard(input)) {
+        let message = "the job and a motion cannot both come from standard input: name the file of one";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    super::check_json(args.json, &job.write.output)?;
+    let found = match job.write.is_stream() {
+        true => {
+            let (written, report) = job.make(streams::given(&job)?)?;
+            streams::write(&job.write.output, &written.into_bytes()?)?;
+            report
+        }
+        false => job.run_with(streams::given(&job)?)?,
+    };
     match args.json {
         true => print_json(&found)?,
         false => tell(&job, &found),
@@ -29,7 +46,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         None => Ok(()),
     }
 }
-
 /// Prints a job, which is then not done.
 pub(super) fn print(job: &Job) -> Result<(), Failure> {
     Ok(writeln!(report::stdout(), "{}", job.to_json())?)

@@ -2,12 +2,14 @@
 
 use std::io::{self, Write};
 
+use mocap::Scene;
+use mocap::job::Job;
 use mocap::verify::{Verification, Verifier};
 use serde::Serialize;
 
 use super::print_json;
 use crate::args::VerifyArgs;
-use crate::{Failure, report};
+use crate::{Failure, report, streams};
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -43,6 +45,24 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
         )?;
     }
     require(&verification, max_allowed)
+}
+
+/// Compares the output of a job with the input from which `scene` was made.
+pub(crate) fn output(job: &Job, scene: Option<Scene>) -> Result<(), Failure> {
+    let verification = job.verify(scene, &job.write.output)?;
+    report::say(&summary(&verification));
+    require(&verification, job.write.smaller.tolerance())
+}
+
+/// Refuses a comparison of what is no file.
+pub(crate) fn refuse_streams(job: &Job) -> Result<(), Failure> {
+    let reads = job.source.inputs.iter().any(|input| streams::is_standard(input));
+    let message = match (job.write.verify, job.write.is_stream()) {
+        (true, true) => "--verify reads the output again: name a file, not -",
+        (true, false) if reads => "--verify reads the source again: name a file, not -",
+        _ => return Ok(()),
+    };
+    Err(Failure::Usage(message.to_owned()))
 }
 
 /// Reports findings and an error above the tolerance.

@@ -12,7 +12,7 @@ use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
-use super::{extension, import_to_resample, retarget, short_name, unknown_extension};
+use super::{extension, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
@@ -240,13 +240,9 @@ impl Read {
 }
 
 fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
-    let importer = || {
-        args.read
-            .importer()
-            .skeleton_mesh(SkeletonMesh::Skinned)
-            .gltf_meshes(true)
-    };
-    let mut scene = import_to_resample(importer, file, args.fps)?;
+    let importer = args.read.importer().skeleton_mesh(SkeletonMesh::Skinned);
+    let importer = importer.gltf_meshes(true);
+    let mut scene = importer.at_rate(args.fps, |importer| streams::import(importer, file))?;
     args.source.state(&mut scene);
     let changed = args.conversion().apply(&mut scene);
     changed.map_err(|error| error.with_path(file))?;

@@ -1,0 +1,87 @@
+//! One output of a job, as every command makes it.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use mocap::files::ReplacePolicy;
+use mocap::gltf::Achieved;
+use mocap::job::{Job, Made, Maker, Said};
+use mocap::{Code, Error, Written};
+
+use super::verify::millimetres;
+use crate::args::{Given, refuse_options};
+use crate::report::Voice;
+use crate::{Failure, streams};
+
+/// Who hears what is said of a job.
+pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
+
+/// A job that is ready, for an output or for many.
+pub(super) fn maker(job: &Job, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
+    let maker = Maker::new(job, streams::given(job)?, hear).map_err(refused)?;
+    refuse_options(given, |option| maker.refusal(option))?;
+    Ok(maker)
+}
+
+/// Makes the one output of a job, which is not written yet.
+pub(super) fn make(
+    job: &Job,
+    given: &Given,
+    threads: Option<NonZeroUsize>,
+    policy: &ReplacePolicy,
+    hear: Hear<'_>,
+) -> Result<(Maker<'static>, Made), Failure> {
+    let output = job.write.output.as_path();
+    if !streams::is_standard(output) {
+        policy.check_inputs(output)?;
+    }
+    if let Some(folder) = job.source.inputs.iter().find(|input| input.is_dir()) {
+        let message = "is a folder, and each of its motions gets a file of its own: name an output folder, -o FOLDER/";
+        return Err(Failure::Usage(format!("{} {message}", folder.display())));
+    }
+    let mut maker = maker(job, given, hear)?;
+    if let Some(threads) = threads {
+        maker = maker.threads(threads.get());
+    }
+    maker.check(policy, output)?;
+    let made = maker.make(&job.source.inputs, output, hear);
+    Ok((maker, made.map_err(|error| stopped(job, error))?))
+}
+
+/// An error of a job: where no file is at fault but the arguments, it is wrong usage.
+fn refused(error: Error) -> Failure {
+    match (error.code(), error.path()) {
+        (Code::InvalidValue | Code::UnknownFormat, None) => Failure::Usage(error.diagnostic().message.clone()),
+        _ => error.into(),
+    }
+}
+
+/// An error of making an output. To name a file without a motion, where one is changed or moved, is wrong usage.
+pub(super) fn stopped(job: &Job, error: Error) -> Failure {
+    let needs_motion = job.onto.is_some() || !job.steps.is_empty();
+    match (error.code(), error.path()) {
+        (Code::NoMotion, Some(file)) if needs_motion => {
+            Failure::Usage(format!("{}: {}", file.display(), error.diagnostic().message))
+        }
+        _ => refused(error),
+    }
+}
+
+/// What there is to say of an output.
+pub(super) fn tell(written: &Written, output: &Path, voice: &mut Voice<'_>) {
+    voice.warnings(output, &written.warnings);
+    written.notes.iter().for_each(|note| voice.say(note));
+    written
+        .renamed
+        .iter()
+        .for_each(|renamed| voice.say(&renamed.to_string()));
+}
+
+/// How much was left out, and how far the file is from the motion for it.
+pub(super) fn smaller(achieved: &Achieved) -> String {
+    let (most, rms) = (millimetres(achieved.max_error), millimetres(achieved.rms_error));
+    format!(
+        "{} keys, {most} mm at most, {rms} mm RMS; at most at \"{}\", frame {}",
+        achieved.keys, achieved.joint, achieved.tick
+    )
+}

@@ -1,0 +1,379 @@
+//! A job with many motions: into a folder, with a manifest.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use mocap::files::ReplacePolicy;
+use mocap::job::{Job, Made as MadeOne, Maker, Onto, Said};
+use mocap::retargeting::Report;
+use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
+
+use super::robot_reports::Table;
+use super::{made, verify};
+use crate::args::{Given, InputArgs, SpreadArgs};
+use crate::batch::folder::{self, Made, Work, verdicts};
+use crate::batch::hash::{sha256, sha256_of};
+use crate::batch::manifest::Record;
+use crate::batch::outputs::Output;
+use crate::batch::progress::Counts;
+use crate::report::Voice;
+use crate::{Failure, report};
+
+/// Does a job with many motions.
+pub(super) fn run(
+    job: &Job,
+    given: &Given,
+    inputs: &InputArgs,
+    spread: &SpreadArgs,
+    resume: bool,
+) -> Result<(), Failure> {
+    let many = Many {
+        job,
+        given,
+        inputs,
+        spread,
+        resume,
+        report: None,
+    };
+    many.run()
+}
+
+/// A job with many motions, and how they are done.
+pub(super) struct Many<'a> {
+    pub(super) job: &'a Job,
+    pub(super) given: &'a Given,
+    pub(super) inputs: &'a InputArgs,
+    pub(super) spread: &'a SpreadArgs,
+    pub(super) resume: bool,
+    /// The table of the reports of a robot's motions.
+    pub(super) report: Option<Table<'a>>,
+}
+
+impl Many<'_> {
+    pub(super) fn run(self) -> Result<(), Failure> {
+        let job = self.job;
+        // Many files keep all threads busy, a thread a file.
+        let maker = made::maker(job, self.given, &mut |said| Voice::Aloud.hear(said))?.threads(1);
+        let target = job.onto.as_ref().map(|onto| onto.body().file.clone());
+        let others: Vec<PathBuf> = job.source.with.iter().cloned().chain(target).collect();
+        let many = folder::Many {
+            paths: &job.source.inputs,
+            folder: &job.write.output,
+            others: &others,
+            inputs: self.inputs,
+            spread: self.spread,
+            resume: self.resume,
+            force: job.write.force,
+            options: options(job)?,
+        };
+        many.run(&mut OfJob {
+            job,
+            extension: extension(job),
+            maker,
+            axes: None,
+            report: self.report,
+            table: None,
+        })
+    }
+}
+
+/// The extension of the outputs.
+fn extension(job: &Job) -> String {
+    match job.write.to.as_deref() {
+        Some("qpos") => "npz".to_owned(),
+        Some(to) => to.to_ascii_lowercase(),
+        None => "glb".to_owned(),
+    }
+}
+
+/// Everything except the motion that an output depends on: the job, with the SHA-256 of each file in its stead.
+fn options(job: &Job) -> Result<String, Failure> {
+    let mut job = job.clone();
+    job.source.inputs.clear();
+    job.write.output.clear();
+    job.write.force = false;
+    let hash = |file: &mut PathBuf| {
+        let found = sha256(file).map_err(|error| Failure::Folder(file.clone(), error))?;
+        *file = PathBuf::from(format!("sha256:{found}"));
+        Ok::<_, Failure>(())
+    };
+    job.source.with.iter_mut().try_for_each(hash)?;
+    job.read.skeleton.iter_mut().try_for_each(hash)?;
+    let mut maps = vec![&mut job.source.map.map];
+    if let Some(onto) = &mut job.onto {
+        let body = onto.body_mut();
+        hash(&mut body.file)?;
+        // A verdict, which says nothing of the output.
+        (body.max_angle, body.require) = (None, None);
+        maps.push(&mut body.map);
+    }
+    for map in maps.into_iter().flatten() {
+        if let mocap::job::BoneMap::File(file) = map {
+            hash(file)?;
+        }
+    }
+    Ok(serde_json::to_string(&job).unwrap_or_default())
+}
+
+/// Clips of one skeleton, of which those that stand say which axis points up in the others.
+struct OfJob<'a> {
+    job: &'a Job,
+    extension: String,
+    maker: Maker<'static>,
+    /// The up axes of skeletons, once the clips that stand have told them.
+    axes: Option<BTreeMap<String, UpAxis>>,
+    report: Option<Table<'a>>,
+    /// Where the table of the reports goes.
+    table: Option<PathBuf>,
+}
+
+impl Work for OfJob<'_> {
+    fn extension(&self) -> &str {
+        &self.extension
+    }
+
+    fn check(&mut self, policy: &ReplacePolicy) -> Result<(), Failure> {
+        self.table = self.report.as_ref().map(|table| table.check(policy)).transpose()?;
+        Ok(())
+    }
+
+    fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
+        let in_words = |error: mocap::Error| made::stopped(self.job, error).into_words();
+        self.maker.check(output.policy, &output.path).map_err(in_words)?;
+        let mut steps = Vec::new();
+        // What is guessed of the space of a motion that nothing else is done to has its own field.
+        let keeps_notes = self.job.onto.is_some() || !self.job.steps.is_empty();
+        let mut warnings = Vec::new();
+        let mut hear = |said: Said<'_>| match said {
+            Said::Step(step) => steps.push(step.clone()),
+            Said::Note(_) if !keeps_notes => {}
+            said => Voice::Kept(&mut warnings).hear(said),
+        };
+        let made = match self.job.onto {
+            None => self.motion(file, output, record, &mut hear),
+            Some(_) => {
+                let motion = [file.to_owned()];
+                self.maker.make(&motion, &output.path, &mut hear).map(Some)
+            }
+        };
+        let Some(made) = made.map_err(in_words)? else {
+            return Ok(Made::Waits);
+        };
+        record.warnings = warnings;
+        record.edit = (!steps.is_empty()).then(|| raw(&steps)).flatten();
+        self.save(file, made, output, record, keeps_notes)
+    }
+
+    fn is_complete(&self, former: &Record) -> bool {
+        match &self.job.onto {
+            Some(onto) => reports_of(former, onto).is_some(),
+            None => self.job.steps.is_empty() || former.edit.is_some(),
+        }
+    }
+
+    fn learn(&mut self, others: &[&Record]) {
+        self.axes = Some(Clips::of(others).axes());
+    }
+
+    fn summary(&self, records: &[&Record]) -> Vec<String> {
+        let what = match &self.job.onto {
+            None => return Vec::from_iter(Clips::of(records).units()),
+            Some(Onto::Robot(_)) => "motions on the robot",
+            Some(_) => "clips on the character",
+        };
+        let found = self.reports(records);
+        Vec::from_iter(verdicts(what, found.iter().map(Report::verdict)))
+    }
+
+    fn finish(&self, records: &[&Record], counts: &Counts) -> Result<(), Failure> {
+        if let (Some(table), Some(path)) = (&self.report, &self.table) {
+            table.write(path, records.iter().copied())?;
+        }
+        counts.verdict()?;
+        let found = self.reports(records);
+        let is_worse = |report: &&Report| self.maker.problem(std::slice::from_ref(report)).is_some();
+        let worse = found.iter().filter(is_worse).count();
+        if worse == 0 {
+            return Ok(());
+        }
+        let what = match &self.job.onto {
+            Some(Onto::Robot(_)) => "motions are worse than --require allows",
+            _ => "clips are farther off than --max-angle allows",
+        };
+        report::complain(&format!("{worse} of {} {what}", found.len()));
+        Err(Failure::Told)
+    }
+}
+
+impl OfJob<'_> {
+    /// A motion on its own skeleton; `None` where it waits for what others say of its up axis.
+    fn motion(
+        &self,
+        file: &Path,
+        output: &Output<'_>,
+        record: &mut Record,
+        hear: &mut dyn FnMut(Said<'_>),
+    ) -> mocap::Result<Option<MadeOne>> {
+        let mut scene = self.maker.import(file, hear)?;
+        let skeleton = skeleton_hash(&scene);
+        let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
+        let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
+        let with_up;
+        let maker = match of_others.filter(|_| is_open) {
+            Some(up) => {
+                scene.metadata.assumptions.push(Assumption {
+                    topic: Topic::Up,
+                    choice: up.as_str().to_owned(),
+                    reason: "other clips of the same skeleton stand along it".to_owned(),
+                    confidence: Some(Confidence::Likely),
+                });
+                with_up = self.maker.clone().up(up);
+                &with_up
+            }
+            None => &self.maker,
+        };
+        maker.change(&mut scene, file, hear)?;
+        let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
+        let guesses: Vec<Assumption> = scene.metadata.assumptions.iter().filter(is_space).cloned().collect();
+        let is_unsure = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
+        if self.axes.is_none() && guesses.iter().any(is_unsure) {
+            return Ok(None);
+        }
+        (record.skeleton, record.guesses) = (Some(skeleton), guesses);
+        maker.made(scene, file, &output.path).map(Some)
+    }
+
+    /// Writes an output, and compares it with its source where the job asks for that.
+    fn save(
+        &self,
+        file: &Path,
+        mut made: MadeOne,
+        output: &Output<'_>,
+        record: &mut Record,
+        keeps_notes: bool,
+    ) -> Result<Made, String> {
+        output.save(&made.written).map_err(|error| error.to_string())?;
+        let written = &mut made.written;
+        let says_nothing = self.maker.format().is_some_and(|row| !row.states_origin);
+        let last = written.files.last().filter(|_| says_nothing);
+        record.output_sha256 = last.map(|file| sha256_of(&file.bytes()));
+        // The bytes of a long take are better gone before what follows.
+        written.files.clear();
+        record.max_error = written.error.as_ref().map(|error| error.max_error);
+        match keeps_notes {
+            true => made::tell(written, &output.path, &mut Voice::Kept(&mut record.warnings)),
+            false => Voice::Kept(&mut record.warnings).warnings(&output.path, &written.warnings),
+        }
+        match &self.job.onto {
+            Some(Onto::Robot(_)) => record.robot = made.clips.first().and_then(raw),
+            Some(_) => record.retarget = raw(&made.clips),
+            None => {}
+        }
+        if !self.job.write.verify {
+            return Ok(Made::Done);
+        }
+        let mut one = self.job.clone();
+        one.source.inputs = vec![file.to_owned()];
+        let verification = one
+            .verify(made.scene, &output.path)
+            .map_err(|error| error.to_string())?;
+        let allowed = self.job.write.smaller.tolerance();
+        if verification.is_within(allowed) {
+            return Ok(Made::Done);
+        }
+        // It is written, and it is not what it should be.
+        record.output = Some(output.name.to_owned());
+        Err(verify::difference(&verification, allowed))
+    }
+
+    /// The reports of all motions on another body, those that were made before too.
+    fn reports(&self, records: &[&Record]) -> Vec<Report> {
+        let Some(onto) = &self.job.onto else { return Vec::new() };
+        let found = records.iter().filter_map(|record| reports_of(record, onto));
+        found.flatten().collect()
+    }
+}
+
+/// The reports of a motion on another body; `None` where another version wrote them, with other fields.
+fn reports_of(record: &Record, onto: &Onto) -> Option<Vec<Report>> {
+    match onto {
+        Onto::Robot(_) => Some(vec![Report::Robot(record.robot_report()?)]),
+        _ => {
+            let reports = serde_json::from_str::<Vec<_>>(record.retarget.as_ref()?.get());
+            Some(reports.ok()?.into_iter().map(Report::Body).collect())
+        }
+    }
+}
+
+fn raw(value: &(impl serde::Serialize + ?Sized)) -> Option<Box<serde_json::value::RawValue>> {
+    serde_json::value::to_raw_value(value).ok()
+}
+
+/// A hash of the names and parents of all nodes, and of where those below the root are at rest.
+fn skeleton_hash(scene: &Scene) -> String {
+    let mut bytes = Vec::new();
+    for node in &scene.nodes {
+        bytes.extend(node.name.as_bytes());
+        bytes.push(0);
+        let parent = node.parent.map_or(u64::MAX, |parent| parent.index() as u64);
+        bytes.extend(parent.to_le_bytes());
+        if node.parent.is_some() {
+            let place = node.transform.to_cols_array();
+            bytes.extend(place.iter().flat_map(|value| value.to_le_bytes()));
+        }
+    }
+    sha256_of(&bytes)
+}
+
+/// What clips say of their skeletons.
+#[derive(Default)]
+struct Clips {
+    /// For each skeleton the up axes of the clips in which it is sure.
+    up: BTreeMap<String, BTreeSet<String>>,
+    /// The number of files in each unit.
+    units: BTreeMap<String, usize>,
+}
+
+impl Clips {
+    fn of(records: &[&Record]) -> Self {
+        let mut clips = Self::default();
+        records.iter().for_each(|record| clips.add(record));
+        clips
+    }
+
+    fn add(&mut self, record: &Record) {
+        for guess in &record.guesses {
+            if guess.topic == Topic::Unit {
+                *self.units.entry(guess.choice.clone()).or_default() += 1;
+            }
+            if let (Topic::Up, Some(Confidence::Sure), Some(skeleton)) =
+                (guess.topic, guess.confidence, &record.skeleton)
+            {
+                self.up
+                    .entry(skeleton.clone())
+                    .or_default()
+                    .insert(guess.choice.clone());
+            }
+        }
+    }
+
+    /// The skeletons all of whose clips stand along one axis.
+    fn axes(&self) -> BTreeMap<String, UpAxis> {
+        let one = |(skeleton, axes): (&String, &BTreeSet<String>)| {
+            let named = |up: &UpAxis| axes.len() == 1 && axes.contains(up.as_str());
+            let up = UpAxis::ALL.into_iter().find(named)?;
+            Some((skeleton.clone(), up))
+        };
+        self.up.iter().filter_map(one).collect()
+    }
+
+    /// `unit: cm in 12 files, inch in 1 file`.
+    fn units(&self) -> Option<String> {
+        let unit = |(unit, files): (&String, &usize)| {
+            let noun = if *files == 1 { "file" } else { "files" };
+            format!("{unit} in {files} {noun}")
+        };
+        let units: Vec<String> = self.units.iter().map(unit).collect();
+        (!units.is_empty()).then(|| format!("unit: {}", units.join(", ")))
+    }
+}

@@ -1,0 +1,71 @@
+//! Where the files of a job are: on a disk, or in memory.
+
+use std::path::Path;
+
+use super::Onto;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::import::{Importer, MemoryFile};
+use crate::process::SkeletonMesh;
+use crate::retargeting::Target;
+use crate::scene::Scene;
+
+/// Where the files of a job are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Files<'a> {
+    /// In memory, under the names that the job has for them.
+    pub(super) given: &'a [MemoryFile<'a>],
+    /// Whether files that are not given are on a disk.
+    pub(super) has_disk: bool,
+}
+
+impl<'a> Files<'a> {
+    pub(super) fn import(&self, importer: &Importer, path: &Path) -> Result<Scene> {
+        match (self.find(path), self.has_disk) {
+            (None, true) => importer.import(path),
+            (None, false) => Err(missing(path)),
+            // Standard input: a skeleton that it needs is on the disk.
+            (Some(file), true) => importer.read(file.bytes, path),
+            (Some(file), false) => importer.read_among(file, &self.others(path)),
+        }
+    }
+
+    /// The body that motions are put on. `mesh` is what shows the skeleton of a character without meshes.
+    pub(super) fn import_target(&self, onto: &Onto, mesh: SkeletonMesh) -> Result<Target> {
+        let path = onto.body().file.as_path();
+        let importer = Importer::new().skeleton_mesh(mesh);
+        let file = self.find(path);
+        if file.is_none() && !self.has_disk {
+            return Err(missing(path));
+        }
+        match (onto, file) {
+            (Onto::Skeleton(_), _) => Ok(self.import(&importer, path)?.into()),
+            (Onto::Character(_), None) => Target::import(path, &importer),
+            (Onto::Character(_), Some(file)) => {
+                let with_skin = Importer::new().gltf_meshes(true);
+                match with_skin.read_character(file, &self.others(path)) {
+                    Err(error) if error.code() == Code::UnknownFormat => Ok(self.import(&importer, path)?.into()),
+                    read => Ok(read?.into()),
+                }
+            }
+            (Onto::Robot(_), None) => Ok(Importer::new().import_robot(path)?.into()),
+            (Onto::Robot(_), Some(file)) => Ok(Importer::new().read_robot(file.bytes, path)?.into()),
+        }
+    }
+
+    fn find(&self, path: &Path) -> Option<MemoryFile<'a>> {
+        self.given.iter().find(|file| Path::new(file.name) == path).copied()
+    }
+
+    fn others(&self, path: &Path) -> Vec<MemoryFile<'a>> {
+        let others = self.given.iter().filter(|file| Path::new(file.name) != path);
+        others.copied().collect()
+    }
+}
+
+fn missing(path: &Path) -> Error {
+    let message = format!(
+        "the job names the file {:?}, which was not given",
+        path.display().to_string()
+    );
+    Diagnostic::new(Code::MissingFile, message).into()
+}

@@ -1,0 +1,205 @@
+//! What the output of a job is: a scene in a written format, the file of a character, or the joints of a robot.
+
+use std::path::Path;
+
+use super::robot_format::RobotFormat;
+use super::{Onto, Writing};
+use crate::error::{Code, Diagnostic, Result};
+use crate::format::fbx::FbxTextures;
+use crate::format::gltf::{Character, Compression};
+use crate::format::{FORMATS, FormatInfo, WriteOption, words};
+use crate::retargeting::Target;
+use crate::scene::Format;
+
+/// What an output is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Form {
+    /// A scene, in a format of the table.
+    Scene(&'static FormatInfo),
+    /// The file of a character with the motions added, and everything in it.
+    Character,
+    /// The positions of a robot's joints.
+    Robot(RobotFormat),
+}
+
+/// The extensions under which the file of a character is passed through.
+const OF_TEXT: [&str; 1] = ["gltf"];
+const OF_BINARY: [&str; 2] = ["glb", "vrm"];
+
+impl Form {
+    /// The form of a motion on its own skeleton.
+    pub(super) fn of_motion(writing: &Writing) -> Result<Self> {
+        let form = Self::Scene(row(writing, &FormatInfo::written_extensions())?);
+        form.check(writing)?;
+        Ok(form)
+    }
+
+    /// The form of motions on another body.
+    pub(super) fn onto(writing: &Writing, onto: &Onto, target: &Target, has_disk: bool) -> Result<Self> {
+        let extension = writing.extension();
+        let form = match target {
+            Target::Robot(_) => match RobotFormat::named(&extension) {
+                Some(format) => Self::Robot(format),
+                None => {
+                    let names = RobotFormat::ALL.iter().map(|format| format!(".{}", format.name()));
+                    let known = format!(
+                        "{}, {}",
+                        Vec::from_iter(names).join(", "),
+                        FormatInfo::written_extensions()
+                    );
+                    Self::Scene(row(writing, &known)?)
+                }
+            },
+            Target::Character(character) => of_character(writing, onto, character, has_disk)?,
+            Target::Skeleton(_) => Self::Scene(row(writing, &FormatInfo::written_extensions())?),
+        };
+        if onto.body().replace_animations && !matches!(form, Self::Character) {
+            let message = "--replace-animations would do nothing: only a glTF or VRM output keeps the animations of \
+                           its character";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        form.check(writing)?;
+        Ok(form)
+    }
+
+    /// Why an option of writing has no effect on the output; `None` where it has one.
+    pub(super) fn refusal(self, option: WriteOption, extension: &str) -> Option<Diagnostic> {
+        let gltf = FormatInfo::of(Format::Gltf);
+        let what = match self {
+            Self::Scene(row) => return row.refusal(option, extension),
+            Self::Character if OF_KEYS.contains(&option) => return None,
+            Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
+            Self::Character => "a character, whose file is passed through",
+            Self::Robot(_) => "the numbers of a robot's joints",
+        };
+        let message = format!("--{option} has no effect on {what}; leave it out");
+        Some(Diagnostic::new(Code::InvalidValue, message))
+    }
+
+    /// Refuses options that have no effect on the output, and values that it cannot have.
+    fn check(self, writing: &Writing) -> Result<()> {
+        let extension = writing.extension();
+        let mut stated = writing.stated().into_iter();
+        if let Some(refusal) = stated.find_map(|option| self.refusal(option, &extension)) {
+            return Err(refusal.into());
+        }
+        let problem = match self {
+            Self::Scene(row) => problem_of_bound(writing, row).or_else(|| problem_of_stream(writing)),
+            Self::Character => problem_of_bound(writing, FormatInfo::of(Format::Gltf)),
+            Self::Robot(_) => None,
+        };
+        match problem {
+            Some(message) => Err(Diagnostic::new(Code::InvalidValue, message).into()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// How keys are stored: all that can be chosen of the animations of a character.
+const OF_KEYS: [WriteOption; 3] = [WriteOption::Compress, WriteOption::MaxError, WriteOption::ShellDistance];
+
+/// The row of the format of an output; `known` are the extensions that it may have.
+fn row(writing: &Writing, known: &str) -> Result<&'static FormatInfo> {
+    let extension = writing.extension();
+    FormatInfo::of_output(&Path::new("scene").with_extension(&extension)).ok_or_else(|| unknown(writing, known).into())
+}
+
+fn unknown(writing: &Writing, known: &str) -> Diagnostic {
+    let message = match (&writing.to, writing.is_stream()) {
+        (None, false) => format!(
+            "{}: the name of the output must end in {known}",
+            writing.output.display()
+        ),
+        _ => format!("--to: the format must be {known}"),
+    };
+    Diagnostic::new(Code::UnknownFormat, message)
+}
+
+/// The form of motions on a character: a file that is passed through keeps its format, other formats are written from
+/// its scene.
+fn of_character(writing: &Writing, onto: &Onto, character: &Character, has_disk: bool) -> Result<Form> {
+    let extension = writing.extension();
+    let file = onto.body().file.as_path();
+    let is_text = file.extension().is_some_and(|own| own.eq_ignore_ascii_case("gltf"));
+    let (own, others): (&[&str], &[&str]) = match is_text {
+        true => (&OF_TEXT, &OF_BINARY),
+        false => (&OF_BINARY, &OF_TEXT),
+    };
+    let known = || {
+        let is_passed_through = |extension: &&str| own.contains(extension) || others.contains(extension);
+        let written = FORMATS.iter().filter(|row| row.writes());
+        let written = written.flat_map(|row| row.extensions.iter().copied());
+        let from_scene = written.filter(|extension| !is_passed_through(extension));
+        let listed = |extensions: &mut dyn Iterator<Item = &str>| {
+            words(extensions.map(|extension| format!(".{extension}")), "or")
+        };
+        format!(
+            "{}, as that of the character, or in {}; --to-skeleton takes the skeleton alone",
+            listed(&mut own.iter().copied()),
+            listed(&mut from_scene.into_iter())
+        )
+    };
+    if others.contains(&extension.as_str()) {
+        return Err(unknown(writing, &known()).into());
+    }
+    if !own.contains(&extension.as_str()) {
+        return Ok(Form::Scene(row(writing, &known())?));
+    }
+    match character.external_files()?.first().filter(|_| has_disk) {
+        Some(beside) => check_beside(writing, file, beside).map(|()| Form::Character),
+        None => Ok(Form::Character),
+    }
+}
+
+/// Refuses an output that would not find a file that is beside the character.
+fn check_beside(writing: &Writing, file: &Path, beside: &str) -> Result<()> {
+    let output = writing.output.as_path();
+    let message = match writing.is_folder() {
+        true => format!(
+            "{}: outputs in a folder would not find {beside}, which is beside it: name a character that holds all its \
+             files, such as a .glb",
+            file.display()
+        ),
+        false if file.parent() == output.parent() => return Ok(()),
+        false => format!(
+            "{} would not find {beside}, which is beside the character: write into its folder",
+            output.display()
+        ),
+    };
+    Err(Diagnostic::new(Code::InvalidValue, message).into())
+}
+
+/// A largest error that the format cannot keep, and a shell without a largest error.
+fn problem_of_bound(writing: &Writing, row: &FormatInfo) -> Option<String> {
+    let smaller = &writing.smaller;
+    // A format that does not say how keys are stored always has a largest error, or takes none.
+    let chooses = row.takes(WriteOption::Compress);
+    // Only 32-bit floats lose nothing.
+    let is_exact = chooses && smaller.compress == Some(Compression::None);
+    if smaller.max_error.is_some_and(|length| length.to_metres() == 0.0) && !is_exact {
+        let exact = match chooses {
+            true => "name a length above 0, or --compress none",
+            false => "name a length above 0, or leave it out",
+        };
+        let name = row.name;
+        return Some(format!(
+            "--max-error 0: {name} cannot be exact with fewer keys or bits; {exact}"
+        ));
+    }
+    (chooses && smaller.shell_distance.is_some() && !smaller.has_bound()).then(|| {
+        "--shell-distance would do nothing: it needs a largest error; add --max-error 1mm, or leave it out".to_owned()
+    })
+}
+
+/// Files that cannot stand beside the output.
+fn problem_of_stream(writing: &Writing) -> Option<String> {
+    if writing.fbx.textures != FbxTextures::Beside {
+        return None;
+    }
+    let why = match (writing.is_stream(), writing.is_folder()) {
+        (true, _) => "standard output is one file; name a file, not -, or leave it out",
+        (_, true) => "textures of many files could have one name; make one file at a time, or leave it out",
+        (false, false) => return None,
+    };
+    Some(format!("--textures beside: {why}"))
+}

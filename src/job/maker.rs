@@ -1,0 +1,483 @@
+//! Makes the outputs of a job: one recipe for one motion and for many, for every command and every language.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::files::Files;
+use super::form::Form;
+use super::{Job, Onto};
+use crate::convert::{Conversion, FirstFrame};
+use crate::edit::{EditReport, EditStep};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::figure::{HumanoidMap, humanoid};
+use crate::files::ReplacePolicy;
+use crate::format::{FormatInfo, WriteOption, Written};
+use crate::import::{Importer, MemoryFile};
+use crate::process::SkeletonMesh;
+use crate::retargeting::{Report, Retargeting, Target};
+use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
+
+/// What comes to light while a job is done.
+///
+/// ```
+/// use mocap::job::{Job, Maker, Said};
+///
+/// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;
+/// let job = Job::from_json(job)?;
+/// let mut notes = Vec::new();
+/// let mut hear = |said: Said<'_>| {
+///     if let Said::Note(note) = said {
+///         notes.push(note.to_owned());
+///     }
+/// };
+/// let maker = Maker::new(&job, &[], &mut hear)?;
+/// maker.make(&job.source.inputs, &job.write.output, &mut hear)?;
+/// assert!(notes.iter().any(|note| note.starts_with("unit: cmu, because")));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Said<'a> {
+    /// What may be wrong with a file.
+    Warnings(&'a Path, &'a [Diagnostic]),
+    /// What was decided, chosen or left out.
+    Note(&'a str),
+    /// What a step has changed.
+    Step(&'a EditReport),
+}
+
+/// Who hears what is said.
+pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
+
+/// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
+///
+/// [`Job::run`] makes one and writes its output. A program that has many motions, or that looks at what was made, makes
+/// one itself; it writes nothing.
+///
+/// ```
+/// use mocap::job::{Job, Maker};
+///
+/// let job = r#"{"onto": {"robot": {"file": "fixtures/robots/h1.urdf"}}, "write": {"output": "out/", "to": "csv"}}"#;
+/// let job = Job::from_json(job)?;
+/// let maker = Maker::new(&job, &[], &mut |_| {})?; // reads the robot once
+/// for motion in ["fixtures/real/cmu_short.bvh", "fixtures/real/cmu_12_01_walk.bvh"] {
+///     let made = maker.make(&[motion.into()], "out/motion.csv".as_ref(), &mut |_| {})?;
+///     assert!(made.clips[0].mean_degrees() < 30.0);
+/// }
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Maker<'a> {
+    job: Job,
+    files: Files<'a>,
+    form: Form,
+    /// The bones of the inputs that are stated.
+    bones: HumanoidMap,
+    /// The second motions of steps.
+    others: Arc<[Scene]>,
+    /// The target without a motion, where there is one.
+    target: Option<Retargeting>,
+    threads: Option<usize>,
+}
+
+/// What a job has made of motions, before it is written.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Made {
+    /// The files.
+    pub written: Written,
+    /// The motion on its own skeleton, as it is written; absent where it is on another body.
+    pub scene: Option<Scene>,
+    /// How well each motion is the same on the other body.
+    pub clips: Vec<Report>,
+}
+
+impl<'a> Maker<'a> {
+    /// Makes `job` ready, whose inputs and output the methods name. A file of `given` is not read from the disk, such
+    /// as standard input, whose name is `-`.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where options do not go together, [`Code::UnknownFormat`] where the output is in no
+    /// format that is written; those of reading the target and the second motions.
+    pub fn new(job: &Job, given: &'a [MemoryFile<'a>], hear: Hear<'_>) -> Result<Self> {
+        Self::of(job, Files { given, has_disk: true }, hear)
+    }
+
+    pub(super) fn of(job: &Job, files: Files<'a>, hear: Hear<'_>) -> Result<Self> {
+        let names = job.source.with.iter().map(|file| file.display().to_string());
+        EditStep::second_motions(&job.steps, &Vec::from_iter(names))?;
+        let (form, target) = match &job.onto {
+            None => (Form::of_motion(&job.write)?, None),
+            Some(onto) => {
+                let (form, target) = import_onto(job, onto, files, hear)?;
+                (form, Some(target))
+            }
+        };
+        let mut maker = Self {
+            bones: job.source.map.bones()?,
+            job: job.clone(),
+            files,
+            form,
+            others: Arc::default(),
+            target,
+            threads: None,
+        };
+        let with = job.source.with.iter();
+        let others = with.map(|file| maker.import_second(file, hear));
+        maker.others = others.collect::<Result<_>>()?;
+        Ok(maker)
+    }
+
+    /// How many threads read a file. Default: as many as there are cores.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = Some(threads);
+        self
+    }
+
+    /// The up axis of the inputs, where the job leaves it open and others know it.
+    #[must_use]
+    pub fn up(mut self, up: UpAxis) -> Self {
+        self.job.source.space.up.up = super::UpChoice::Axis(up);
+        self
+    }
+
+    /// The row of the format, where the output is a scene in one of the table.
+    pub fn format(&self) -> Option<&'static FormatInfo> {
+        match self.form {
+            Form::Scene(row) => Some(row),
+            Form::Character | Form::Robot(_) => None,
+        }
+    }
+
+    /// Why an option of writing has no effect on the output; `None` where it has one.
+    pub fn refusal(&self, option: WriteOption) -> Option<Diagnostic> {
+        self.form.refusal(option, &self.job.write.extension())
+    }
+
+    /// Refuses an output that would replace an input, or what is known beforehand to be somebody's.
+    ///
+    /// # Errors
+    /// As [`ReplacePolicy::check`].
+    pub fn check(&self, policy: &ReplacePolicy, output: &Path) -> Result<()> {
+        match self.form {
+            _ if output == Path::new("-") => Ok(()),
+            // Of other files, that depends on the bytes of the output.
+            Form::Scene(row) if row.states_origin => policy.check(output),
+            _ => policy.check_inputs(output),
+        }
+    }
+
+    /// What of the motions on another body is worse than the job allows.
+    pub fn problem(&self, clips: &[Report]) -> Option<String> {
+        self.job.onto.as_ref()?.problem(clips)
+    }
+
+    /// Makes the output of motions for the name `output`, and writes nothing.
+    ///
+    /// # Errors
+    /// Those of reading, of the steps, of [`Retargeting`] and of [`Exporter::write_as`](crate::Exporter::write_as),
+    /// with the file.
+    pub fn make(&self, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
+        match &self.target {
+            Some(target) => self.make_onto(target.clone(), motions, output, hear),
+            None => {
+                let motion = one(motions)?;
+                let mut scene = self.import(motion, hear)?;
+                self.change(&mut scene, motion, hear)?;
+                self.made(scene, motion, output)
+            }
+        }
+    }
+
+    /// Reads a motion as the job needs it, and changes nothing yet.
+    ///
+    /// # Errors
+    /// As [`Importer::import`](crate::Importer::import); [`Code::NoMotion`] where the job needs a motion.
+    pub fn import(&self, motion: &Path, hear: Hear<'_>) -> Result<Scene> {
+        let importer = self.job.read.importer();
+        let importer = match self.form {
+            Form::Scene(row) if self.target.is_none() => {
+                let mesh = mesh(&self.job, Some(row));
+                importer.skeleton_mesh(mesh).gltf_meshes(row.has_file_meshes)
+            }
+            _ => importer.skeleton_mesh(SkeletonMesh::None),
+        };
+        let importer = match self.threads {
+            Some(threads) => importer.threads(threads),
+            None => importer,
+        };
+        let import = |importer: &Importer| self.files.import(importer, motion);
+        let mut scene = importer.at_rate(self.job.source.frames.fps, import)?;
+        say_warnings(&mut scene, motion, hear);
+        let takes_one = !self.job.steps.is_empty() || self.is_onto_robot();
+        if takes_one || self.target.is_some() {
+            require_motion(&scene, motion)?;
+        }
+        if takes_one && let Some(note) = clip_taken(&scene, None) {
+            hear(Said::Note(&note));
+            scene.animations.truncate(1);
+            scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
+        }
+        Ok(scene)
+    }
+
+    /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`], and those of the steps.
+    pub fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<()> {
+        let in_file = |error: Error| error.with_path(motion);
+        self.convert(scene, hear).map_err(in_file)?;
+        self.apply_steps(scene, hear).map_err(in_file)?;
+        say_warnings(scene, motion, hear);
+        Ok(())
+    }
+
+    fn convert(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<()> {
+        let frames = &self.job.source.frames;
+        let of_reader = scene.metadata.assumptions.iter();
+        of_reader.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+        let decided = self.conversion().apply(scene)?;
+        say_all(&decided, hear);
+        let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
+        if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
+            hear(Said::Note(
+                "the first frame is kept; `--drop-first-frame auto` leaves it out",
+            ));
+        }
+        Ok(())
+    }
+
+    /// From the space and the frames of an input to those of the output.
+    fn conversion(&self) -> Conversion {
+        let Job { source, write, .. } = &self.job;
+        let keeps_units = self.format().is_some_and(FormatInfo::keeps_units);
+        let mut conversion = source.frames.conversion().bones(self.bones.clone());
+        if let Some(metres) = source.space.metres_per_unit() {
+            conversion = conversion.metres_per_unit(metres);
+        }
+        if let Some(up) = source.space.up() {
+            conversion = conversion.up(up);
+        }
+        write.space.of(conversion).keep_units(keeps_units)
+    }
+
+    fn apply_steps(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<()> {
+        let bones = match self.bones.is_empty() || self.job.steps.is_empty() {
+            true => None,
+            false => Some(humanoid(scene).with_map(scene, self.bones.clone())?),
+        };
+        let others: Vec<&Scene> = self.others.iter().collect();
+        let reports = EditStep::apply_all(scene, &self.job.steps, &others, bones.as_ref())?;
+        reports.iter().for_each(|report| hear(Said::Step(report)));
+        Ok(())
+    }
+
+    /// What is made of a motion on its own skeleton after [`change`](Self::change), for the name `output`.
+    ///
+    /// # Errors
+    /// As [`Exporter::write_as`](crate::Exporter::write_as).
+    pub fn made(&self, scene: Scene, motion: &Path, output: &Path) -> Result<Made> {
+        let written = self.write(&scene, output).map_err(|error| error.with_path(motion))?;
+        Ok(Made {
+            written,
+            scene: Some(scene),
+            clips: Vec::new(),
+        })
+    }
+
+    fn write(&self, scene: &Scene, output: &Path) -> Result<Written> {
+        let mut exporter = self.job.write.exporter();
+        let row = self.format();
+        if row.is_some_and(|row| row.states_bones) {
+            exporter = exporter.humanoid(humanoid(scene).with_map(scene, self.bones.clone())?);
+        }
+        let mut written = exporter.write_as(scene, self.job.write.name_of(output))?;
+        let one_clip = row.filter(|row| row.has_one_clip);
+        written
+            .notes
+            .extend(one_clip.and_then(|row| clip_taken(scene, Some(row.name))));
+        Ok(written)
+    }
+
+    /// A second motion of a step, as the first is when steps begin.
+    fn import_second(&self, file: &Path, hear: Hear<'_>) -> Result<Scene> {
+        let mut scene = self.import(file, hear)?;
+        match &self.target {
+            None => self.convert(&mut scene, hear).map_err(|error| error.with_path(file))?,
+            Some(target) => {
+                self.job.source.space.state(&mut scene);
+                let source = target.prepare(scene).map_err(|error| error.with_path(file))?;
+                say_all(&source.assumptions, hear);
+                scene = source.scene;
+            }
+        }
+        Ok(scene)
+    }
+
+    fn is_onto_robot(&self) -> bool {
+        matches!(self.job.onto, Some(Onto::Robot(_)))
+    }
+
+    /// Motions on another body.
+    fn make_onto(&self, mut target: Retargeting, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
+        if motions.is_empty() {
+            return Err(no_input());
+        }
+        for motion in motions {
+            let scene = self.import(motion, hear)?;
+            self.add(scene, motion, &mut target, hear)
+                .map_err(|error| error.with_path(motion))?;
+        }
+        let written = self.write_onto(&target, output)?;
+        let clips = target.into_clips().into_iter().map(|clip| clip.report);
+        Ok(Made {
+            written,
+            scene: None,
+            clips: clips.collect(),
+        })
+    }
+
+    /// Puts the motions of a file on the target.
+    fn add(&self, mut scene: Scene, motion: &Path, target: &mut Retargeting, hear: Hear<'_>) -> Result<()> {
+        self.job.source.space.state(&mut scene);
+        let mut source = target.prepare(scene)?;
+        say_all(&source.assumptions, hear);
+        self.apply_steps(&mut source.scene, hear)?;
+        let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
+        if target.add(source.named(name))?.is_rest_pose_left_out {
+            let file = motion.display();
+            hear(Said::Note(&format!(
+                "{file}: the first frame, a rest pose, is left out"
+            )));
+        }
+        Ok(())
+    }
+
+    /// The files of motions on another body, for the name `output`.
+    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<Written> {
+        let write = &self.job.write;
+        let row = match self.form {
+            Form::Robot(format) => return format.write(target),
+            Form::Character => {
+                let written = target.character_file_with(&write.smaller.gltf())?;
+                let (bytes, gltf) = written.unwrap_or_default();
+                let mut written = Written::from(bytes);
+                written.warnings = gltf.warnings;
+                written.error = gltf.achieved;
+                return Ok(written);
+            }
+            Form::Scene(row) => row,
+        };
+        if row.has_one_clip && target.clips().len() > 1 {
+            let message = format!("{} has one motion; name one", row.name);
+            return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
+        }
+        let scene = match (row.keeps_units(), &write.space) {
+            (true, space) if space.is_empty() => target.scene(),
+            (keeps_units, space) => target.scene_converted(&space.of(Conversion::new()).keep_units(keeps_units))?,
+        };
+        let mut exporter = write.exporter();
+        if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
+            exporter = exporter.humanoid(bones.clone());
+        }
+        exporter.write_as(&scene, write.name_of(output))
+    }
+}
+
+/// Reads the body that motions are put on.
+fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Result<(Form, Retargeting)> {
+    let file = onto.body().file.as_path();
+    let frames = &job.source.frames;
+    let options = onto
+        .options()?
+        .source_bones(job.source.map.bones()?)
+        .conversion(frames.conversion());
+    let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
+    let mesh = match (onto, job.write.mesh) {
+        (Onto::Skeleton(_), None) => SkeletonMesh::None,
+        _ => mesh(job, row),
+    };
+    let target = files.import_target(onto, mesh)?;
+    match &target {
+        Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
+        Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
+        Target::Character(_) => {}
+    }
+    let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
+    let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
+    Ok((form, target))
+}
+
+/// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
+fn mesh(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
+    match job.write.mesh {
+        Some(mesh) => mesh.into(),
+        None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
+        None => SkeletonMesh::Skinned,
+    }
+}
+
+/// What is to be known of a skeleton onto which motions go. It need not move.
+fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
+    let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
+    hear(Said::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
+    let left_out = scene.metadata.assumptions.iter();
+    let left_out = left_out.filter(|assumption| assumption.topic == Topic::Meshes);
+    left_out.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+}
+
+/// Says the warnings of a scene, which are then not said again.
+fn say_warnings(scene: &mut Scene, file: &Path, hear: Hear<'_>) {
+    let warnings = std::mem::take(&mut scene.warnings);
+    if !warnings.is_empty() {
+        hear(Said::Warnings(file, &warnings));
+    }
+}
+
+fn say_all(assumptions: &[Assumption], hear: Hear<'_>) {
+    let sentences = assumptions.iter().map(Assumption::to_string);
+    sentences.for_each(|sentence| hear(Said::Note(&sentence)));
+}
+
+/// Which animation of several is taken, the first; `only` is a format that has one.
+fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
+    let [first, _, ..] = scene.animations.as_slice() else {
+        return None;
+    };
+    let (name, count) = (&first.name, scene.animations.len());
+    let because = only.map(|format| format!(", because {format} has one"));
+    Some(format!(
+        "clip: 0 \"{name}\" of {count}{}; --clip takes another",
+        because.unwrap_or_default()
+    ))
+}
+
+fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {
+    match scene.animations.is_empty() {
+        false => Ok(()),
+        true => {
+            let error = Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
+            Err(error.with_path(motion))
+        }
+    }
+}
+
+fn one(motions: &[PathBuf]) -> Result<&Path> {
+    match motions {
+        [motion] => Ok(motion),
+        [] => Err(no_input()),
+        motions => {
+            let message = format!("the job has {} inputs, and one output", motions.len());
+            let help = "name one motion in source.inputs, and second motions of steps in source.with";
+            Err(Diagnostic::new(Code::InvalidValue, message).help(help).into())
+        }
+    }
+}
+
+fn no_input() -> Error {
+    Diagnostic::new(Code::InvalidValue, "the job names no input")
+        .help("name the motion files in source.inputs")
+        .into()
+}
