@@ -6,17 +6,20 @@
 //! clips of one skeleton get one map; only where names and rest pose do not tell left from right the motion does.
 
 mod body;
+mod explain;
 mod fingers;
 mod limb;
 mod map;
 mod refusal;
 mod sides;
+mod tables;
 mod topology;
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+pub use self::explain::{ExplainedPart, ExplainedRow, Explanation};
 use self::sides::Found;
 use self::topology::Tree;
 pub(super) use self::topology::rest_positions;
@@ -180,6 +183,22 @@ impl Humanoid {
             sides_confidence: Confidence::Unsure,
         }
     }
+}
+
+/// Why the joints of `scene` are read as the bones that they are: what each table of the guess says of the chosen
+/// reading, and what came second. `None` where the file states the bones, and where no two chains can be legs. Where
+/// [`humanoid`] refuses the skeleton, it is the reading that was refused.
+///
+/// ```
+/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+/// let legs = &mocap::figure::explain(&scene).unwrap().parts[0];
+/// assert_eq!(legs.joints[0], "upperLeg \"LeftUpLeg\"");
+/// assert!(legs.second.as_ref().unwrap().1 < legs.log_likelihood);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+pub fn explain(scene: &Scene) -> Option<Explanation> {
+    let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
+    if is_stated { None } else { explain::explain(scene) }
 }
 
 /// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource, humanoid};
+use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource, explain, humanoid};
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
 use mocap::{Importer, Pose, Scene};
@@ -98,6 +98,48 @@ fn the_bones_of_real_files_are_those_that_people_see() {
         sum.right,
         sum.all
     );
+}
+
+/// What is said of a reading is what it was chosen by: the rows add up to their part, the parts to the whole, and what
+/// came second scores less.
+#[test]
+fn an_explanation_adds_up() {
+    let is_near = |a: f32, b: f32| (a - b).abs() < 1e-3;
+    let mut explained = 0;
+    for (file, truth) in truth() {
+        if truth["humanoid"] == false {
+            continue;
+        }
+        let scene = import(&file);
+        let Some(explanation) = explain(&scene) else {
+            assert!(scene.nodes.iter().any(|node| node.humanoid_bone.is_some()), "{file}");
+            continue;
+        };
+        for part in &explanation.parts {
+            let sum: f32 = part.evidence.iter().map(|row| row.log_likelihood).sum();
+            assert!(
+                is_near(sum, part.log_likelihood),
+                "{file}: {}: {sum}, not {}",
+                part.part,
+                part.log_likelihood
+            );
+            if let Some((joints, second)) = &part.second {
+                assert!(
+                    joints != &part.joints && *second <= part.log_likelihood,
+                    "{file}: {}",
+                    part.part
+                );
+            }
+        }
+        let sum: f32 = explanation.parts.iter().map(|part| part.log_likelihood).sum();
+        assert!(
+            is_near(sum, explanation.log_likelihood),
+            "{file}: {sum}, not {}",
+            explanation.log_likelihood
+        );
+        explained += 1;
+    }
+    assert!(explained > 20, "{explained}");
 }
 
 /// Calls each joint by a number, in channels too.

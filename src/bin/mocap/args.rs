@@ -171,6 +171,9 @@ pub(crate) struct SkeletonArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Say why each joint is the bone that it is: how lengths, names and shape score, and what came second
+    #[arg(long)]
+    pub(crate) explain: bool,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]

@@ -1,6 +1,11 @@
 //! Which two limbs are the legs, which the arms, and what is between them: hips, spine, neck and head.
 
 use super::limb::{self, Fit, Kind};
+use super::tables::{
+    ARM_TO_LEG, FACE, HEAD, HEAD_BEHIND_FACE, HEAD_BELOW_SHOULDERS, HEAD_TO_LEG, LEFT_OUT_ABOVE_NECK,
+    LEFT_OUT_BELOW_NECK, NECK_AT_SHOULDERS, NECK_BEHIND_SHOULDERS, NECK_TO_LEG, NO_ARMS, SHOULDERS_TO_LEG, Sums,
+    TIP_TO_LEG, Tally, weight_of_name,
+};
 use super::topology::{Pair, Tree, pairs};
 use crate::figure::names::words::Part;
 
@@ -10,15 +15,21 @@ const MOST_PAIRS: usize = 12;
 /// Joints between hips and shoulders, and from there to the head. The longest that was met has ten.
 const LONGEST_TRUNK: usize = 24;
 
-/// What a body without arms costs: more than arms that fit badly.
-const WITHOUT_ARMS: f32 = -10.0;
-
 /// A lead of more than this is clear.
 pub(super) const CLEAR_LEAD: f32 = 1.0;
 
 /// What a trunk is worth at most: names of head, neck, spine and hips, a head with a face, and a neck behind the
 /// shoulders.
-const MOST_OF_TRUNK: f32 = 2.5 + 4.0 + 1.0 + 2.5 + 1.2 + 2.0 + 1.5;
+const MOST_OF_TRUNK: f32 = HEAD.log_odds
+    + FACE.log_odds
+    + NECK_BEHIND_SHOULDERS.log_odds
+    + weight_of_name(Part::Head)
+    + weight_of_name(Part::Neck)
+    + weight_of_name(Part::Spine)
+    + weight_of_name(Part::Hips);
+
+/// How many ratios say how well the lengths of a trunk fit: of its head, the tip of that, and the shoulders.
+const LENGTHS_OF_TRUNK: f32 = 3.0;
 
 /// A tip that is nearer than this, as a share of the leg, does not count: some writers put it a millimetre off.
 const SHORTEST_TIP: f32 = 0.03;
@@ -34,6 +45,10 @@ pub(super) struct Trunk {
     /// How well the lengths fit, 0 at best, each in the mean.
     pub(super) lengths: f32,
     pub(super) score: f32,
+    /// Where it was read.
+    path: TrunkPath,
+    /// The places of head and neck in it.
+    places: [Option<usize>; 2],
 }
 
 /// A body as it was found.
@@ -45,6 +60,8 @@ pub(super) struct Body {
     pub(super) score: f32,
     /// How much better it is than the next reading with other limbs; infinite where there is no other.
     pub(super) lead: f32,
+    /// The first joints of the limbs of that reading, the legs before the arms, and its score.
+    pub(super) second: Option<(Vec<[usize; 2]>, f32)>,
 }
 
 /// The reading of the skeleton as a body that fits best; none where no two limbs can be legs.
@@ -76,6 +93,11 @@ pub(super) fn find(tree: &Tree) -> Option<Body> {
         .iter()
         .find(|other| limbs(other) != limbs(&best) && other.arms.is_some());
     best.lead = other.map_or(f32::INFINITY, |other| best.score - other.score);
+    let roots = |body: &Body| {
+        let pairs = std::iter::once(&body.legs).chain(&body.arms);
+        pairs.map(|fit| fit.pair.roots).collect()
+    };
+    best.second = other.map(|other| (roots(other), other.score));
     Some(best)
 }
 
@@ -88,12 +110,17 @@ fn are_apart(tree: &Tree, a: &Pair, b: &Pair) -> bool {
 
 /// What legs and arms are worth without a trunk.
 fn score_of_limbs(legs: &Fit, arms: Option<&Fit>) -> f32 {
-    legs.score
-        + match arms {
-            None => WITHOUT_ARMS,
-            // Upper arm and forearm are two thirds of thigh and shin.
-            Some(arms) => arms.score + 1.5 * limb::near(arms.long_bones / legs.long_bones, 0.67, 0.16),
-        }
+    let mut sums = Sums::default();
+    weigh_limbs(legs, arms, &mut sums);
+    legs.score + arms.map_or(0.0, |arms| arms.score) + sums.sum()
+}
+
+/// Tells `tally` how legs and arms fit each other.
+pub(super) fn weigh_limbs(legs: &Fit, arms: Option<&Fit>, tally: &mut impl Tally) {
+    match arms {
+        None => tally.sign(&NO_ARMS, 1.0),
+        Some(arms) => tally.ratio(&ARM_TO_LEG, arms.long_bones / legs.long_bones),
+    }
 }
 
 fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
@@ -104,6 +131,7 @@ fn body(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Body> {
         score: score_of_limbs(legs, arms) + trunk.score,
         trunk,
         lead: f32::INFINITY,
+        second: None,
     })
 }
 
@@ -137,7 +165,13 @@ pub(super) fn move_hips(tree: &Tree, body: &mut Body) {
     }
 }
 
+/// The best reading of what is between legs and arms.
 fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
+    trunk_but(tree, legs, arms, None)
+}
+
+/// The best reading but one with these hips, neck and head.
+pub(super) fn trunk_but(tree: &Tree, legs: &Fit, arms: Option<&Fit>, but: Option<&Trunk>) -> Option<Trunk> {
     let roots = legs.pair.roots;
     let pelvis = legs.pair.branch;
     let shoulders = arms.map(|arms| arms.pair.branch);
@@ -170,11 +204,11 @@ fn trunk(tree: &Tree, legs: &Fit, arms: Option<&Fit>) -> Option<Trunk> {
                 Some(next) => tree.chain(next),
                 None => Vec::new(),
             };
-            let lead_to_head = &path[..=place];
-            let mut found = read_trunk(tree, legs, lead_to_head, path.len() - 1, &branch);
-            found.score -= 1.5 * (path.len() - 1 - place) as f32;
-            if best.as_ref().is_none_or(|best| found.score > best.score) {
-                best = Some(found);
+            let read = TrunkPath::new(tree, &path, place, &branch).read(tree, legs, but);
+            if let Some(read) = read
+                && best.as_ref().is_none_or(|best| read.score > best.score)
+            {
+                best = Some(read);
             }
         }
     }
@@ -188,96 +222,177 @@ fn upwards(tree: &Tree, from: usize) -> Vec<usize> {
         .collect()
 }
 
-/// Reads the joints from the pelvis to where the head's chain branches off, `path`, and that chain, `branch`.
-/// `shoulders_at` is the place of the joint that carries the arms, 0 where there are none.
-fn read_trunk(tree: &Tree, legs: &Fit, path: &[usize], shoulders_at: usize, branch: &[usize]) -> Trunk {
-    let leg = legs.long_bones;
-    let nodes: Vec<usize> = path.iter().chain(branch).copied().collect();
-    let along: Vec<f32> = (0..nodes.len()).map(|end| tree.length_of(&nodes[..=end])).collect();
-    let is_joint = |place: usize| tree.is_joint[nodes[place]];
-    let says_spine = |place: usize| tree.names[nodes[place]].says(Part::Spine);
-    let fans = |place: usize| {
-        let joints = tree.children[nodes[place]]
-            .iter()
-            .filter(|child| tree.is_joint[**child]);
-        joints.count() >= 2
-    };
-    let name = |place: usize, part| tree.names[nodes[place]].fits(part);
-    let tip = nodes.len() - 1;
-    let branch_at = path.len() - 1;
-    let mut best = Trunk {
-        hips: path[0],
-        score: f32::NEG_INFINITY,
-        ..Trunk::default()
-    };
-    let places: Vec<usize> = (1..nodes.len()).filter(|&place| is_joint(place)).collect();
-    let first_head = if shoulders_at > 0 { branch_at + 1 } else { 1 };
-    let heads = places.iter().copied().filter(|&place| place >= first_head);
-    for head in heads.map(Some).chain([None]) {
-        let end = head.unwrap_or(tip + 1);
-        let necks = places
-            .iter()
-            .copied()
-            .filter(|&place| place >= branch_at.max(1) && place < end);
-        for neck in necks.map(Some).chain([None]) {
-            let mut lengths = 0.0;
-            let mut score = 0.0;
-            if let Some(head) = head {
-                let behind = along[tip] - along[head];
-                score += 2.5 * name(head, Part::Head) + 4.0;
-                if behind > SHORTEST_TIP * leg {
-                    lengths += 0.7 * limb::near(behind / leg, 0.24, 0.5).max(-2.0);
-                }
-                lengths += limb::near((along[head] / leg).max(0.02), 0.82, 0.25);
-                // Eyes and jaw spring from the head; nothing that springs from a joint of the neck is a head.
-                score += if fans(head) { 1.0 } else { 0.0 };
-                let behind_a_fan = (first_head..head).any(fans);
-                score -= if behind_a_fan { 2.0 } else { 0.0 };
-            }
-            if let Some(neck) = neck {
-                // A neck may be called as the last of the spine.
-                let called = name(neck, Part::Neck);
-                score += 2.5 * if says_spine(neck) { called.max(-0.1) } else { called };
-                // The neck begins behind the shoulders, and is not the joint that carries them but by its name.
-                score += if neck > branch_at { 1.2 } else { -1.5 };
-                if let Some(head) = head {
-                    score += 0.5 * limb::near(((along[head] - along[neck]) / leg).max(0.01), 0.13, 0.6);
-                }
-            }
-            // Without arms the spine ends at the neck.
-            let last_of_spine = if shoulders_at > 0 {
-                branch_at
-            } else {
-                neck.or(head).map_or(0, |place| place - 1)
-            };
-            let above_shoulders = (last_of_spine + 1..neck.or(head).unwrap_or(0)).filter(|&place| says_spine(place));
-            let spine: Vec<usize> = (1..=last_of_spine.min(end - 1))
-                .filter(|&place| is_joint(place) && Some(place) != neck)
-                .chain(above_shoulders.filter(|&place| is_joint(place)))
-                .collect();
-            let named: f32 = spine.iter().map(|&place| name(place, Part::Spine)).sum();
-            score += 2.0 * named / spine.len().max(1) as f32;
-            // What is left between spine and neck, or between neck and head, and has no bone.
-            let left_out = |place: &&usize| **place > branch_at && **place < end && !spine.contains(place);
-            for &place in places.iter().filter(left_out).filter(|place| Some(**place) != neck) {
-                let is_in_front = neck.is_some_and(|neck| place < neck);
-                score -= if is_in_front { 0.6 } else { 0.1 };
-            }
-            if shoulders_at > 0 {
-                lengths += 1.5 * limb::near(along[shoulders_at.min(tip)] / leg, 0.52, 0.35);
-            }
-            score += 1.5 * name(0, Part::Hips) + lengths;
-            if score > best.score {
-                best = Trunk {
-                    hips: path[0],
-                    spine: spine.iter().map(|place| nodes[*place]).collect(),
-                    neck: neck.map(|place| nodes[place]),
-                    head: head.map(|place| nodes[place]),
-                    lengths: lengths / 3.0,
-                    score,
-                };
-            }
+/// The joints from the pelvis to where the head's chain branches off, and that chain.
+#[derive(Clone, Debug, Default)]
+struct TrunkPath {
+    nodes: Vec<usize>,
+    /// Length of the path to each node.
+    along: Vec<f32>,
+    /// Whether each is a joint.
+    are_joints: Vec<bool>,
+    /// Where the head's chain branches off.
+    branch_at: usize,
+    /// The place of the joint that carries the arms, 0 where there are none.
+    shoulders_at: usize,
+}
+
+impl TrunkPath {
+    /// `path` leads from the pelvis to the joint that carries the arms; at `place` of it, `branch` branches off.
+    fn new(tree: &Tree, path: &[usize], place: usize, branch: &[usize]) -> Self {
+        let nodes: Vec<usize> = path[..=place].iter().chain(branch).copied().collect();
+        Self {
+            along: (0..nodes.len()).map(|end| tree.length_of(&nodes[..=end])).collect(),
+            are_joints: nodes.iter().map(|node| tree.is_joint[*node]).collect(),
+            nodes,
+            branch_at: place,
+            shoulders_at: path.len() - 1,
         }
     }
-    best
+
+    /// The first place at which a head can be.
+    fn first_head(&self) -> usize {
+        if self.shoulders_at > 0 { self.branch_at + 1 } else { 1 }
+    }
+
+    fn joints(&self) -> impl Iterator<Item = usize> {
+        (1..self.nodes.len()).filter(|&place| self.are_joints[place])
+    }
+
+    fn says_spine(&self, tree: &Tree, place: usize) -> bool {
+        tree.names[self.nodes[place]].says(Part::Spine)
+    }
+
+    /// The best reading of these joints but `but`.
+    fn read(&self, tree: &Tree, legs: &Fit, but: Option<&Trunk>) -> Option<Trunk> {
+        let mut best: Option<(f32, f32, [Option<usize>; 2])> = None;
+        let heads = self.joints().filter(|&place| place >= self.first_head());
+        for head in heads.map(Some).chain([None]) {
+            let end = head.unwrap_or(self.nodes.len());
+            let necks = self
+                .joints()
+                .filter(|&place| place >= self.branch_at.max(1) && place < end);
+            for neck in necks.map(Some).chain([None]) {
+                let mut sums = Sums::default();
+                self.weigh(tree, legs.long_bones, [head, neck], &mut sums);
+                let [as_head, as_neck] = [head, neck].map(|place| place.map(|place| self.nodes[place]));
+                let is_other =
+                    but.is_none_or(|but| (but.hips, but.head, but.neck) != (self.nodes[0], as_head, as_neck));
+                if is_other && best.is_none_or(|(score, ..)| sums.sum() > score) {
+                    best = Some((sums.sum(), sums.lengths, [head, neck]));
+                }
+            }
+        }
+        let (score, lengths, places) = best?;
+        let [head, neck] = places;
+        let node = |place: usize| self.nodes[place];
+        Some(Trunk {
+            hips: node(0),
+            spine: self.spine(tree, places).into_iter().map(node).collect(),
+            neck: neck.map(node),
+            head: head.map(node),
+            lengths: lengths / LENGTHS_OF_TRUNK,
+            score,
+            path: self.clone(),
+            places,
+        })
+    }
+
+    /// The places of the spine. Without arms it ends at the neck.
+    fn spine(&self, tree: &Tree, [head, neck]: [Option<usize>; 2]) -> Vec<usize> {
+        let end = head.unwrap_or(self.nodes.len());
+        let last = if self.shoulders_at > 0 {
+            self.branch_at
+        } else {
+            neck.or(head).map_or(0, |place| place - 1)
+        };
+        let above_shoulders = (last + 1..neck.or(head).unwrap_or(0)).filter(|&place| self.says_spine(tree, place));
+        (1..=last.min(end - 1))
+            .filter(|&place| self.are_joints[place] && Some(place) != neck)
+            .chain(above_shoulders.filter(|&place| self.are_joints[place]))
+            .collect()
+    }
+
+    /// Tells `tally` all that speaks for and against a head and a neck at these places. `leg` is the length of thigh
+    /// and shin.
+    fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
+        let fit = |place: usize, part| tree.names[self.nodes[place]].fits(part);
+        let along = |place: usize| self.along[place];
+        let tip = self.nodes.len() - 1;
+        if let Some(head) = head {
+            tally.sign(&HEAD, 1.0);
+            tally.name(Part::Head, self.nodes[head], fit(head, Part::Head), 1.0);
+            let behind = along(tip) - along(head);
+            if behind > SHORTEST_TIP * leg {
+                tally.ratio(&TIP_TO_LEG, behind / leg);
+            }
+            tally.ratio(&HEAD_TO_LEG, along(head) / leg);
+            // Eyes and jaw spring from the head; nothing that springs from a joint of the neck is a head.
+            let fans = |place: usize| {
+                let children = tree.children[self.nodes[place]].iter();
+                children.filter(|child| tree.is_joint[**child]).count() >= 2
+            };
+            if fans(head) {
+                tally.sign(&FACE, 1.0);
+            }
+            if (self.first_head()..head).any(fans) {
+                tally.sign(&HEAD_BEHIND_FACE, 1.0);
+            }
+        }
+        if let Some(neck) = neck {
+            // A neck may be called as the last of the spine.
+            let called = fit(neck, Part::Neck);
+            let called = if self.says_spine(tree, neck) {
+                called.max(-0.1)
+            } else {
+                called
+            };
+            tally.name(Part::Neck, self.nodes[neck], called, 1.0);
+            // The neck begins behind the shoulders, and is not the joint that carries them but by its name.
+            let is_behind = neck > self.branch_at;
+            tally.sign(
+                if is_behind {
+                    &NECK_BEHIND_SHOULDERS
+                } else {
+                    &NECK_AT_SHOULDERS
+                },
+                1.0,
+            );
+            if let Some(head) = head {
+                tally.ratio(&NECK_TO_LEG, (along(head) - along(neck)) / leg);
+            }
+        }
+        let spine = self.spine(tree, [head, neck]);
+        let share = 1.0 / spine.len().max(1) as f32;
+        for &place in &spine {
+            tally.name(Part::Spine, self.nodes[place], fit(place, Part::Spine), share);
+        }
+        // What is left between spine and neck, or between neck and head, and has no bone.
+        let end = head.unwrap_or(self.nodes.len());
+        let left_out =
+            |place: &usize| *place > self.branch_at && *place < end && !spine.contains(place) && Some(*place) != neck;
+        for place in self.joints().filter(left_out) {
+            let is_below = neck.is_some_and(|neck| place < neck);
+            tally.sign(
+                if is_below {
+                    &LEFT_OUT_BELOW_NECK
+                } else {
+                    &LEFT_OUT_ABOVE_NECK
+                },
+                1.0,
+            );
+        }
+        if self.shoulders_at > 0 {
+            tally.ratio(&SHOULDERS_TO_LEG, along(self.shoulders_at.min(tip)) / leg);
+            let below = self.shoulders_at - self.branch_at;
+            if below > 0 {
+                tally.sign(&HEAD_BELOW_SHOULDERS, below as f32);
+            }
+        }
+        tally.name(Part::Hips, self.nodes[0], fit(0, Part::Hips), 1.0);
+    }
+}
+
+/// Tells `tally` all that speaks for and against the trunk of a body.
+pub(super) fn weigh_trunk(tree: &Tree, legs: &Fit, trunk: &Trunk, tally: &mut impl Tally) {
+    trunk.path.weigh(tree, legs.long_bones, trunk.places, tally);
 }

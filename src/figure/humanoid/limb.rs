@@ -1,20 +1,26 @@
 //! Which joints of a chain are the bones of an arm or of a leg: the choice that fits names and lengths best.
 
+use super::tables::{
+    COLLAR_TO_UPPER_ARM, DETOUR, FINGERS_AT_HAND, FINGERS_ELSEWHERE, FOOT_STANDS_OFF, FOOT_TO_SHIN, HAND_TO_FOREARM,
+    HIP_TO_THIGH, NO_FOOT, NO_HAND, OPTIONAL_BONE, SHOULDER_TO_UPPER_ARM, SOLE_TO_SHIN, Sums, THIGH_TO_SHIN, Tally,
+    UPPER_ARM_TO_FOREARM, weight_of_name,
+};
 use super::topology::{Pair, Tree};
 use crate::figure::names::words::Part;
-
-/// How much a name counts against a length that is off by one spread.
-const NAME_WEIGHT: f32 = 2.5;
-
-/// What one length may cost at most.
-const MOST_OFF: f32 = 4.0;
-
-/// What an optional bone adds where it is found: less than one that does not fit takes away.
-const BONUS_OF_OPTIONAL: f32 = 0.6;
 
 /// What is behind hand or foot and shorter than this share of the bone before does not count as a bone: some writers
 /// put the tip a millimetre off.
 const SHORTEST_TIP: f32 = 0.05;
+
+/// The largest detour that counts, as a share of the bone.
+const MOST_DETOUR: f32 = 0.15;
+
+/// The cosine of the largest angle between foot and shin that counts: a foot in a T-pose is at right angles, some are
+/// drawn at 73 degrees.
+const STANDS_OFF: f32 = 0.3;
+
+/// How far behind the wrist the joint is from which fingers spring, at most, as a share of the forearm.
+const PALM: f32 = 0.35;
 
 /// How a chain of joints is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,13 +57,19 @@ pub(super) struct Fit {
 
 /// The best reading of the two limbs of `pair`; none where they have too few joints.
 pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
+    fit_but(tree, pair, kind, None)
+}
+
+/// The best reading but one whose joints these are.
+pub(super) fn fit_but(tree: &Tree, pair: &Pair, kind: Kind, but: Option<[[Option<usize>; 4]; 2]>) -> Option<Fit> {
     let chains = pair.roots.map(|root| Chain::new(tree, pair.branch, root, kind));
     let [a, b] = &chains;
+    let places = |side: usize| but.map(|joints| joints[side].map(|joint| chains[side].place(joint?)));
     let readings = if a.nodes.len() == b.nodes.len() && a.are_joints == b.are_joints {
-        let both = best(&[a, b], kind)?;
+        let both = best(&[a, b], kind, places(0))?;
         [both, both]
     } else {
-        [best(&[a], kind)?, best(&[b], kind)?]
+        [best(&[a], kind, places(0))?, best(&[b], kind, places(1))?]
     };
     let nodes = |side: usize| {
         readings[side]
@@ -73,6 +85,13 @@ pub(super) fn fit(tree: &Tree, pair: &Pair, kind: Kind) -> Option<Fit> {
         score: mean(|reading| reading.score),
         long_bones: mean(|reading| reading.long_bones),
     })
+}
+
+/// Tells `tally` all that speaks for and against the reading of one limb.
+pub(super) fn weigh(tree: &Tree, fit: &Fit, side: usize, kind: Kind, tally: &mut impl Tally) {
+    let chain = Chain::new(tree, fit.pair.branch, fit.pair.roots[side], kind);
+    let places = fit.joints[side].map(|joint| chain.place(joint?));
+    chain.weigh(kind, places, tally);
 }
 
 /// The nodes of a limb, from the first that is not of the body.
@@ -123,13 +142,47 @@ impl<'a> Chain<'a> {
         fits.sum()
     }
 
-    /// What a reading without toes or collar bone is worth, but for the way to the upper arm.
+    /// The place of a node in the chain.
+    fn place(&self, node: usize) -> Option<usize> {
+        self.nodes.iter().position(|other| *other == node)
+    }
+
+    /// All that speaks for and against a reading. Returns the length of its long bones.
+    fn weigh(&self, kind: Kind, places: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
+        for (part, (place, fits)) in kind.parts().into_iter().zip(places.iter().zip(0..)) {
+            if let Some(place) = *place {
+                tally.name(part, self.nodes[place], self.fits[place][fits], 1.0);
+            }
+        }
+        match kind {
+            Kind::Leg => leg(self, places, tally),
+            Kind::Arm => arm(self, places, tally),
+        }
+    }
+
+    /// What a reading without toes or collar bone is worth, but for the path to the upper arm.
     fn score(&self, kind: Kind, places: [Option<usize>; 4]) -> f32 {
-        let (lengths, bonus, _) = match kind {
-            Kind::Leg => leg(self, places),
-            Kind::Arm => free_arm(self, places),
+        let mut sums = Sums::default();
+        match kind {
+            Kind::Leg => leg(self, places, &mut sums),
+            Kind::Arm => free_arm(self, places, &mut sums),
         };
-        lengths + bonus + NAME_WEIGHT * self.names(places)
+        sums.sum() + self.weighted_names(kind, places)
+    }
+
+    fn weighted_names(&self, kind: Kind, places: [Option<usize>; 4]) -> f32 {
+        let parts = kind.parts().into_iter().zip(places).enumerate();
+        parts
+            .filter_map(|(at, (part, place))| Some(weight_of_name(part) * self.fits[place?][at]))
+            .sum()
+    }
+
+    /// What the fourth bone adds to the score of three.
+    fn fourth(&self, kind: Kind, place: usize, of_lengths: impl FnOnce(&mut Sums)) -> f32 {
+        let mut sums = Sums::default();
+        of_lengths(&mut sums);
+        let part = if kind == Kind::Leg { 3 } else { 0 };
+        sums.sum() + weight_of_name(kind.parts()[part]) * self.fits[place][part]
     }
 
     fn length(&self, from: usize, to: usize) -> f32 {
@@ -145,6 +198,11 @@ impl<'a> Chain<'a> {
         } else {
             0.0
         }
+    }
+
+    /// The detours of two bones that follow each other, as far as they count.
+    fn detours(&self, [from, middle, to]: [usize; 3]) -> f32 {
+        (self.detour(from, middle) + self.detour(middle, to)).min(MOST_DETOUR)
     }
 
     /// The cosine of the angle by which the chain turns at `place`, between `from` and `to`.
@@ -169,16 +227,16 @@ struct Reading {
 ///
 /// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all places of the
 /// fourth, and only where the fourth can still make it the best.
-fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
-    /// What a fourth bone adds at most.
-    const MOST_OF_FOURTH: f32 = BONUS_OF_OPTIONAL + NAME_WEIGHT;
+fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<Reading> {
+    let fourth = if kind == Kind::Leg { Part::Toes } else { Part::Shoulder };
+    let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);
     let first = chains[0];
     let joints: Vec<usize> = (0..first.nodes.len())
         .filter(|&place| first.are_joints[place])
         .collect();
     let mut best: Option<(f32, [Option<usize>; 4])> = None;
     let mut consider = |score: f32, places: [Option<usize>; 4]| {
-        if best.is_none_or(|(most, _)| score > most) {
+        if Some(places) != but && best.is_none_or(|(most, _)| score > most) {
             best = Some((score, places));
         }
         best.map_or(score, |(most, _)| most)
@@ -201,9 +259,16 @@ fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
                 let base = mean(&|chain| chain.score(kind, three));
                 let most = match kind {
                     Kind::Leg => consider(base, three),
-                    Kind::Arm => consider(base + mean(&|chain| without_shoulder(chain, upper, lower)), three),
+                    Kind::Arm => {
+                        let path = |chain: &Chain<'_>| {
+                            let mut sums = Sums::default();
+                            without_shoulder(chain, upper, lower, &mut sums);
+                            sums.sum()
+                        };
+                        consider(base + mean(&path), three)
+                    }
                 };
-                if base + MOST_OF_FOURTH <= most {
+                if base + most_of_fourth <= most {
                     continue;
                 }
                 match kind {
@@ -211,7 +276,7 @@ fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
                         let Some(foot) = end else { continue };
                         for &toes in joints.iter().filter(|joint| **joint > foot) {
                             let of_toes = |chain: &Chain<'_>| {
-                                toes_fit(chain, lower, foot, toes) + NAME_WEIGHT * chain.fits[toes][3]
+                                chain.fourth(kind, toes, |sums| toes_fit(chain, lower, foot, toes, sums))
                             };
                             consider(base + mean(&of_toes), [three[0], three[1], end, Some(toes)]);
                         }
@@ -219,7 +284,8 @@ fn best(chains: &[&Chain<'_>], kind: Kind) -> Option<Reading> {
                     Kind::Arm => {
                         for &shoulder in &joints[..place] {
                             let of_shoulder = |chain: &Chain<'_>| {
-                                shoulder_fits(chain, shoulder, upper, lower) + NAME_WEIGHT * chain.fits[shoulder][0]
+                                let collar = |sums: &mut Sums| shoulder_fits(chain, shoulder, upper, lower, sums);
+                                chain.fourth(kind, shoulder, collar)
                             };
                             consider(base + mean(&of_shoulder), [Some(shoulder), three[1], three[2], end]);
                         }
@@ -242,118 +308,98 @@ fn read(chains: &[&Chain<'_>], kind: Kind, places: [Option<usize>; 4]) -> Readin
     };
     let found = places.iter().flatten().count() as f32;
     for chain in chains {
-        let (lengths, bonus, long_bones) = match kind {
-            Kind::Leg => leg(chain, places),
-            Kind::Arm => arm(chain, places),
-        };
-        let names = chain.names(places);
-        reading.lengths += share * lengths / found;
-        reading.names += share * names / found;
+        let mut sums = Sums::default();
+        let long_bones = chain.weigh(kind, places, &mut sums);
+        reading.lengths += share * sums.lengths / found;
+        reading.names += share * chain.names(places) / found;
         reading.long_bones += share * long_bones;
-        reading.score += share * (lengths + bonus + NAME_WEIGHT * names);
+        reading.score += share * sums.sum();
     }
     reading
 }
 
-/// How far a ratio is from what is expected, in squares of `spread`: 0 at best.
-pub(super) fn near(ratio: f32, expected: f32, spread: f32) -> f32 {
-    if !ratio.is_finite() || ratio <= 0.0 {
-        return -MOST_OFF;
-    }
-    let off = (ratio / expected).ln() / spread;
-    -(0.5 * off * off).min(MOST_OFF)
-}
-
-/// The lengths' fit, what optional bones add, and the length of thigh and shin. The ratios are those of grown bodies
-/// and of the skeletons that programs ship; children and giants differ by less than the spreads.
-fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4]) -> (f32, f32, f32) {
+/// A leg: what its lengths and its shape say. Returns the length of thigh and shin.
+fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
-        return (-MOST_OFF, 0.0, 0.0);
+        return 0.0;
     };
     let tip = chain.nodes.len() - 1;
     let ankle = foot.unwrap_or(tip);
     let (thigh, shin) = (chain.length(upper, lower), chain.length(lower, ankle));
-    let mut lengths = near(thigh / shin, 1.0, 0.16);
-    // The hip joint is a hand's breadth from the hips.
-    lengths += 0.5 * near((chain.along[upper] / thigh).max(0.02), 0.27, 0.6).max(-2.0);
-    lengths -= 20.0 * (chain.detour(upper, lower) + chain.detour(lower, ankle)).min(0.15);
-    let mut bonus = 0.0;
+    tally.ratio(&THIGH_TO_SHIN, thigh / shin);
+    tally.ratio(&HIP_TO_THIGH, chain.along[upper] / thigh);
+    tally.sign(&DETOUR, chain.detours([upper, lower, ankle]));
     match foot {
-        None => bonus -= 3.0,
+        None => tally.sign(&NO_FOOT, 1.0),
         Some(foot) => {
             let behind = chain.length(foot, tip);
             if behind > SHORTEST_TIP * shin {
-                lengths += 0.5 * near(behind / shin, 0.45, 0.45);
-                // A foot stands off from the shin, where the rest pose is one.
+                tally.ratio(&FOOT_TO_SHIN, behind / shin);
                 let turn = chain.turn(lower, foot, (foot + 1).min(tip));
-                bonus += 1.0 - turn.abs().max(0.3);
+                tally.sign(&FOOT_STANDS_OFF, 1.0 - turn.abs().max(STANDS_OFF));
             }
-            bonus += toes.map_or(0.0, |toes| toes_fit(chain, lower, foot, toes));
+            if let Some(toes) = toes {
+                toes_fit(chain, lower, foot, toes, tally);
+            }
         }
     }
-    (lengths, bonus, thigh + shin)
+    thigh + shin
 }
 
 /// What toes add to a leg.
-fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize) -> f32 {
+fn toes_fit(chain: &Chain<'_>, lower: usize, foot: usize, toes: usize, tally: &mut impl Tally) {
     let (shin, sole) = (chain.length(lower, foot), chain.length(foot, toes));
-    BONUS_OF_OPTIONAL + 0.7 * near((sole / shin).max(0.02), 0.36, 0.4)
+    tally.sign(&OPTIONAL_BONE, 1.0);
+    tally.ratio(&SOLE_TO_SHIN, sole / shin);
 }
 
 /// The same of an arm: upper arm and forearm.
-fn arm(chain: &Chain<'_>, places: [Option<usize>; 4]) -> (f32, f32, f32) {
-    let (lengths, bonus, long_bones) = free_arm(chain, places);
+fn arm(chain: &Chain<'_>, places: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     match places {
-        [Some(shoulder), Some(upper), Some(lower), _] => {
-            let collar = shoulder_fits(chain, shoulder, upper, lower);
-            (lengths, bonus + collar, long_bones)
-        }
-        [None, Some(upper), Some(lower), _] => {
-            let without = without_shoulder(chain, upper, lower);
-            (lengths + without, bonus, long_bones)
-        }
-        _ => (lengths, bonus, long_bones),
+        [Some(shoulder), Some(upper), Some(lower), _] => shoulder_fits(chain, shoulder, upper, lower, tally),
+        [None, Some(upper), Some(lower), _] => without_shoulder(chain, upper, lower, tally),
+        _ => {}
     }
+    free_arm(chain, places, tally)
 }
 
 /// An arm from the upper arm on.
-fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4]) -> (f32, f32, f32) {
+fn free_arm(chain: &Chain<'_>, [_, upper, lower, hand]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
-        return (-MOST_OFF, 0.0, 0.0);
+        return 0.0;
     };
     let tip = chain.nodes.len() - 1;
     let wrist = hand.unwrap_or(tip);
     let (upper_arm, forearm) = (chain.length(upper, lower), chain.length(lower, wrist));
-    let mut lengths = near(upper_arm / forearm, 1.08, 0.16);
-    lengths -= 20.0 * (chain.detour(upper, lower) + chain.detour(lower, wrist)).min(0.15);
-    let mut bonus = 0.0;
+    tally.ratio(&UPPER_ARM_TO_FOREARM, upper_arm / forearm);
+    tally.sign(&DETOUR, chain.detours([upper, lower, wrist]));
     match hand {
-        None => bonus -= 3.0,
+        None => tally.sign(&NO_HAND, 1.0),
         Some(hand) => {
             let behind = chain.length(hand, tip);
             if behind > SHORTEST_TIP * forearm {
-                lengths += 0.5 * near(behind / forearm, 0.6, 0.5);
+                tally.ratio(&HAND_TO_FOREARM, behind / forearm);
             }
         }
     }
     // Fingers spring from the hand, or from a joint of the palm right behind it.
     if let Some(fan) = chain.fan {
         match hand {
-            Some(hand) if fan >= hand && chain.length(hand, fan) <= 0.35 * forearm => bonus += 2.0,
-            _ => bonus -= 2.0,
+            Some(hand) if fan >= hand && chain.length(hand, fan) <= PALM * forearm => tally.sign(&FINGERS_AT_HAND, 1.0),
+            _ => tally.sign(&FINGERS_ELSEWHERE, 1.0),
         }
     }
-    (lengths, bonus, upper_arm + forearm)
+    upper_arm + forearm
 }
 
 /// What a collar bone adds to an arm.
-fn shoulder_fits(chain: &Chain<'_>, shoulder: usize, upper: usize, lower: usize) -> f32 {
+fn shoulder_fits(chain: &Chain<'_>, shoulder: usize, upper: usize, lower: usize, tally: &mut impl Tally) {
     let (collar, upper_arm) = (chain.length(shoulder, upper), chain.length(upper, lower));
-    BONUS_OF_OPTIONAL + 0.7 * near((collar / upper_arm).max(0.02), 0.55, 0.35)
+    tally.sign(&OPTIONAL_BONE, 1.0);
+    tally.ratio(&COLLAR_TO_UPPER_ARM, collar / upper_arm);
 }
 
-/// How well the way to an upper arm without a collar bone fits.
-fn without_shoulder(chain: &Chain<'_>, upper: usize, lower: usize) -> f32 {
-    let upper_arm = chain.length(upper, lower);
-    0.5 * near((chain.along[upper] / upper_arm).max(0.02), 0.6, 0.6)
+/// How well the path to an upper arm without a collar bone fits.
+fn without_shoulder(chain: &Chain<'_>, upper: usize, lower: usize, tally: &mut impl Tally) {
+    tally.ratio(&SHOULDER_TO_UPPER_ARM, chain.along[upper] / chain.length(upper, lower));
 }

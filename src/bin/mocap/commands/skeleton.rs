@@ -5,7 +5,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::Scene;
-use mocap::figure::{Axis, Confidence, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone, TPoseSource};
+use mocap::figure::{
+    Axis, Confidence, Explanation, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone, TPoseSource, explain,
+};
 use mocap::scene::RootOffset;
 use serde::Serialize;
 
@@ -29,6 +31,9 @@ struct Report {
     asymmetry: Option<Guess<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     t_pose: Option<TPoseReport>,
+    /// Of the guess; a map changes nothing in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explanation: Option<Explanation>,
 }
 
 #[derive(Serialize)]
@@ -162,6 +167,7 @@ impl Report {
             floor: found.ground(scene),
             asymmetry: found.asymmetry.clone(),
             t_pose: found.t_pose(scene).map(|pose| TPoseReport::new(pose, humanoid.sides)),
+            explanation: None,
         }
     }
 }
@@ -176,10 +182,92 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
     if args.source.up().is_some() {
         found.up.reason = "--up says so".to_owned();
     }
+    if args.explain {
+        found.explanation = explain(&scene);
+    }
     if args.json {
         print_json(&found)?;
     } else {
         print(&found)?;
+        if args.explain {
+            print_explanation(&found)?;
+        }
+    }
+    Ok(())
+}
+
+/// What the tables of the guess say, row by row, and how each bone is turned about itself.
+fn print_explanation(found: &Report) -> io::Result<()> {
+    let mut out = report::stdout();
+    let Some(explanation) = &found.explanation else {
+        return writeln!(
+            out,
+            "\nnothing was guessed: the file states its bones, or no two chains can be legs"
+        );
+    };
+    let shown = |text: &str| text.escape_debug().to_string();
+    for part in &explanation.parts {
+        writeln!(out, "\n{}: log-likelihood {:.2}", part.part, part.log_likelihood)?;
+        for row in &part.evidence {
+            let what = match &row.joint {
+                Some(joint) => format!("{} {:?}", row.row, shown(joint)),
+                None => row.row.to_owned(),
+            };
+            let expected = match (row.expected, row.spread) {
+                (Some(mean), Some(spread)) => format!("of {mean:.2}, spread {:.0} %", 100.0 * spread),
+                _ => String::new(),
+            };
+            let (found, adds) = (row.found, row.log_likelihood);
+            writeln!(
+                out,
+                "  {:<8} {what:<46} {found:>6.2} {expected:<20} {adds:>+7.2}",
+                row.table
+            )?;
+        }
+        if let Some((joints, score)) = &part.second {
+            let less = part.log_likelihood - score;
+            let others = joints.iter().filter(|joint| !part.joints.contains(joint));
+            let others: Vec<&str> = others.map(String::as_str).collect();
+            let gone = part.joints.iter().filter(|joint| !joints.contains(joint));
+            let gone: Vec<&str> = gone.map(String::as_str).collect();
+            let with = if others.is_empty() {
+                "nothing".to_owned()
+            } else {
+                others.join(", ")
+            };
+            let instead = if gone.is_empty() {
+                String::new()
+            } else {
+                format!(" in place of {}", gone.join(", "))
+            };
+            writeln!(out, "  second, {less:.2} less: {with}{instead}")?;
+        }
+    }
+    match &explanation.second {
+        Some((limbs, score)) => {
+            let less = explanation.log_likelihood - score;
+            writeln!(
+                out,
+                "\nthe body with other limbs that came second, {less:.2} less: {}",
+                shown(limbs)
+            )?;
+        }
+        None => writeln!(out, "\nno other limbs can be those of a body")?,
+    }
+    let Some(pose) = &found.t_pose else { return Ok(()) };
+    writeln!(
+        out,
+        "\nto the T-pose, in degrees, and what says how the bone is turned about itself:"
+    )?;
+    for (bone, turn) in &pose.bones {
+        let confidence = turn.confidence.as_str();
+        writeln!(
+            out,
+            "  {:<22} {:>6.1} {confidence:<7} {}",
+            bone.as_str(),
+            turn.degrees,
+            turn.reason
+        )?;
     }
     Ok(())
 }

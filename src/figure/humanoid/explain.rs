@@ -1,0 +1,244 @@
+//! Why a skeleton is read as it is: what each table says of the chosen reading, and what came second.
+
+use serde::Serialize;
+
+use super::body::{self, Body, Trunk};
+use super::limb::{self, Fit, Kind};
+use super::tables::{Ratio, Sign, Sums, Tally};
+use super::topology::Tree;
+use crate::figure::names::words::Part;
+use crate::scene::Scene;
+
+/// How the reading of a skeleton was chosen: the sum of the logarithms of how likely its lengths, its names and the
+/// shape of its tree are, in parts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Explanation {
+    /// The sum over all parts.
+    pub log_likelihood: f32,
+    /// Legs, arms, trunk, and how legs and arms fit each other.
+    pub parts: Vec<ExplainedPart>,
+    /// The best reading with other limbs, as one phrase, and what it scores.
+    pub second: Option<(String, f32)>,
+}
+
+/// What speaks for and against the reading of a part of the body.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ExplainedPart {
+    /// The part: `legs`, for one.
+    pub part: &'static str,
+    /// Its joints, from the body outwards, each with what it is.
+    pub joints: Vec<String>,
+    /// What the tables say; of two limbs in the mean of both.
+    pub log_likelihood: f32,
+    /// Each row that says something.
+    pub evidence: Vec<ExplainedRow>,
+    /// The joints of the next reading of this part, and what it scores.
+    pub second: Option<(Vec<String>, f32)>,
+}
+
+/// What one row of a table says.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ExplainedRow {
+    /// `lengths`, `names` or `shape`.
+    pub table: &'static str,
+    /// The row: a ratio of lengths, a part of the body, or a sign.
+    pub row: &'static str,
+    /// The joint whose name it is.
+    pub joint: Option<String>,
+    /// The ratio of two lengths, how well the name fits (1 at best), or how much of the sign there is.
+    pub found: f32,
+    /// The mean of a ratio.
+    pub expected: Option<f32>,
+    /// The standard deviation of its logarithm.
+    pub spread: Option<f32>,
+    /// What it adds.
+    pub log_likelihood: f32,
+}
+
+/// The best reading of a scene; `None` where no two chains can be legs.
+pub(super) fn explain(scene: &Scene) -> Option<Explanation> {
+    let tree = Tree::new(scene);
+    let found = body::find(&tree)?;
+    let explain = Explain { scene, tree: &tree };
+    let mut parts = vec![explain.limbs(&found.legs, Kind::Leg)];
+    parts.extend(found.arms.as_ref().map(|arms| explain.limbs(arms, Kind::Arm)));
+    parts.push(explain.trunk(&found));
+    let mut lines = Lines::new(scene);
+    body::weigh_limbs(&found.legs, found.arms.as_ref(), &mut lines);
+    parts.push(ExplainedPart {
+        part: "legs and arms",
+        joints: Vec::new(),
+        log_likelihood: lines.sum(),
+        evidence: lines.all,
+        second: None,
+    });
+    Some(Explanation {
+        log_likelihood: found.score,
+        parts,
+        second: found.second.as_ref().map(|second| (explain.roots(&second.0), second.1)),
+    })
+}
+
+struct Explain<'a> {
+    scene: &'a Scene,
+    tree: &'a Tree,
+}
+
+impl Explain<'_> {
+    fn name(&self, node: usize) -> String {
+        self.scene.nodes[node].name.clone()
+    }
+
+    /// The limbs of a body, in words.
+    fn roots(&self, limbs: &[[usize; 2]]) -> String {
+        let pair = |roots: &[usize; 2]| format!("{:?} and {:?}", self.name(roots[0]), self.name(roots[1]));
+        match limbs {
+            [legs, arms, ..] => format!("legs from {}, arms from {}", pair(legs), pair(arms)),
+            [legs] => format!("legs from {}, no arms", pair(legs)),
+            [] => String::new(),
+        }
+    }
+
+    fn limbs(&self, fit: &Fit, kind: Kind) -> ExplainedPart {
+        let mut lines = Lines::new(self.scene);
+        lines.share = 0.5;
+        for side in 0..2 {
+            limb::weigh(self.tree, fit, side, kind, &mut lines);
+        }
+        let second = limb::fit_but(self.tree, &fit.pair, kind, Some(fit.joints));
+        ExplainedPart {
+            part: if kind == Kind::Leg { "legs" } else { "arms" },
+            joints: self.joints_of(fit, kind),
+            log_likelihood: fit.score,
+            evidence: lines.all,
+            second: second.map(|second| (self.joints_of(&second, kind), second.score)),
+        }
+    }
+
+    fn joints_of(&self, fit: &Fit, kind: Kind) -> Vec<String> {
+        let limb = |joints: &[Option<usize>; 4]| -> Vec<String> {
+            let parts = kind.parts().into_iter().zip(joints);
+            parts
+                .filter_map(|(part, joint)| Some(format!("{} {:?}", word(part), self.name((*joint)?))))
+                .collect()
+        };
+        fit.joints.iter().flat_map(limb).collect()
+    }
+
+    fn trunk(&self, found: &Body) -> ExplainedPart {
+        let mut lines = Lines::new(self.scene);
+        body::weigh_trunk(self.tree, &found.legs, &found.trunk, &mut lines);
+        let second = body::trunk_but(self.tree, &found.legs, found.arms.as_ref(), Some(&found.trunk));
+        ExplainedPart {
+            part: "trunk",
+            joints: self.joints_of_trunk(&found.trunk),
+            log_likelihood: found.trunk.score,
+            evidence: lines.all,
+            second: second.map(|second| (self.joints_of_trunk(&second), second.score)),
+        }
+    }
+
+    fn joints_of_trunk(&self, trunk: &Trunk) -> Vec<String> {
+        let is = |part: Part, node: usize| format!("{} {:?}", word(part), self.name(node));
+        let mut joints = vec![is(Part::Hips, trunk.hips)];
+        joints.extend(trunk.spine.iter().map(|node| is(Part::Spine, *node)));
+        joints.extend(trunk.neck.map(|node| is(Part::Neck, node)));
+        joints.extend(trunk.head.map(|node| is(Part::Head, node)));
+        joints
+    }
+}
+
+/// The part in the words of VRM, without a side.
+fn word(part: Part) -> &'static str {
+    match part {
+        Part::Hips => "hips",
+        Part::Spine => "spine",
+        Part::Neck => "neck",
+        Part::Head => "head",
+        Part::Jaw => "jaw",
+        Part::Eye => "eye",
+        Part::Shoulder => "shoulder",
+        Part::UpperArm => "upperArm",
+        Part::LowerArm => "lowerArm",
+        Part::Hand => "hand",
+        Part::UpperLeg => "upperLeg",
+        Part::LowerLeg => "lowerLeg",
+        Part::Foot => "foot",
+        Part::Toes => "toes",
+        Part::Finger => "finger",
+    }
+}
+
+/// Every row that was asked, with what it says.
+struct Lines<'a> {
+    scene: &'a Scene,
+    /// How much each counts: a half of two limbs.
+    share: f32,
+    all: Vec<ExplainedRow>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            share: 1.0,
+            all: Vec::new(),
+        }
+    }
+
+    fn sum(&self) -> f32 {
+        self.all.iter().map(|line| line.log_likelihood).sum()
+    }
+
+    fn add(&mut self, line: ExplainedRow, of: impl FnOnce(&mut Sums)) {
+        let mut sums = Sums::default();
+        of(&mut sums);
+        // Adding zero turns -0 into 0.
+        let log_likelihood = self.share * sums.sum() + 0.0;
+        self.all.push(ExplainedRow { log_likelihood, ..line });
+    }
+}
+
+impl Tally for Lines<'_> {
+    fn ratio(&mut self, row: &'static Ratio, ratio: f32) {
+        let line = ExplainedRow {
+            table: "lengths",
+            row: row.what,
+            joint: None,
+            found: ratio,
+            expected: Some(row.mean),
+            spread: Some(row.spread),
+            log_likelihood: 0.0,
+        };
+        self.add(line, |sums| sums.ratio(row, ratio));
+    }
+
+    fn sign(&mut self, row: &'static Sign, times: f32) {
+        let line = ExplainedRow {
+            table: "shape",
+            row: row.what,
+            joint: None,
+            found: times,
+            expected: None,
+            spread: None,
+            log_likelihood: 0.0,
+        };
+        self.add(line, |sums| sums.sign(row, times));
+    }
+
+    fn name(&mut self, part: Part, node: usize, fit: f32, share: f32) {
+        let line = ExplainedRow {
+            table: "names",
+            row: word(part),
+            joint: Some(self.scene.nodes[node].name.clone()),
+            found: fit,
+            expected: None,
+            spread: None,
+            log_likelihood: 0.0,
+        };
+        self.add(line, |sums| sums.name(part, node, fit, share));
+    }
+}

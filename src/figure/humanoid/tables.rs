@@ -1,0 +1,221 @@
+//! The tables by which a reading of a skeleton is judged: how likely the lengths, the names and the shape of its joints
+//! are for the bones that they are read as.
+//!
+//! A reading scores the sum of natural logarithms of likelihoods. The logarithm of a ratio of two lengths is taken to
+//! be normally distributed, with one mean and one spread for all bodies: grown people and the skeletons that programs
+//! ship. A name and a sign in the shape of the tree add how much likelier they are where the reading is right.
+//!
+//! Means are near those of the skeletons of `fixtures`, by their maps that were made by hand: `tools/figure/fit` prints
+//! them beside these. Spreads are wider than what it prints, since there are skeletons of other kinds too: children,
+//! giants, joints that somebody put by eye.
+
+use crate::figure::names::words::Part;
+
+/// A ratio of two lengths.
+#[derive(Debug)]
+pub(super) struct Ratio {
+    pub(super) what: &'static str,
+    pub(super) mean: f32,
+    /// The standard deviation of its natural logarithm.
+    pub(super) spread: f32,
+    /// How much it counts: less than 1 where it depends on other ratios of the table.
+    pub(super) weight: f32,
+    /// A smaller ratio counts as this one: some joints stand where the one above them stands.
+    pub(super) least: f32,
+    /// The lowest logarithm: a length may be anything where somebody did not mind.
+    pub(super) lowest: f32,
+    /// Whether it is that of a bone that not every skeleton has, and says nothing about the others.
+    pub(super) is_optional: bool,
+}
+
+/// The lowest logarithm of a ratio that no table names another for: exp(-4) is once in fifty.
+const LOWEST: f32 = -4.0;
+
+impl Ratio {
+    const fn new(what: &'static str, mean: f32, spread: f32) -> Self {
+        Self {
+            what,
+            mean,
+            spread,
+            weight: 1.0,
+            least: 0.0,
+            lowest: LOWEST,
+            is_optional: false,
+        }
+    }
+
+    const fn weight(mut self, weight: f32) -> Self {
+        self.weight = weight;
+        self
+    }
+
+    const fn least(mut self, least: f32) -> Self {
+        self.least = least;
+        self
+    }
+
+    const fn lowest(mut self, lowest: f32) -> Self {
+        self.lowest = lowest;
+        self
+    }
+
+    const fn optional(mut self) -> Self {
+        self.is_optional = true;
+        self
+    }
+
+    /// The logarithm of the likelihood of a ratio, 0 at best.
+    pub(super) fn log_likelihood(&self, ratio: f32) -> f32 {
+        let ratio = ratio.max(self.least);
+        if !ratio.is_finite() || ratio <= 0.0 {
+            return self.weight * self.lowest;
+        }
+        let off = (ratio / self.mean).ln() / self.spread;
+        self.weight * (-0.5 * off * off).max(self.lowest)
+    }
+}
+
+pub(super) const THIGH_TO_SHIN: Ratio = Ratio::new("thigh to shin", 1.0, 0.16);
+/// The hip joint is a hand's breadth from the hips.
+pub(super) const HIP_TO_THIGH: Ratio = Ratio::new("hips to hip joint, to thigh", 0.27, 0.6)
+    .weight(0.5)
+    .least(0.02)
+    .lowest(-2.0);
+pub(super) const FOOT_TO_SHIN: Ratio = Ratio::new("foot to shin", 0.45, 0.45).weight(0.5);
+pub(super) const SOLE_TO_SHIN: Ratio = Ratio::new("ankle to toes, to shin", 0.36, 0.4)
+    .weight(0.7)
+    .least(0.02)
+    .optional();
+pub(super) const UPPER_ARM_TO_FOREARM: Ratio = Ratio::new("upper arm to forearm", 1.08, 0.16);
+pub(super) const HAND_TO_FOREARM: Ratio = Ratio::new("hand to forearm", 0.6, 0.5).weight(0.5);
+pub(super) const COLLAR_TO_UPPER_ARM: Ratio = Ratio::new("collar bone to upper arm", 0.55, 0.35)
+    .weight(0.7)
+    .least(0.02)
+    .optional();
+pub(super) const SHOULDER_TO_UPPER_ARM: Ratio = Ratio::new("chest to shoulder, to upper arm", 0.6, 0.6)
+    .weight(0.5)
+    .least(0.02);
+/// Upper arm and forearm are two thirds of thigh and shin. It counts for both arms.
+pub(super) const ARM_TO_LEG: Ratio = Ratio::new("arm to leg", 0.67, 0.16).weight(1.5);
+/// The shoulders are where both arms begin: it counts for both.
+pub(super) const SHOULDERS_TO_LEG: Ratio = Ratio::new("hips to shoulders, to leg", 0.52, 0.35).weight(1.5);
+pub(super) const HEAD_TO_LEG: Ratio = Ratio::new("hips to head, to leg", 0.82, 0.25).least(0.02);
+pub(super) const TIP_TO_LEG: Ratio = Ratio::new("head to its tip, to leg", 0.24, 0.5)
+    .weight(0.7)
+    .lowest(-2.0);
+pub(super) const NECK_TO_LEG: Ratio = Ratio::new("neck to head, to leg", 0.13, 0.6)
+    .weight(0.5)
+    .least(0.01)
+    .optional();
+
+/// What a name adds that says the part for sure, and takes away that says another: exp(2.5) is 12 to 1. A name that can
+/// mean several parts adds its share, as `names/words.rs` has it.
+pub(super) const fn weight_of_name(part: Part) -> f32 {
+    match part {
+        // In the mean over all joints of the spine.
+        Part::Spine => 2.0,
+        // Programs call `Hips` what is above the hips, and `Root` what is the hips.
+        Part::Hips => 1.5,
+        _ => 2.5,
+    }
+}
+
+/// Something in the shape of the tree, and the logarithm of how much likelier it is where the reading is right.
+#[derive(Debug)]
+pub(super) struct Sign {
+    pub(super) what: &'static str,
+    pub(super) log_odds: f32,
+    /// Whether it says how well the lengths fit.
+    pub(super) is_of_lengths: bool,
+}
+
+impl Sign {
+    const fn new(what: &'static str, log_odds: f32) -> Self {
+        Self {
+            what,
+            log_odds,
+            is_of_lengths: false,
+        }
+    }
+
+    const fn of_lengths(mut self) -> Self {
+        self.is_of_lengths = true;
+        self
+    }
+}
+
+/// Less than what one that does not fit takes away.
+pub(super) const OPTIONAL_BONE: Sign = Sign::new("a collar bone, or toes", 0.6);
+pub(super) const NO_FOOT: Sign = Sign::new("no joint at the ankle", -3.0);
+pub(super) const NO_HAND: Sign = Sign::new("no joint at the wrist", -3.0);
+/// Times 1 less the cosine of the angle.
+pub(super) const FOOT_STANDS_OFF: Sign = Sign::new("a foot stands off from the shin", 1.0);
+/// Times the share by which the path is longer than the straight line.
+pub(super) const DETOUR: Sign = Sign::new("joints within a bone are beside its line", -20.0).of_lengths();
+pub(super) const FINGERS_AT_HAND: Sign = Sign::new("fingers spring from the hand", 2.0);
+pub(super) const FINGERS_ELSEWHERE: Sign = Sign::new("fingers spring from something else than the hand", -2.0);
+pub(super) const NO_ARMS: Sign = Sign::new("no arms", -10.0);
+pub(super) const HEAD: Sign = Sign::new("a head", 4.0);
+/// Eyes and jaw spring from the head.
+pub(super) const FACE: Sign = Sign::new("a face springs from the head", 1.0);
+pub(super) const HEAD_BEHIND_FACE: Sign = Sign::new("the head springs from what carries a face", -2.0);
+pub(super) const NECK_BEHIND_SHOULDERS: Sign = Sign::new("the neck begins behind the shoulders", 1.2);
+pub(super) const NECK_AT_SHOULDERS: Sign = Sign::new("the neck carries the arms", -1.5);
+/// Times the joints.
+pub(super) const LEFT_OUT_BELOW_NECK: Sign = Sign::new("a joint between spine and neck has no bone", -0.6);
+pub(super) const LEFT_OUT_ABOVE_NECK: Sign = Sign::new("a joint between neck and head has no bone", -0.1);
+/// Times the joints from there to the shoulders.
+pub(super) const HEAD_BELOW_SHOULDERS: Sign = Sign::new("the head springs from below the shoulders", -1.5);
+
+/// What a reading scores, in parts.
+pub(super) trait Tally {
+    fn ratio(&mut self, row: &'static Ratio, ratio: f32);
+    /// `times` is how often the sign is there, or how much of it.
+    fn sign(&mut self, row: &'static Sign, times: f32);
+    /// `fit` is how well the name of `node` fits, from -1 to 1.
+    fn name(&mut self, part: Part, node: usize, fit: f32, share: f32);
+}
+
+/// The sums.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    /// Of the ratios that say how well the lengths fit.
+    pub(super) lengths: f32,
+    /// Of signs and of the ratios of optional bones.
+    pub(super) signs: f32,
+    /// Of names, with their weights.
+    pub(super) names: f32,
+}
+
+impl Sums {
+    pub(super) fn sum(&self) -> f32 {
+        self.lengths + self.signs + self.names
+    }
+}
+
+impl Tally for Sums {
+    #[inline]
+    fn ratio(&mut self, row: &'static Ratio, ratio: f32) {
+        let sum = if row.is_optional {
+            &mut self.signs
+        } else {
+            &mut self.lengths
+        };
+        *sum += row.log_likelihood(ratio);
+    }
+
+    #[inline]
+    fn sign(&mut self, row: &'static Sign, times: f32) {
+        let sum = if row.is_of_lengths {
+            &mut self.lengths
+        } else {
+            &mut self.signs
+        };
+        *sum += row.log_odds * times;
+    }
+
+    #[inline]
+    fn name(&mut self, part: Part, _: usize, fit: f32, share: f32) {
+        self.names += weight_of_name(part) * fit * share;
+    }
+}
