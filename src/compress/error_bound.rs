@@ -38,7 +38,8 @@ pub struct ErrorBound {
     /// exactly, which only 32-bit floats can.
     pub max_error: f64,
     /// The distance of a shell from each joint and end site, in metres. Three points of it, along the axes of the
-    /// joint, stand for the skin, and keep the bound of the joint too. 0 for none; 0.03 is the default of ACL.
+    /// joint, stand for the skin, and keep the bound of the joint too. 0.03 is the default of ACL. With 0 only joints
+    /// whose rotation moves no other joint have one, of 0.03, for no position would show what they lost.
     pub shell_distance: f64,
     /// The bounds of single joints and end sites, in metres, by their names in the scene; each in place of
     /// [`max_error`](Self::max_error), and above 0. Where several nodes have the name, it holds for all of them.

@@ -16,6 +16,10 @@ const UNIFORM: f32 = 1e-4;
 /// Points of the shell of a joint: one on each of its axes.
 const SHELL_POINTS: usize = Vec3::AXES.len();
 
+/// The distance of the shell of a joint whose rotation moves no other joint, in metres, where no other is asked for:
+/// that of ACL, and about as far as the skin around a joint.
+const SKIN: f32 = 0.03;
+
 /// By how much the squared length of a quaternion may differ from 1, to be a rotation: more than 16-bit integers round
 /// it by.
 const NOT_A_UNIT: f32 = 1e-3;
@@ -74,26 +78,31 @@ impl<T: Copy> RawTrack<'_, T> {
     }
 }
 
+/// Refuses an animation whose joints and points of shells at each frame take too much memory.
+fn check_values(frames: usize, joints: usize) -> Result<()> {
+    if frames.saturating_mul(joints) <= MAX_VALUES {
+        return Ok(());
+    }
+    let message = "the animation has too many frames to measure the error at each";
+    Err(Diagnostic::new(Code::LimitExceeded, message)
+        .expected_found(
+            format!("frames times nodes and points of shells of at most {MAX_VALUES}"),
+            format!("{frames} frames of {joints} nodes and points"),
+        )
+        .help("write it without compression and without a largest error, or trim it")
+        .into())
+}
+
 impl<'a> RawClip<'a> {
     /// Every joint has a shell: three points that stand for its skin, `shell_distance` metres from it along its axes.
-    /// None where the distance is 0.
+    /// Where the distance is 0, only a joint whose rotation moves no other has one, 3 cm from it.
     ///
     /// # Errors
     /// Where a value is not finite, or where the scale is not constant and uniform: then an error bound on each joint's
     /// rotation and translation does not bound the whole.
     pub(super) fn new(scene: &'a Scene, animation: &'a Animation, shell_distance: f32) -> Result<Self> {
         let joints = scene.nodes.len() * if shell_distance > 0.0 { 1 + SHELL_POINTS } else { 1 };
-        let values = animation.frame_count().saturating_mul(joints);
-        if values > MAX_VALUES {
-            let message = "the animation has too many frames to measure the error at each";
-            return Err(Diagnostic::new(Code::LimitExceeded, message)
-                .expected_found(
-                    format!("frames times nodes of at most {MAX_VALUES}"),
-                    format!("{} frames of {} nodes", animation.frame_count(), scene.nodes.len()),
-                )
-                .help("write it without compression and without a largest error, or trim it")
-                .into());
-        }
+        check_values(animation.frame_count(), joints)?;
         let ticks = frame_ticks(animation);
         let mut joints: Vec<RawJoint> = Vec::with_capacity(scene.nodes.len());
         let mut has_children = vec![false; scene.nodes.len()];
@@ -150,14 +159,32 @@ impl<'a> RawClip<'a> {
             joints,
             shell: Vec::new(),
         };
-        if shell_distance > 0.0 {
-            clip.add_shell(shell_distance);
+        match shell_distance > 0.0 {
+            true => clip.add_shell(shell_distance, &vec![true; scene.nodes.len()]),
+            false => clip.add_shell(SKIN, &clip.turning_ends()),
         }
+        check_values(animation.frame_count(), clip.joints.len())?;
         Ok(clip)
     }
 
-    fn add_shell(&mut self, distance: f32) {
-        for node in 0..self.joints.len() {
+    /// The joints that rotate and move no joint by it: nothing stands away from them below.
+    fn turning_ends(&self) -> Vec<bool> {
+        let mut reaches = vec![false; self.joints.len()];
+        for (index, joint) in self.joints.iter().enumerate().rev() {
+            let stands_away = joint.translation.is_animated() || joint.offset() != Vec3::ZERO;
+            if let Some(parent) = joint.parent {
+                reaches[parent] |= reaches[index] || stands_away;
+            }
+        }
+        let joints = self.joints.iter().zip(reaches);
+        joints
+            .map(|(joint, reaches)| joint.rotation.is_animated() && !reaches)
+            .collect()
+    }
+
+    /// Gives these joints a shell.
+    fn add_shell(&mut self, distance: f32, has_shell: &[bool]) {
+        for node in (0..self.joints.len()).filter(|node| has_shell[*node]) {
             let joint = &self.joints[node];
             // What is still moves with its parent. A still root is where it should be.
             let (parent, start, rotation) = match joint.parent {

@@ -3,8 +3,9 @@
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::chain::Skeleton;
-use super::change::{Change, Timeline};
-use super::clip::{Errors, SKIN, name_of, roots};
+use super::change::Change;
+use super::clip::{Errors, SKIN, name_of, roots, worse};
+use super::timeline::Timeline;
 use super::{Finding, FindingKind, Verification, VerifiedClip, Worst};
 use serde::Deserialize;
 
@@ -24,6 +25,8 @@ pub(super) struct ArrayFile {
     pub(super) end_sites: Vec<bool>,
     /// The letters of the axes; empty for a joint without an order.
     pub(super) rotation_orders: Vec<String>,
+    /// Of each joint from its parent at rest; without a parent, from the origin of the source.
+    pub(super) offsets: Vec<[f32; 3]>,
     /// Frames x joints x 3.
     pub(super) positions: Vec<f32>,
     /// Frames x joints x `width`.
@@ -78,6 +81,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
         }
     }
     find(source, file, &ours, &places, &timeline, &mut verification.findings);
+    find_in_skeleton(source, file, &places, &change, &mut verification.findings);
 
     let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
@@ -127,11 +131,6 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
     }));
     verification.worst = errors.worst;
     Ok(verification)
-}
-
-/// The greater of two errors; a NaN stays.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a > b { a } else { b }
 }
 
 /// The joint of the source for each of the file: the next of its name and kind, in the order of both.
@@ -196,6 +195,37 @@ fn find(
             file.frame_rate
         );
         findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+}
+
+/// Finds offsets and orders of rotations that are not those of the source.
+fn find_in_skeleton(source: &Scene, file: &ArrayFile, places: &[usize], change: &Change, findings: &mut Vec<Finding>) {
+    /// As a fraction of the farthest position: what 32-bit products round.
+    const ROUNDING: f64 = 1e-5;
+    let mut world = Vec::new();
+    Skeleton::of_scene(source, None).world(0.0, &mut world);
+    let place = |matrix: &DMat4| matrix.w_axis.truncate();
+    let farthest = world.iter().map(|matrix| place(matrix).length()).fold(0.0, f64::max) * change.metres_per_unit;
+    for (joint, &index) in places.iter().enumerate() {
+        let name = &file.names[joint];
+        let parent = file.parents[joint].map(|parent| world[places[parent]].inverse());
+        let expected = place(&(parent.unwrap_or(DMat4::IDENTITY) * world[index])) * change.metres_per_unit;
+        let found = DVec3::from(file.offsets[joint].map(f64::from));
+        let distance = expected.distance(found);
+        if distance.is_nan() || distance > ROUNDING * farthest {
+            let message = format!("the offset of \"{name}\" is {found:.6}, and would be {expected:.6}");
+            findings.push(Finding::new(FindingKind::Offset, message));
+        }
+        let order = source.nodes[index].rotation_order;
+        let axes = order.map_or_else(Vec::new, |order| order.axes().to_vec());
+        let order: String = axes.into_iter().map(|axis| ['X', 'Y', 'Z'][axis]).collect();
+        let found = &file.rotation_orders[joint];
+        if *found != order {
+            let message = format!(
+                "the rotations of \"{name}\" are in the order {found:?} in the file, and {order:?} in its source"
+            );
+            findings.push(Finding::new(FindingKind::RotationOrder, message));
+        }
     }
 }
 

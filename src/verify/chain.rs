@@ -16,6 +16,9 @@ const SAME_PLACE: f64 = 1e-5;
 /// How far the cosine of half the angle between two rotations that are one may be from 1.
 const SAME_ROTATION: f64 = 1e-9;
 
+/// Times that are collected before those that are equal are dropped.
+const MANY_KEYS: usize = 1 << 18;
+
 /// Nodes, parents before children, each with what moves it.
 pub(super) struct Skeleton<'a> {
     pub(super) joints: Vec<Joint<'a>>,
@@ -144,6 +147,53 @@ impl Skeleton<'_> {
         }
     }
 
+    /// Of every joint whether it rotates and moves no joint by it, for nothing stands away from it below: its own
+    /// position and those of others do not show its rotation.
+    pub(super) fn turning_ends(&self) -> Vec<bool> {
+        let mut reaches = vec![false; self.joints.len()];
+        for (index, joint) in self.joints.iter().enumerate().rev() {
+            let keys = joint.translation.as_ref().map_or(&[][..], |track| &track.values);
+            let stands_away = match keys {
+                [] => joint.rest.0 != DVec3::ZERO,
+                keys => keys.iter().any(|key| *key != Vec3::ZERO),
+            };
+            if let Some(parent) = joint.parent {
+                reaches[parent] |= reaches[index] || stands_away;
+            }
+        }
+        let rotates = |joint: &Joint| joint.rotation.as_ref().is_some_and(|track| track.values.len() > 1);
+        self.joints
+            .iter()
+            .zip(reaches)
+            .map(|(joint, reaches)| rotates(joint) && !reaches)
+            .collect()
+    }
+
+    /// When the keys of all tracks that state their times are, in seconds, ascending and each once.
+    pub(super) fn key_seconds(&self) -> Vec<f32> {
+        fn of<'a, T: Clone>(track: Option<&'a Track<T>>) -> &'a [f32] {
+            match track.map(|track| &track.times) {
+                Some(Times::Seconds(times)) => times,
+                _ => &[],
+            }
+        }
+        let of_joint = |joint: &Joint| -> Vec<f32> {
+            let (translation, rotation) = (of(joint.translation.as_ref()), of(joint.rotation.as_ref()));
+            [translation, rotation, of(joint.scale.as_ref())].concat()
+        };
+        let (mut all, mut most): (Vec<f32>, usize) = (Vec::new(), MANY_KEYS);
+        for joint in &self.joints {
+            all.extend(of_joint(joint));
+            // Usually all tracks have keys at the same times, of which one list is enough.
+            if all.len() > most {
+                sort(&mut all);
+                most = most.max(2 * all.len());
+            }
+        }
+        sort(&mut all);
+        all
+    }
+
     /// The first and the last key, in seconds, of the tracks that change in this part of the time.
     pub(super) fn span(&self, first: f64, last: f64) -> Option<(f64, f64)> {
         let of_joint = |joint: &Joint| {
@@ -204,6 +254,11 @@ impl Joint<'_> {
             vector(&self.translation, self.rest.0),
         )
     }
+}
+
+fn sort(times: &mut Vec<f32>) {
+    times.sort_by(f32::total_cmp);
+    times.dedup();
 }
 
 fn unit(rotation: &Quat) -> DQuat {

@@ -1,4 +1,4 @@
-//! What lies on purpose between a source and a file: where its points are, and when its frames are.
+//! What lies on purpose between a source and a file: where its points are.
 
 use glam::{DMat4, DQuat, DVec3};
 
@@ -12,8 +12,15 @@ use crate::limits::Limits;
 use crate::process;
 use crate::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
 
-/// How near, in ticks, two moments are that are one.
-const SAME_TICK: f64 = 1e-6;
+/// Units of length of motion files, in metres: millimetre, centimetre, decimetre, metre, inch, foot, and that of the
+/// CMU database, an inch divided by 0.45.
+const UNITS: [f64; 7] = [0.001, 0.01, 0.1, 1.0, 0.0254, 0.3048, 0.0254 / 0.45];
+
+/// How far a ratio of lengths may be from that of two units, as a fraction of it: what a lossy file rounds.
+const SAME_UNIT: f64 = 0.01;
+
+/// The shortest distance of two joints that says anything about a unit, as a fraction of the longest.
+const SHORTEST_LINK: f64 = 1e-4;
 
 /// The source after all steps up to the last edit, and how many steps these are: edits are not undone, but done to the
 /// source too. `None` without an edit. `second` imports the second motion of a step.
@@ -85,7 +92,9 @@ pub(super) struct Change {
     /// Where only the bones of a humanoid are left: how the figure was rotated, and by which offset it was moved.
     pub(super) humanoid: Option<(DQuat, DVec3)>,
     /// The steps that change times, in their order.
-    times: Vec<AppliedStep>,
+    pub(super) times: Vec<AppliedStep>,
+    /// Whether the lengths of the file are those of the source in another unit of length, or in its own.
+    has_unit: bool,
 }
 
 impl Change {
@@ -98,6 +107,7 @@ impl Change {
             out_metres_per_unit: None,
             humanoid: None,
             times: Vec::new(),
+            has_unit: true,
         }
     }
 
@@ -131,21 +141,26 @@ impl Change {
     }
 
     /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer. Lengths
-    /// of a lossy file are a little off: where they are near to what the file has stated, that is it.
-    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, stated: Option<f64>) -> Self {
+    /// of a lossy file are a little off: where they are near to those of a unit of length, that is it. `metres` is the
+    /// unit of the source, and `stated` that of the file in it, where it is known.
+    pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, metres: f64, stated: Option<f64>) -> Self {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
         theirs.world(0.0, &mut there);
         let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
-        let span = |world: &[DMat4], pick: fn(&(usize, usize)) -> usize| -> f64 {
-            let positions = || pairs.list.iter().map(|pair| position(world, pick(pair)));
-            positions().zip(positions().skip(1)).map(|(a, b)| a.distance(b)).sum()
-        };
-        let ratio = span(&there, |pair| pair.1) / span(&here, |pair| pair.0);
         let mut change = Self::none();
-        if ratio.is_finite() && ratio > 0.0 {
-            let is_near = |stated: &f64| (ratio / stated - 1.0).abs() < 0.01;
-            change.metres_per_unit = stated.filter(is_near).unwrap_or(ratio);
+        if let Some(ratio) = ratio_of_lengths(&pairs.list, &here, &there) {
+            let is_near = |unit: &f64| (ratio / unit - 1.0).abs() < SAME_UNIT;
+            let of_source = UNITS.iter().map(|unit| metres / unit);
+            let of_any = UNITS.iter().flat_map(|from| UNITS.iter().map(move |to| from / to));
+            let unit = stated
+                .into_iter()
+                .chain([1.0])
+                .chain(of_source)
+                .chain(of_any)
+                .find(is_near);
+            change.has_unit = unit.is_some();
+            change.metres_per_unit = unit.unwrap_or(ratio);
         }
         let distance = |change: &Self| -> f64 {
             let distances = pairs
@@ -165,6 +180,17 @@ impl Change {
         }
         change.up.0 = nearest.1;
         change
+    }
+
+    /// Says so where the lengths of the file are in no unit.
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let message = || {
+            format!(
+                "lengths in the file are {:.6} of those in its source, which is the ratio of no two units of length",
+                self.metres_per_unit
+            )
+        };
+        (!self.has_unit).then(|| Finding::new(FindingKind::Unit, message()))
     }
 
     /// Where a point of the source is in the file.
@@ -202,193 +228,19 @@ impl Change {
     }
 }
 
-/// When the frames of a clip are. Ticks are those of the source.
-pub(super) struct Timeline {
-    /// Ticks of the source in a second of the source.
-    pub(super) rate: f64,
-    /// Ticks of the source in a second of the file, and in one of its frames.
-    file_rate: f64,
-    frame: f64,
-    /// The part of the source that the file is to have.
-    first: f64,
-    last: f64,
-    /// The moments at which the file is to be what its source is: the frames of the source; or, where the frame rate is
-    /// another, its own.
-    pub(super) moments: Vec<f64>,
-    pub(super) is_resampled: bool,
-    /// Whether anything is known of what was done to times.
-    is_recorded: bool,
-}
-
-impl Timeline {
-    /// Of a clip of `source`; without one, a single moment.
-    ///
-    /// # Errors
-    /// Where a step that the file records cannot have been done.
-    pub(super) fn new(source: &Scene, clip: Option<usize>, change: &Change) -> Result<Self> {
-        let animation = clip.and_then(|clip| source.animations.get(clip));
-        let rate = animation.map_or(1.0, |animation| animation.ticks_per_second);
-        let duration = animation.map_or(0.0, |animation| animation.duration);
-        let mut timeline = Self {
-            rate,
-            file_rate: rate,
-            frame: 1.0,
-            first: 0.0,
-            last: duration,
-            moments: Vec::new(),
-            is_resampled: false,
-            is_recorded: !change.times.is_empty(),
-        };
-        // The frames between which nothing may be taken from, each with the next.
-        let mut cuts = Vec::new();
-        let mut edges = Vec::new();
-        let mut before = change.times.iter().any(is_resample).then(|| source.clone());
-        for step in &change.times {
-            match *step {
-                AppliedStep::Trim { first, last } => {
-                    let start = timeline.first;
-                    timeline.first = f64::min(start + first * timeline.frame, timeline.last);
-                    timeline.last = f64::min(start + last * timeline.frame, timeline.last).max(timeline.first);
-                    if let Some(before) = &mut before {
-                        process::trim(before, first, last);
-                    }
-                }
-                AppliedStep::Resample { frames_per_second } => {
-                    let (Some(before), Some(clip)) = (&mut before, clip) else {
-                        continue;
-                    };
-                    for cut in figure::cuts(before, clip) {
-                        let edge = |frame: usize| timeline.first + frame as f64 * timeline.frame;
-                        cuts.push((edge(cut), edge(cut + 1)));
-                        edges.extend([edge(cut), edge(cut + 1)]);
-                    }
-                    let old_rate = timeline.file_rate / timeline.frame;
-                    let meant = figure::rate_before(old_rate, frames_per_second);
-                    timeline.file_rate *= meant / old_rate;
-                    timeline.frame *= meant / frames_per_second;
-                    timeline.is_resampled = true;
-                    process::resample(before, frames_per_second, &Limits::default())?;
-                }
-                _ => {}
-            }
-        }
-        timeline.moments = match timeline.is_resampled {
-            false => timeline.source_frames(),
-            true => timeline.own_frames(&cuts, &edges),
-        };
-        Ok(timeline)
-    }
-
-    /// The whole ticks of the source that the file is to have, and the ends of its part.
-    pub(super) fn source_frames(&self) -> Vec<f64> {
-        let whole = self.first.ceil() as u64..=self.last.floor() as u64;
-        let mut frames: Vec<_> = whole.map(|frame| frame as f64).collect();
-        if self.first.fract() != 0.0 {
-            frames.insert(0, self.first);
-        }
-        if self.last.fract() != 0.0 && self.last > self.first {
-            frames.push(self.last);
-        }
-        frames
-    }
-
-    /// The frames of the file, as [`process::resample`] sets them.
-    fn own_frames(&self, cuts: &[(f64, f64)], edges: &[f64]) -> Vec<f64> {
-        let near = SAME_TICK * self.frame;
-        let count = ((self.last - self.first) / self.frame + SAME_TICK).floor() as u64;
-        let frames = (0..=count).map(|frame| self.first + frame as f64 * self.frame);
-        let is_inside = |moment: f64| cuts.iter().any(|&(a, b)| a + near < moment && moment < b - near);
-        let mut moments: Vec<_> = frames.filter(|moment| !is_inside(*moment)).collect();
-        let is_in_part = |edge: &f64| self.first - near <= *edge && *edge <= self.last + near;
-        moments.extend(edges.iter().copied().filter(is_in_part));
-        moments.sort_by(f64::total_cmp);
-        moments.dedup_by(|later, earlier| *later - *earlier < near);
-        moments
-    }
-
-    /// The time of a tick in the file, in seconds.
-    pub(super) fn seconds(&self, tick: f64) -> f64 {
-        (tick - self.first) / self.file_rate
-    }
-
-    /// The tick of a frame of evenly spaced ones. Within one of `cuts` the nearer side is taken.
-    pub(super) fn tick(&self, frame: usize, cuts: &[usize]) -> f64 {
-        let tick = self.first + frame as f64 * self.frame;
-        match cuts.contains(&(tick as usize)) {
-            true => tick.round(),
-            false => tick,
-        }
-    }
-
-    /// How many evenly spaced frames there are.
-    pub(super) fn whole_frames(&self) -> usize {
-        ((self.last - self.first) / self.frame + SAME_TICK).floor() as usize + 1
-    }
-
-    /// Frames per second.
-    pub(super) fn frame_rate(&self) -> f64 {
-        self.file_rate / self.frame
-    }
-
-    /// How many frames the file is to have, as it says so itself.
-    pub(super) fn frame_count(&self) -> u64 {
-        let last = self.moments.last().copied().unwrap_or(self.first);
-        ((last - self.first) / self.frame).round() as u64 + 1
-    }
-
-    /// Whether anything moves in the part of the source that the file is to have.
-    pub(super) fn moves(&self, ours: &Skeleton) -> bool {
-        ours.span(self.first / self.rate, self.last / self.rate).is_some()
-    }
-
-    /// Finds what is missing at either end, and what is too much.
-    pub(super) fn find(&self, name: &str, ours: &Skeleton, theirs: &Skeleton, findings: &mut Vec<Finding>) {
-        let last = self.moments.last().copied().unwrap_or(self.first);
-        let end = self.seconds(last);
-        // Times of other programs are rounded to their frames.
-        let room = 0.5 * self.frame / self.file_rate + 1e-5 * end;
-        let moving = ours.span(self.first / self.rate, self.last / self.rate);
-        let start = moving.map(|(start, _)| self.seconds(start * self.rate));
-        // Where nothing moves in the source at the end, a file need not say so.
-        let least_end = match moving {
-            Some((_, moving_end)) => self.seconds(moving_end * self.rate).min(end),
-            None if self.is_recorded => end,
-            None => 0.0,
-        };
-        let mut find = |kind, message| findings.push(Finding::new(kind, message));
-        let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
-        match (start, found) {
-            (Some(_), None) if least_end > room => {
-                find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
-            }
-            (Some(start), Some((found, _))) if found > start + room => {
-                let message =
-                    format!("{name} begins to move at {found:.4} s in the file, and in its source at {start:.4} s");
-                find(FindingKind::MissingFrames, message);
-            }
-            _ => {}
-        }
-        if theirs.end < least_end - room {
-            let message = format!(
-                "{name} ends at {:.4} s in the file, and in its source at {least_end:.4} s",
-                theirs.end
-            );
-            find(FindingKind::MissingFrames, message);
-        } else if theirs.end > end + room {
-            let message = format!(
-                "{name} ends at {:.4} s in the file, and in its source at {end:.4} s",
-                theirs.end
-            );
-            find(FindingKind::ExtraFrames, message);
-        }
-        if let Some(joint) = &theirs.stepped {
-            let message =
-                format!("{name} holds the keys of \"{joint}\" until the next, where its source goes straight");
-            find(FindingKind::Stepped, message);
-        }
-    }
-}
-
-fn is_resample(step: &AppliedStep) -> bool {
-    matches!(step, AppliedStep::Resample { .. })
+/// The median of the ratios of lengths between neighbouring pairs. One that is broken does not change it.
+fn ratio_of_lengths(pairs: &[(usize, usize)], here: &[DMat4], there: &[DMat4]) -> Option<f64> {
+    let length = |world: &[DMat4], from: usize, to: usize| world[from].w_axis.distance(world[to].w_axis);
+    let lengths = pairs.windows(2).map(|pair| {
+        let [(a, b), (next_a, next_b)] = [pair[0], pair[1]];
+        (length(here, a, next_a), length(there, b, next_b))
+    });
+    let lengths: Vec<(f64, f64)> = lengths.collect();
+    let longest = lengths.iter().fold(0.0, |longest: f64, (ours, _)| longest.max(*ours));
+    // Joints in one position have a distance of mere roundings.
+    let lengths = lengths.into_iter().filter(|(ours, _)| *ours > SHORTEST_LINK * longest);
+    let mut ratios: Vec<f64> = lengths.map(|(ours, theirs)| theirs / ours).collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios.get(ratios.len() / 2).copied();
+    median.filter(|ratio| ratio.is_finite() && *ratio > 0.0)
 }

@@ -1,10 +1,13 @@
 //! The comparison of one clip, moment by moment.
 
+use std::collections::{HashMap, VecDeque};
+
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::chain::Skeleton;
-use super::change::{Change, Timeline};
+use super::change::Change;
 use super::pairs::Pairs;
+use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
 use crate::error::Result;
 use crate::scene::{NodeKind, Scene};
@@ -12,54 +15,89 @@ use crate::scene::{NodeKind, Scene};
 /// How far from a joint the points are that show its rotation, in metres: about as far as the skin around it.
 pub(super) const SKIN: f64 = 0.03;
 
-/// Which clip of the source is which of the file. A source without a clip is a skeleton at rest, and so is a file.
+/// Which clip of the source is which of the file: those of one name; the others in their order, where as many are left
+/// in both, or where the format of the file has no names of clips. A source without a clip is a skeleton at rest, and
+/// so is a file without one, or with one in which nothing moves.
 pub(super) fn matched(
     source: &Scene,
     output: &Output<'_>,
     change: &Change,
     findings: &mut Vec<Finding>,
 ) -> Result<Vec<(Option<usize>, Option<usize>)>> {
-    let (ours, theirs): (Vec<_>, Vec<_>) = (
-        source.animations.iter().map(|clip| clip.name.clone()).collect(),
-        output.clip_names(),
-    );
-    let mut pairs: Vec<(Option<usize>, Option<usize>)> = Vec::new();
-    if ours.len() == theirs.len() {
-        pairs = (0..ours.len()).map(|clip| (Some(clip), Some(clip))).collect();
-    } else {
-        let mut is_taken = vec![false; theirs.len()];
-        // One clip of a file that has one is that of a source that has one, whatever their names.
-        for (clip, name) in ours.iter().enumerate() {
-            let found = (0..theirs.len()).find(|&other| !is_taken[other] && theirs[other] == *name);
-            match found.or_else(|| (clip == 0 && !theirs.is_empty() && ours.len() == 1).then_some(0)) {
-                Some(found) => {
-                    is_taken[found] = true;
-                    pairs.push((Some(clip), Some(found)));
-                }
-                None if moves(source, clip, change)? => {
-                    let message = format!("{} is not in the file", name_of(source, clip));
-                    findings.push(Finding::new(FindingKind::MissingClip, message));
-                    // Its frames are missing, too, if the file has no other clip.
-                    if theirs.is_empty() {
-                        pairs.push((Some(clip), None));
-                    }
-                }
-                // A clip in which nothing moves is a pose, and a file without a clip has one.
-                None => pairs.push((Some(clip), None)),
+    let ours: Vec<String> = source.animations.iter().map(|clip| clip.name.clone()).collect();
+    let theirs = output.clip_names();
+    let mut pair_of = same_names(&ours, &theirs);
+    let mut left: Vec<usize> = (0..theirs.len())
+        .filter(|clip| !pair_of.contains(&Some(*clip)))
+        .collect();
+    let count = pair_of.iter().filter(|pair| pair.is_none()).count();
+    // One clip of a file that has one is that of a source that has one, whatever their names.
+    if count == left.len() || ours.len() == 1 || !output.names_clips() {
+        let unpaired = pair_of.iter_mut().filter(|pair| pair.is_none());
+        for (pair, clip) in unpaired.zip(left.drain(..count.min(left.len()))) {
+            *pair = Some(clip);
+        }
+    }
+    let mut pairs = Vec::new();
+    for (clip, &pair) in pair_of.iter().enumerate() {
+        if pair.is_none() && moves(source, clip, change)? {
+            let message = format!("{} is not in the file", name_of(source, clip));
+            findings.push(Finding::new(FindingKind::MissingClip, message));
+            // Its frames are missing, too, if the file has no other clip.
+            if !theirs.is_empty() {
+                continue;
             }
         }
-        for (clip, name) in theirs.iter().enumerate().filter(|(clip, _)| !is_taken[*clip]) {
-            let message = match name.is_empty() {
-                true => format!("clip {clip} of the file is not in the source"),
-                false => format!("clip \"{name}\" of the file is not in the source"),
-            };
-            findings.push(Finding::new(FindingKind::ExtraClip, message));
+        // A clip in which nothing moves is a pose, and a file without a clip has one.
+        pairs.push((Some(clip), pair));
+        let renamed =
+            pair.filter(|pair| output.is_ours() && output.names_clips() && !is_kept(&ours[clip], &theirs[*pair]));
+        if let Some(pair) = renamed {
+            let message = format!("{} is called \"{}\" in the file", name_of(source, clip), theirs[pair]);
+            findings.push(Finding::new(FindingKind::RenamedClip, message));
         }
+    }
+    if let ([], [only]) = (ours.as_slice(), left.as_slice())
+        && output
+            .skeleton(Some(*only))?
+            .span(f64::NEG_INFINITY, f64::INFINITY)
+            .is_none()
+    {
+        pairs.push((None, left.pop()));
+    }
+    for clip in left {
+        let message = match theirs[clip].is_empty() {
+            true => format!("clip {clip} of the file is not in the source"),
+            false => format!("clip \"{}\" of the file is not in the source", theirs[clip]),
+        };
+        findings.push(Finding::new(FindingKind::ExtraClip, message));
     }
     if pairs.is_empty() {
         pairs.push((None, None));
     }
     Ok(pairs)
+}
+
+/// Of every clip of the source that of the file which has its name.
+fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
+    // Some formats have each name once, and number the others.
+    if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(ours, theirs)| is_kept(ours, theirs)) {
+        return (0..ours.len()).map(Some).collect();
+    }
+    let mut of_name: HashMap<&str, VecDeque<usize>> = HashMap::new();
+    for (clip, name) in theirs.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+        of_name.entry(name).or_default().push_back(clip);
+    }
+    let pairs = ours.iter().map(|name| of_name.get_mut(name.as_str())?.pop_front());
+    pairs.collect()
+}
+
+/// Whether a clip has the name of that of the source, or that name with a number behind it. One without a name may have
+/// any.
+fn is_kept(ours: &str, theirs: &str) -> bool {
+    let number = theirs.strip_prefix(ours).and_then(|rest| rest.strip_prefix('_'));
+    let is_numbered = number.is_some_and(|number| number.parse::<u32>().is_ok());
+    ours.is_empty() || ours == theirs || is_numbered
 }
 
 /// Whether anything moves in the part of a clip that the file is to have.
@@ -86,6 +124,9 @@ pub(super) struct Compared<'a> {
     pub(super) metres: f64,
     /// Whether the times of the file are 32-bit seconds.
     pub(super) is_gltf: bool,
+    /// Whether the file is a packed clip, whose bound holds for positions: of rotations it holds for those that move no
+    /// joint.
+    pub(super) is_packed: bool,
     /// Whether a joint has the same axes in both.
     pub(super) turns: bool,
 }
@@ -102,63 +143,54 @@ impl Compared<'_> {
     ) -> Errors {
         let root_of = roots(ours);
         let rigid = self.change.humanoid.map(|_| self.pairs.rigid(ours, theirs));
-        let mut start: Option<Vec<DVec3>> = None;
-        let mut first: Option<(Vec<DMat4>, Vec<DMat4>)> = None;
-        let (mut here, mut there) = (Vec::new(), Vec::new());
+        let ends = ours.turning_ends();
+        let mut first: Option<Moment> = None;
         let mut errors = Errors {
-            turn: self.turns.then_some(0.0),
+            turn: Some(0.0),
             ..Errors::default()
         };
         // Steps are seen between frames alone.
         let between = theirs.stepped.as_ref().map_or(&[][..], |_| &[0.5]);
+        let mut keys = timeline.between(theirs).into_iter().peekable();
         for (index, &frame) in ticks.iter().enumerate() {
             let next = ticks.get(index + 1).copied();
             let after = between.iter().filter_map(|share| Some(frame + share * (next? - frame)));
-            for tick in std::iter::once(frame).chain(after) {
-                let seconds = timeline.seconds(tick);
-                ours.world(tick / timeline.rate, &mut here);
-                // The moment that glTF has for this frame. Just before it a cut is another pose.
-                let rounded = if self.is_gltf {
-                    f64::from(seconds as f32)
-                } else {
-                    seconds
-                };
-                theirs.world(rounded, &mut there);
-                let places: Vec<_> = here
-                    .iter()
-                    .map(|matrix| self.change.place(matrix.w_axis.truncate()))
-                    .collect();
-                let start = start.get_or_insert_with(|| places.clone());
-                if let Some(rigid) = &rigid {
-                    let (here_first, there_first) = first.get_or_insert_with(|| (here.clone(), there.clone()));
-                    let turns = self
-                        .pairs
-                        .list
-                        .iter()
-                        .zip(&rigid.has_turn)
-                        .filter(|(_, has_turn)| **has_turn);
-                    for (&(a, b), _) in turns {
-                        errors.add_turn(self.turn_since((&here_first[a], &here[a]), (&there_first[b], &there[b])));
-                    }
-                }
+            let until_next = std::iter::from_fn(|| keys.next_if(|key| next.is_some_and(|next| *key < next)));
+            for tick in std::iter::once(frame).chain(after).chain(until_next) {
+                let moment = self.moment(tick, ours, theirs, timeline);
+                let first = first.get_or_insert_with(|| moment.clone());
                 for (pair, &(a, b)) in self.pairs.list.iter().enumerate() {
-                    if rigid.as_ref().is_some_and(|rigid| !rigid.has_place[pair]) {
-                        continue;
+                    let (now, then) = ((&moment.here[a], &moment.there[b]), (&first.here[a], &first.there[b]));
+                    let has_place = rigid.as_ref().is_none_or(|rigid| rigid.has_place[pair]);
+                    let mut off = DVec3::ZERO;
+                    if has_place {
+                        let mut expected = moment.places[a];
+                        if self.change.in_place {
+                            let offset = moment.places[root_of[a]] - first.places[root_of[a]];
+                            expected -= self.change.over_ground(offset);
+                        }
+                        off = (moment.there[b].w_axis.truncate() - expected) * self.metres;
+                        errors.add(off.length(), || Worst {
+                            clip: clip.unwrap_or(0),
+                            joint: ours.joints[a].name.clone(),
+                            frame: tick as usize,
+                            seconds: moment.seconds,
+                        });
                     }
-                    let mut expected = places[a];
-                    if self.change.in_place {
-                        let offset = places[root_of[a]] - start[root_of[a]];
-                        expected -= self.change.over_ground(offset);
-                    }
-                    let error = expected.distance(there[b].w_axis.truncate()) * self.metres;
-                    errors.add(error, || Worst {
-                        clip: clip.unwrap_or(0),
-                        joint: ours.joints[a].name.clone(),
-                        frame: tick as usize,
-                        seconds,
-                    });
-                    if self.turns && rigid.is_none() {
-                        errors.add_turn(self.turn(&here[a], &there[b]));
+                    let is_bound = !self.is_packed || ends[a];
+                    match &rigid {
+                        Some(rigid) if rigid.has_turn[pair] => errors.add_turn(self.turn_since(then, now)),
+                        None if self.turns && is_bound => {
+                            let off = if ends[a] { off } else { DVec3::ZERO };
+                            errors.add_turn(self.turn(now.0, now.1, off));
+                        }
+                        None if !self.turns
+                            && ours.joints[a].kind != NodeKind::EndSite
+                            && [now.0, now.1, then.0, then.1].into_iter().all(is_rotation) =>
+                        {
+                            errors.add_turn(self.turn_since(then, now));
+                        }
+                        _ => {}
                     }
                 }
             }
@@ -167,27 +199,66 @@ impl Compared<'_> {
         errors
     }
 
-    /// How far a point on the skin is off by the rotation of its joint since the first frame. The joints may stand
-    /// otherwise at rest.
-    fn turn_since(&self, ours: (&DMat4, &DMat4), theirs: (&DMat4, &DMat4)) -> f64 {
-        let since = |(first, now): (&DMat4, &DMat4)| rotation_of(now) * rotation_of(first).inverse();
-        let (ours, theirs) = (since(ours), since(theirs));
-        let off = DVec3::AXES
-            .into_iter()
-            .map(|axis| self.change.turn(ours * axis).distance(theirs * self.change.turn(axis)) * SKIN);
-        off.fold(0.0, f64::max)
+    /// Both skeletons at a tick of the source.
+    fn moment(&self, tick: f64, ours: &Skeleton, theirs: &Skeleton, timeline: &Timeline) -> Moment {
+        let seconds = timeline.seconds(tick);
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(tick / timeline.rate, &mut here);
+        // The moment that glTF has for this frame. Just before it a cut is another pose.
+        let rounded = if self.is_gltf {
+            f64::from(seconds as f32)
+        } else {
+            seconds
+        };
+        theirs.world(rounded, &mut there);
+        let places = here.iter().map(|matrix| self.change.place(matrix.w_axis.truncate()));
+        Moment {
+            seconds,
+            places: places.collect(),
+            here,
+            there,
+        }
     }
 
-    /// How far a point on the skin is off by the rotation of its joint.
-    fn turn(&self, ours: &DMat4, theirs: &DMat4) -> f64 {
+    /// How far a point on the skin is off by the rotation of its joint since the first frame. The joints may stand
+    /// otherwise at rest.
+    fn turn_since(&self, first: (&DMat4, &DMat4), now: (&DMat4, &DMat4)) -> f64 {
+        let since = |first: &DMat4, now: &DMat4| rotation_of(now) * rotation_of(first).inverse();
+        let (ours, theirs) = (since(first.0, now.0), since(first.1, now.1));
+        let points = DVec3::AXES
+            .into_iter()
+            .map(|axis| (theirs * self.change.turn(axis)).distance(self.change.turn(ours * axis)) * SKIN);
+        points.fold(0.0, worse)
+    }
+
+    /// How far a point on the skin is off by the rotation of its joint, and by how far the joint is `off`, in metres.
+    fn turn(&self, ours: &DMat4, theirs: &DMat4, off: DVec3) -> f64 {
         let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
-        let off = axes(ours).into_iter().zip(axes(theirs)).map(|(ours, theirs)| {
+        let points = axes(ours).into_iter().zip(axes(theirs)).map(|(ours, theirs)| {
             // What is flat has no direction.
             let ours = self.change.turn(ours.normalize_or_zero());
-            ours.distance(theirs.normalize_or_zero()) * SKIN
+            (theirs.normalize_or_zero() - ours) * SKIN
         });
-        off.fold(0.0, f64::max)
+        points.map(|point| (off + point).length()).fold(0.0, worse)
     }
+}
+
+/// Both skeletons at one moment: node to world of each joint, and the positions that those of the source have in the
+/// file, after `seconds` of it.
+#[derive(Clone)]
+struct Moment {
+    seconds: f64,
+    here: Vec<DMat4>,
+    there: Vec<DMat4>,
+    places: Vec<DVec3>,
+}
+
+/// Whether the axes of a matrix are those of a rotation, each with a length: none is mirrored, flat or sheared.
+fn is_rotation(matrix: &DMat4) -> bool {
+    /// Of the cosine between two axes.
+    const SQUARE: f64 = 1e-3;
+    let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| axis.truncate().normalize_or_zero());
+    (x.cross(y).dot(z) - 1.0).abs() < SQUARE
 }
 
 /// The rotation of a matrix in double precision.
@@ -238,6 +309,11 @@ impl Errors {
     pub(super) fn rms(&self) -> f64 {
         (self.sum_of_squares / self.count.max(1) as f64).sqrt()
     }
+}
+
+/// The greater of two errors; a NaN stays.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if is_worse(b, a) { b } else { a }
 }
 
 /// A NaN is the worst of all, and stays it.

@@ -19,6 +19,7 @@ struct Joint {
     parent: Option<usize>,
     end_site: bool,
     rotation_order: Option<String>,
+    offset: [f32; 3],
 }
 
 /// Whether the file begins with a header in a comment, which is one cell for a spreadsheet.
@@ -100,6 +101,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
         names: motion.joints.iter().map(|joint| joint.name.clone()).collect(),
         parents: motion.joints.iter().map(|joint| joint.parent).collect(),
         end_sites: motion.joints.iter().map(|joint| joint.end_site).collect(),
+        offsets: motion.joints.iter().map(|joint| joint.offset).collect(),
         rotation_orders: (motion.joints.into_iter())
             .map(|joint| joint.rotation_order.unwrap_or_default())
             .collect(),

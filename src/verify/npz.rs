@@ -48,6 +48,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
     let end_sites = array("end_sites")?.bools(count)?;
     let rotation_orders = array("rotation_orders")?.strings()?;
     let rotation_orders = exactly(count, rotation_orders, "rotation_orders")?;
+    let offsets = array("offsets")?.floats(&[count, 3])?;
     let frame_rate = array("frame_rate")?.number()?;
     let positions = array("positions")?;
     let frames = positions.shape.first().copied().unwrap_or_default();
@@ -66,6 +67,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<ArrayFile> {
         parents,
         end_sites,
         rotation_orders,
+        offsets: offsets.as_chunks().0.to_vec(),
         positions,
         rotations,
         width,

@@ -10,6 +10,10 @@ use crate::scene::NodeKind;
 /// Names that are told at most, of many findings of one kind.
 const MOST_NAMES: usize = 8;
 
+/// Joints of one name among which the right parent is looked for, so that a file in which all have one name takes no
+/// time beyond measure.
+const MOST_CANDIDATES: usize = 256;
+
 /// The joints that two skeletons have in common.
 pub(super) struct Pairs {
     /// The indices in the source and in the file.
@@ -28,8 +32,8 @@ pub(super) struct Rigid {
 }
 
 impl Pairs {
-    /// Pairs joints of equal names, several of one name in their order. A name that only one joint has may also differ
-    /// in case and in all that is neither letter nor digit.
+    /// Pairs joints of equal names; names may differ in case and in all that is neither letter nor digit where more
+    /// joints find their pair so.
     ///
     /// # Errors
     /// Where there is no pair.
@@ -97,7 +101,7 @@ impl Pairs {
         );
         let renamed = self.list.iter().filter_map(|&(a, b)| {
             let (ours, theirs) = (&ours.joints[a].name, &theirs.joints[b].name);
-            (ours != theirs).then(|| format!("\"{ours}\" as \"{theirs}\""))
+            (!is_kept(ours, theirs)).then(|| format!("\"{ours}\" as \"{theirs}\""))
         });
         find(
             FindingKind::RenamedJoint,
@@ -169,33 +173,123 @@ impl Pairs {
 
     /// The pair of the nearest joint above that is in a pair.
     fn above(&self, skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
-        let mut above = skeleton.joints[joint].parent;
-        while let Some(joint) = above {
-            if pair_of[joint].is_some() {
-                return pair_of[joint];
-            }
-            above = skeleton.joints[joint].parent;
-        }
-        None
+        paired_above(skeleton, pair_of, joint).and_then(|above| pair_of[above])
     }
 }
 
+/// The joints of the file that have one key, in their order, without those at the front that have a pair.
+#[derive(Default)]
+struct Candidates(VecDeque<usize>);
+
+/// The pairs of two skeletons while they are found.
+struct Matching<'a, 'b> {
+    ours: &'a Skeleton<'b>,
+    theirs: &'a Skeleton<'b>,
+    /// Of every joint the other of its pair.
+    of_ours: Vec<Option<usize>>,
+    of_theirs: Vec<Option<usize>>,
+}
+
+/// Pairs joints of equal keys. Of several with one key, a joint goes with one below the pair of the joint above it, so
+/// that the hand of the left arm is that of the left arm; those for which there is none follow in their order.
 fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String) -> Vec<(usize, usize)> {
-    let mut places: HashMap<(String, bool), VecDeque<usize>> = HashMap::new();
     // Other programs do not mark end sites, so that whether a node is one tells nodes apart only if the file says so.
     let marks = theirs.joints.iter().any(|joint| joint.kind == NodeKind::EndSite);
     let key = |joint: &Joint| (key(&joint.name), marks && joint.kind == NodeKind::EndSite);
-    for (place, joint) in theirs.joints.iter().enumerate() {
-        places.entry(key(joint)).or_default().push_back(place);
+    let mut candidates: HashMap<(String, bool), Candidates> = HashMap::new();
+    for (index, joint) in theirs.joints.iter().enumerate() {
+        candidates.entry(key(joint)).or_default().0.push_back(index);
     }
-    let sources = ours
-        .joints
+    let counts: HashMap<_, _> = candidates
         .iter()
-        .enumerate()
-        .filter(|(_, joint)| joint.kind != NodeKind::Group);
-    sources
-        .filter_map(|(index, joint)| Some((index, places.get_mut(&key(joint))?.pop_front()?)))
+        .map(|(key, found)| (key.clone(), found.0.len()))
+        .collect();
+    let keys: Vec<_> = ours.joints.iter().map(key).collect();
+    let mut wanted: HashMap<&(String, bool), usize> = HashMap::new();
+    for key in &keys {
+        *wanted.entry(key).or_default() += 1;
+    }
+    let mut matching = Matching {
+        ours,
+        theirs,
+        of_ours: vec![None; ours.joints.len()],
+        of_theirs: vec![None; theirs.joints.len()],
+    };
+    for by_parent in [true, false] {
+        for (index, key) in keys.iter().enumerate() {
+            let Some(found) = candidates.get_mut(key) else { continue };
+            let count = counts[key];
+            // Many formats leave groups out. What they leave is then the joint of that name, not the group.
+            let is_left_out = ours.joints[index].kind == NodeKind::Group && count < wanted[key];
+            if is_left_out || matching.of_ours[index].is_some() {
+                continue;
+            }
+            let is_only_one = count == 1 && wanted[key] == 1;
+            // Nothing but its parent tells a joint without a name.
+            let needs_parent = !is_only_one && (by_parent || key.0.is_empty());
+            matching.pair_first(index, found, needs_parent);
+        }
+    }
+    let unnamed = (0..ours.joints.len()).filter(|index| is_unnamed(&ours.joints[*index]));
+    let mut all = Candidates((0..theirs.joints.len()).collect());
+    for index in unnamed {
+        if matching.of_ours[index].is_none() && ours.joints[index].kind != NodeKind::Group {
+            matching.pair_first(index, &mut all, true);
+        }
+    }
+    let pairs = matching.of_ours.iter().enumerate();
+    pairs
+        .filter(|(index, _)| ours.joints[*index].kind != NodeKind::Group)
+        .filter_map(|(index, pair)| Some((index, (*pair)?)))
         .collect()
+}
+
+impl Matching<'_, '_> {
+    /// Pairs a joint of the source with the first of `candidates` that is free.
+    fn pair_first(&mut self, ours: usize, candidates: &mut Candidates, needs_parent: bool) {
+        while candidates
+            .0
+            .front()
+            .is_some_and(|first| self.of_theirs[*first].is_some())
+        {
+            candidates.0.pop_front();
+        }
+        let above = needs_parent.then(|| paired_above(self.ours, &self.of_ours, ours));
+        let is_below = |theirs: usize| {
+            let Some(above) = above else { return true };
+            let parent = paired_above(self.theirs, &self.of_theirs, theirs);
+            above.and_then(|above| self.of_ours[above]) == parent
+        };
+        let mut free = candidates
+            .0
+            .iter()
+            .take(MOST_CANDIDATES)
+            .filter(|theirs| self.of_theirs[**theirs].is_none());
+        if let Some(&theirs) = free.find(|theirs| is_below(**theirs)) {
+            self.of_ours[ours] = Some(theirs);
+            self.of_theirs[theirs] = Some(ours);
+        }
+    }
+}
+
+/// The nearest joint above that has a pair.
+fn paired_above(skeleton: &Skeleton, pair_of: &[Option<usize>], joint: usize) -> Option<usize> {
+    let above = |joint: &usize| skeleton.joints[*joint].parent;
+    std::iter::successors(above(&joint), above).find(|joint| pair_of[*joint].is_some())
+}
+
+fn is_unnamed(joint: &Joint) -> bool {
+    joint.name.trim().is_empty()
+}
+
+/// Whether a name is another only in what a name in some formats cannot have: control characters and braces, for which
+/// `_` stands, and space around it. A joint without a name may have any.
+fn is_kept(ours: &str, theirs: &str) -> bool {
+    let kept = |name: &str| -> String {
+        let stands_for = |c: char| if c.is_control() || "{}".contains(c) { '_' } else { c };
+        name.trim().chars().map(stands_for).collect()
+    };
+    ours.trim().is_empty() || kept(ours) == kept(theirs)
 }
 
 fn quoted(joint: &Joint) -> String {

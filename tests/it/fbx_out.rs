@@ -217,7 +217,8 @@ fn every_choice_gives_the_same_motion() {
         let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output).unwrap();
         assert!(verified.is_within(5e-5), "{verified:?}");
         assert_eq!((verified.frames, verified.has_provenance), (75, true));
-        assert_eq!(verified.turn_error.is_some(), options.up == UpAxis::Y);
+        // Where the joints have other axes, from the first frame on.
+        assert!(verified.turn_error.is_some());
     }
 }
 

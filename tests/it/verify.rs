@@ -438,6 +438,10 @@ mod of_arrays {
         assert_eq!(found.findings[0].kind, FindingKind::MissingFrames);
         let found = with(&|wrong| wrong.header.joints[9].parent = Some(2));
         assert_eq!(found.findings[0].kind, FindingKind::MovedJoint);
+        let found = with(&|wrong| wrong.header.joints[9].offset.x += 0.1);
+        assert_eq!(found.findings[0].kind, FindingKind::Offset);
+        let found = with(&|wrong| wrong.header.joints[9].rotation_order = Some(mocap::scene::RotationOrder::Xyz));
+        assert_eq!(found.findings[0].kind, FindingKind::RotationOrder);
         let found = with(&|wrong| wrong.header.frame_rate = 60.0);
         assert_eq!(found.findings[0].kind, FindingKind::Provenance);
         let found = verified("cmu_12_01_walk.bvh", &right.to_npz()).unwrap();
@@ -541,3 +545,5 @@ mod of_arrays {
         assert!(said.starts_with("19 frames, 38 joints: 0.0"), "{said}");
     }
 }
+
+mod verdicts;

@@ -117,6 +117,11 @@ impl<'a> File<'a> {
         node.mesh.is_some() || node.camera.is_some()
     }
 
+    /// Whether the file has a skin, which a mesh is tied to its joints with.
+    pub(crate) fn has_skin(&self) -> bool {
+        !self.root.skins.is_empty()
+    }
+
     /// Whether a node has children.
     pub(super) fn has_children(&self, node: usize) -> bool {
         !self.root.nodes[node].children.is_empty()

@@ -107,6 +107,13 @@ pub(crate) fn summary(verification: &Verification) -> String {
             lost.frames,
         );
     }
+    // What a conversion did is in the file; else the unit is found from the lengths of the figure.
+    if !verification.has_provenance && (verification.metres_per_unit - 1.0).abs() > 1e-9 {
+        text += &format!(
+            "\nanother unit of length: 1 of the source is {:.6} of the file",
+            verification.metres_per_unit
+        );
+    }
     for finding in &verification.findings {
         text += &format!("\n{finding}");
     }

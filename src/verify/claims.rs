@@ -1,0 +1,77 @@
+//! What a file says of itself: how its source was read, which file that was, how many frames it has.
+
+use std::path::Path;
+
+use super::change::Change;
+use super::timeline::Timeline;
+use super::{Finding, FindingKind};
+use crate::error::Result;
+use crate::format::gltf::Provenance;
+use crate::import::{Clips, Importer};
+use crate::scene::{AppliedStep, Origin, Scene};
+
+impl Provenance {
+    /// Imports the source as it was read for the conversion.
+    pub(super) fn import(&self, mut importer: Importer, source: &Path) -> Result<Scene> {
+        if let Some(used) = &self.root_offset {
+            importer = importer.root_offset(used.policy);
+        }
+        for step in &self.steps {
+            if let AppliedStep::SelectClip { index } = step {
+                importer = importer.clips(Clips::Index(*index));
+            }
+        }
+        let Some(recorded) = self.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
+            return importer.import(source);
+        };
+        // Another rate than that of the file was given for all its clips; each has its own where none was given.
+        let found = importer.import(source);
+        let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
+        match &found {
+            Ok(scene) if scene.metadata.origin.as_ref().is_some_and(has_rate) => found,
+            _ => importer.frame_rate(recorded.frame_time.recip()).import(source),
+        }
+    }
+}
+
+/// How near, as a fraction, two frame rates are that are one.
+const SAME_RATE: f64 = 1e-9;
+
+/// Whether two files are one: by their hashes, else by their names.
+pub(super) fn is_same_file(a: &Origin, b: &Origin) -> bool {
+    match a.sha256.is_empty() || b.sha256.is_empty() {
+        true => a.name == b.name,
+        false => a.sha256 == b.sha256,
+    }
+}
+
+/// Holds what a file says of its frames against what is to be in it.
+pub(super) fn claims(
+    original: &Scene,
+    source: &Scene,
+    provenance: &Provenance,
+    change: &Change,
+    findings: &mut Vec<Finding>,
+) -> Result<()> {
+    let found = original.metadata.origin.as_ref().map_or("", |origin| &origin.sha256);
+    let claimed = provenance.source.as_ref().map_or("", |origin| &origin.sha256);
+    if !claimed.is_empty() && !found.is_empty() && claimed != found {
+        let message = format!("the file says that it was made from another file, of the SHA-256 {claimed}");
+        findings.push(Finding::new(FindingKind::Provenance, message));
+    }
+    let mut claim = |what: &str, claimed: u64, found: u64| {
+        if claimed != found {
+            let message = format!("the file says that {what} {claimed} frames, but there are {found}");
+            findings.push(Finding::new(FindingKind::Provenance, message));
+        }
+    };
+    let frames = |scene: &Scene| scene.animations.first().map_or(0, |clip| clip.frame_count() as u64);
+    if let Some(origin) = &provenance.source {
+        claim("its source has", origin.frames, frames(original));
+    }
+    if !source.animations.is_empty() {
+        let timeline = Timeline::new(source, Some(0), change)?;
+        claim("it has", provenance.frames, timeline.frame_count());
+    }
+    Ok(())
+}

@@ -1,0 +1,175 @@
+//! What a comparison tells: distances, and what is wrong beside them.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// How far a written file is from its source.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Verification {
+    /// Frames that were compared, of all clips.
+    pub frames: usize,
+    /// Joints and end sites that were compared.
+    pub joints: usize,
+    /// The largest distance of a joint from its position in the source, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// Where and when the largest distance is. Absent where nothing was compared.
+    pub worst: Option<Worst>,
+    /// How far the rotation of a joint alone moves a point 3 cm from it, at most, in metres; with the distance of the
+    /// joint where it moves no other joint. Where the joints of the file may stand otherwise at rest, as in files of
+    /// other programs, rotations count from those of the first frame. Absent where nothing was compared.
+    pub turn_error: Option<f64>,
+    /// What the motion lost by another frame rate. Absent where it has its own. It is not part of the errors above:
+    /// those are about the frames that the file has.
+    pub resampling: Option<Resampling>,
+    /// The clips that were compared.
+    pub clips: Vec<VerifiedClip>,
+    /// What is wrong beside distances.
+    pub findings: Vec<Finding>,
+    /// Joints of the source that the file does not have.
+    pub missing: Vec<String>,
+    /// End sites of the source that the file does not have; many programs leave them out.
+    pub missing_end_sites: Vec<String>,
+    /// Units of the file in one of the source.
+    pub metres_per_unit: f64,
+    /// Whether the file itself says how it was converted.
+    pub has_provenance: bool,
+}
+
+impl Verification {
+    /// Whether the file is what its source is: nothing was found, and no joint is farther from its position, in metres,
+    /// than allowed.
+    pub fn is_within(&self, max_error: f64) -> bool {
+        // A NaN is not within anything.
+        self.findings.is_empty()
+            && self.max_error <= max_error
+            && self.turn_error.is_none_or(|error| error <= max_error)
+    }
+}
+
+/// One clip of a file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct VerifiedClip {
+    /// Its name in the source.
+    pub name: String,
+    /// Frames that were compared.
+    pub frames: usize,
+    /// The largest distance of a joint from its position in the source, in metres.
+    pub max_error: f64,
+}
+
+/// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
+/// up to the last frame of the file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Resampling {
+    /// Frames of the source that were compared.
+    pub frames: usize,
+    /// The largest distance, in metres.
+    pub max_error: f64,
+    /// The root of the mean square of all distances, in metres.
+    pub rms_error: f64,
+    /// Where and when the largest distance is.
+    pub worst: Option<Worst>,
+}
+
+/// Where and when the largest distance is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Worst {
+    /// The index of the clip in the source.
+    pub clip: usize,
+    /// The joint, by its name in the source.
+    pub joint: String,
+    /// The frame of the source, or that before it.
+    pub frame: usize,
+    /// Seconds from the start of the file.
+    pub seconds: f64,
+}
+
+/// Something that is wrong beside distances.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Finding {
+    /// What kind of thing.
+    pub kind: FindingKind,
+    /// What exactly, as one sentence without a full stop.
+    pub message: String,
+}
+
+impl Finding {
+    pub(super) fn new(kind: FindingKind, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { kind, message }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.kind.as_str(), self.message)
+    }
+}
+
+/// The kinds of [`Finding`]s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum FindingKind {
+    /// The motion of the file starts later or ends earlier than that of the source.
+    MissingFrames,
+    /// The motion of the file goes on behind the end of that of the source.
+    ExtraFrames,
+    /// The file holds values between its keys, where those of the source go straight.
+    Stepped,
+    /// The source has a clip that the file does not have.
+    MissingClip,
+    /// The file has a clip that the source does not have.
+    ExtraClip,
+    /// A clip has another name in the file, which this crate wrote.
+    RenamedClip,
+    /// Lengths in the file are those of its source by a factor that is the ratio of no two units of length.
+    Unit,
+    /// The source has a joint that the file does not have.
+    MissingJoint,
+    /// A joint has another name in the file.
+    RenamedJoint,
+    /// A joint has another parent in the file.
+    MovedJoint,
+    /// The file, which this crate wrote, has a joint that the source does not have.
+    ExtraJoint,
+    /// The offset of a joint at rest is another in arrays.
+    Offset,
+    /// The order of the rotations of a joint is another in arrays.
+    RotationOrder,
+    /// The skin of the file is tied to other positions or rotations of its joints than those of the source.
+    Skin,
+    /// What the file says of itself is not so.
+    Provenance,
+}
+
+impl FindingKind {
+    /// Its name in kebab case.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::MissingFrames => "missing-frames",
+            Self::ExtraFrames => "extra-frames",
+            Self::Stepped => "stepped",
+            Self::MissingClip => "missing-clip",
+            Self::ExtraClip => "extra-clip",
+            Self::RenamedClip => "renamed-clip",
+            Self::Unit => "unit",
+            Self::MissingJoint => "missing-joint",
+            Self::RenamedJoint => "renamed-joint",
+            Self::MovedJoint => "moved-joint",
+            Self::ExtraJoint => "extra-joint",
+            Self::Offset => "offset",
+            Self::RotationOrder => "rotation-order",
+            Self::Skin => "skin",
+            Self::Provenance => "provenance",
+        }
+    }
+}
