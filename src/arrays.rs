@@ -48,6 +48,8 @@ pub use self::rotation::{Rotation, RotationSpace};
 pub use crate::convert::Moment;
 
 /// A motion as arrays, and their description.
+///
+/// [`arrays()`](crate::arrays::arrays()) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Arrays {
@@ -108,6 +110,8 @@ impl Arrays {
 }
 
 /// The meaning of the numbers of [`Arrays`]. Every written file contains it, as JSON.
+///
+/// [`arrays()`](crate::arrays::arrays()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Header {

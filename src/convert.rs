@@ -32,6 +32,8 @@ pub(crate) use self::space::{Needs, Space, figure_of};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.
+///
+/// [`Conversion::first_frame`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -53,6 +55,8 @@ pub enum FirstFrame {
 }
 
 /// The pose of the nodes without motion, which is also the bind pose of meshes.
+///
+/// [`Conversion::rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RestPoseSource {
@@ -64,6 +68,8 @@ pub enum RestPoseSource {
 }
 
 /// What to do with the root's motion over the ground.
+///
+/// [`Conversion::root`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -37,6 +37,8 @@ impl SceneView<'_> {
 }
 
 /// A part of the print-out.
+///
+/// The [module](crate::dump) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -54,6 +56,8 @@ pub enum Section {
 }
 
 /// Which year's print-out.
+///
+/// The [module](crate::dump) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize)]
 #[non_exhaustive]
 pub enum Layout {

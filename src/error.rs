@@ -22,6 +22,8 @@ pub use self::visible::visible;
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// A place in a text file, and the text there.
+///
+/// [`Error`](crate::Error) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
     /// Line, from 1. CR, LF and CRLF each end one line.
@@ -37,6 +39,8 @@ pub struct Location {
 }
 
 /// One problem of a file.
+///
+/// [`Error`](crate::Error) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Diagnostic {

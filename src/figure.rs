@@ -45,6 +45,8 @@ pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
 
 /// A guess and its reason.
+///
+/// [`survey()`](crate::figure::survey()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Guess<T> {
     /// The guessed value.
@@ -56,6 +58,8 @@ pub struct Guess<T> {
 }
 
 /// All guesses about an imported scene before any step.
+///
+/// [`survey()`](crate::figure::survey()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {

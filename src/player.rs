@@ -4,6 +4,8 @@ use crate::pose::OutOfRange;
 use crate::scene::Animation;
 
 /// What a [`Player`] does at the end of its animation.
+///
+/// [`Player`](crate::Player) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoopMode {

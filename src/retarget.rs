@@ -48,6 +48,8 @@ use crate::pose::Pose;
 use crate::scene::{Animation, AppliedStep, NodeId, Scene, SecondMotion};
 
 /// How large the steps of the target are.
+///
+/// [`Retargeter`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Scale {
@@ -61,6 +63,8 @@ pub enum Scale {
 }
 
 /// How a [`Retargeter`] moves a motion.
+///
+/// [`Retargeter`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RetargetOptions {

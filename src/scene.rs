@@ -3,6 +3,70 @@
 //! Lengths are in the file's unit, coordinates right-handed, matrices map column vectors (`node_to_parent * point`),
 //! quaternions are `x y z w` in memory. [`process::validate`](crate::process::validate()) lists the rules that every
 //! scene of this crate keeps.
+//!
+//! Nodes and keys, and where they are at a tick:
+//!
+//! ```
+//! use mocap::glam::{Mat4, Quat, Vec3};
+//! use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+//!
+//! let elbow = Node { name: "Elbow".into(), ..Node::default() };
+//! let tip = Node {
+//!     name: "EndSite_Elbow".into(),
+//!     kind: NodeKind::EndSite,
+//!     parent: Some(NodeId::new(0)),
+//!     transform: Mat4::from_translation(Vec3::X),
+//!     ..Node::default()
+//! };
+//! let bend = Channel {
+//!     node_name: "Elbow".into(),
+//!     position_keys: Keys::constant(Vec3::ZERO),
+//!     rotation_keys: Keys::every_tick((0..=10).map(|tick| Quat::from_rotation_z(0.1 * tick as f32)).collect()),
+//!     ..Channel::default()
+//! };
+//! let animation = Animation { ticks_per_second: 10.0, duration: 10.0, channels: vec![bend], ..Animation::default() };
+//! let scene = Scene { nodes: vec![elbow, tip], animations: vec![animation], ..Scene::default() };
+//! let pose = mocap::Pose::at_tick(&scene, 0, 10.0).unwrap();
+//! assert!(pose.position(NodeId::new(1)).distance(Vec3::new(1f32.cos(), 1f32.sin(), 0.0)) < 1e-6);
+//! ```
+//!
+//! A skin:
+//!
+//! ```
+//! use mocap::Importer;
+//! use mocap::scene::{AlphaMode, Bone, Mesh, Primitive, Surface, VertexWeight};
+//!
+//! let scene = Importer::new().gltf_meshes(true).import("fixtures/made/two_bones_textured.gltf")?;
+//! let mesh: &Mesh = &scene.meshes[0];
+//! assert_eq!((mesh.primitive, mesh.faces().len() * 3), (Primitive::Triangles, mesh.indices.len()));
+//! let bone: &Bone = &mesh.bones[0];
+//! assert_eq!(bone.name, scene.nodes[bone.node.index()].name);
+//! let VertexWeight { vertex_id, weight } = bone.weights[0];
+//! assert!((vertex_id as usize) < mesh.vertices.len() && weight <= 1.0);
+//! let surface: Surface = scene.materials[mesh.material_index].surface.unwrap();
+//! assert_eq!(surface.alpha, AlphaMode::Mask(0.5));
+//! assert_eq!(scene.textures[surface.texture.unwrap()].media_type, "image/png");
+//! # Ok::<(), mocap::Error>(())
+//! ```
+//!
+//! Where a scene comes from, and what was decided about it:
+//!
+//! ```
+//! use mocap::Conversion;
+//! use mocap::scene::{AppliedStep, Confidence, RootOffset, RotationOrder, Topic, UpAxis};
+//!
+//! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! assert_eq!(scene.metadata.origin.as_ref().unwrap().name, "cmu_12_01_walk.bvh");
+//! assert_eq!(scene.metadata.root_offset.as_ref().unwrap().policy, RootOffset::Replace);
+//! assert_eq!(scene.nodes[0].source.unwrap().name, 2); // ROOT Hips is in line 2
+//! assert_eq!(scene.nodes[0].rotation_order, Some(RotationOrder::Zyx));
+//! let guesses = Conversion::new().apply(&mut scene)?;
+//! let unit = guesses.iter().find(|guess| guess.topic == Topic::Unit).unwrap();
+//! assert_eq!((unit.choice.as_str(), unit.confidence), ("cmu", Some(Confidence::Sure)));
+//! assert_eq!((scene.metadata.metres_per_unit, scene.metadata.up), (Some(1.0), Some(UpAxis::Y)));
+//! assert!(matches!(scene.metadata.steps[0], AppliedStep::ConvertUnits { up: UpAxis::Y, .. }));
+//! # Ok::<(), mocap::Error>(())
+//! ```
 
 mod humanoid_bone;
 mod metadata;
@@ -20,6 +84,8 @@ pub use self::metadata::{
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Scene {
     /// The node graph, depth-first: a parent stands before its children, the root first. [`NodeId`] indexes it.
@@ -40,6 +106,8 @@ pub struct Scene {
 }
 
 /// The index of a node in [`Scene::nodes`].
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct NodeId(pub u32);
 
@@ -62,6 +130,8 @@ impl NodeId {
 pub(crate) const GROUP_OF_ROOTS: &str = "Roots";
 
 /// The kind of a node in its file.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -76,6 +146,8 @@ pub enum NodeKind {
 }
 
 /// A transform in the graph.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Node {
     /// The name as in the file; an unnamed end site is called `EndSite_<parent>`. Names may repeat.
@@ -100,6 +172,8 @@ pub struct Node {
 }
 
 /// The lines of a file that describe a node, from 1.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SourceLines {
     /// The line of the name: BVH's ROOT, JOINT or End Site.
@@ -114,6 +188,8 @@ pub struct SourceLines {
 ///
 /// It is the order of a product of matrices on column vectors: `Zxy` is `Rz Rx Ry` (intrinsic rotations), as in BVH's
 /// CHANNELS.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -150,6 +226,8 @@ impl RotationOrder {
 }
 
 /// The type of a mesh's faces.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Primitive {
@@ -171,6 +249,8 @@ impl Primitive {
 }
 
 /// Vertices and faces, in the space of the node that holds the mesh.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Mesh {
     /// The name; empty on a skeleton mesh.
@@ -200,6 +280,8 @@ impl Mesh {
 }
 
 /// A tie of vertices to a node.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bone {
     /// The name of the node.
@@ -213,6 +295,8 @@ pub struct Bone {
 }
 
 /// The influence of a bone on a vertex.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct VertexWeight {
     /// Index into [`Mesh::vertices`].
@@ -222,6 +306,8 @@ pub struct VertexWeight {
 }
 
 /// What the faces of a mesh are made of.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Material {
     /// The name.
@@ -234,6 +320,8 @@ pub struct Material {
 }
 
 /// The colour of a material, in the terms of glTF.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Surface {
     /// Red, green, blue and alpha, linear. They multiply those of the texture.
@@ -255,6 +343,8 @@ impl Default for Surface {
 }
 
 /// What the alpha of a colour means.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlphaMode {
@@ -268,6 +358,8 @@ pub enum AlphaMode {
 }
 
 /// An image, in the bytes of its file.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Texture {
     /// The name.
@@ -280,6 +372,8 @@ pub struct Texture {
 }
 
 /// Motion over time.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Animation {
     /// The name.
@@ -300,6 +394,8 @@ impl Animation {
 }
 
 /// All keys of one node.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Channel {
     /// The name of the node that it drives. Where several joints have this name and [`node`](Self::node) does not tell
@@ -319,6 +415,8 @@ pub struct Channel {
 /// Values at ticks.
 ///
 /// Ticks are stored only if they are not 0, 1, 2, ...; a constant track has one key, at tick 0.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Keys<T> {
     /// The values, in the order of time.

@@ -10,6 +10,8 @@ use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, RotationOrder, Scene};
 
 /// A joint or an end site of the output.
+///
+/// [`arrays()`](crate::arrays::arrays()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Joint {

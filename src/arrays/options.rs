@@ -87,6 +87,8 @@ setters! {
 }
 
 /// What positions are relative to.
+///
+/// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -107,6 +109,8 @@ pub enum Space {
 /// Heights are along the up axis, above the level on which the points rest: the fifth percentile of the height of the
 /// lowest one, so that a rest pose in the first frame does not count. Ankles have a level, and the balls of the feet
 /// theirs; joints that are chosen by their names have one together. Speeds are central differences, in any direction.
+///
+/// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]

@@ -7,6 +7,8 @@ use crate::math::rotation::euler_rot;
 use crate::scene::RotationOrder;
 
 /// The representation of rotations. The names are those that files and options use.
+///
+/// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Rotation {
@@ -29,6 +31,8 @@ pub enum Rotation {
 }
 
 /// What rotations are relative to.
+///
+/// [`ArrayOptions`](crate::arrays::ArrayOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -9,6 +9,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::scene::Animation;
 
 /// A time in the motion.
+///
+/// [`Conversion::trim`](crate::Conversion::trim) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -59,6 +59,8 @@ impl Step for Blend {
 }
 
 /// What [`Blend`] did.
+///
+/// [`Blend`](crate::edit::Blend) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct BlendReport {
@@ -79,6 +81,8 @@ impl fmt::Display for BlendReport {
 }
 
 /// The fraction of the second motion in a mix: 0 gives the first motion, 1 the second.
+///
+/// [`Blend`](crate::edit::Blend) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[non_exhaustive]

@@ -20,6 +20,16 @@ step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
     /// motion that is cut in two there comes back.
     ///
+    /// ```
+    /// use mocap::edit::{Concat, Step, StepInput};
+    ///
+    /// let mut walk = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let again = walk.clone();
+    /// let report = Concat::new().blend(0.2).apply(&mut walk, &StepInput::new().other(&again))?;
+    /// assert_eq!((report.seam, report.frames), (74, 149));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Code::InvalidValue`] where the joints differ, or the blend is not finite; [`Code::NoMotion`] without one of
     /// the animations.
@@ -50,6 +60,8 @@ impl Step for Concat {
 }
 
 /// What [`Concat`] did.
+///
+/// [`Concat`](crate::edit::Concat) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ConcatReport {

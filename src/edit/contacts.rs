@@ -18,6 +18,8 @@ use crate::scene::{Animation, NodeId, Scene};
 ///
 /// A point is at rest when it is low and slow, and until it is `release` times too high or too fast. Heights are those
 /// above the level on which the point rests itself: an ankle is higher above the floor than a toe.
+///
+/// [`contacts()`](crate::edit::contacts()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
@@ -94,6 +96,8 @@ impl ContactOptions {
 }
 
 /// A point of a foot or a hand, and when it is at rest.
+///
+/// [`contacts()`](crate::edit::contacts()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ContactPoint {
@@ -130,6 +134,8 @@ impl ContactPoint {
 }
 
 /// The contacts of an animation.
+///
+/// [`contacts()`](crate::edit::contacts()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DetectedContacts {

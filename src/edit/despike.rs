@@ -58,6 +58,8 @@ impl Step for Despike {
 }
 
 /// What [`Despike`] changed.
+///
+/// [`Despike`](crate::edit::Despike) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DespikeReport {

@@ -51,6 +51,8 @@ impl Step for Fill {
 }
 
 /// What [`Fill`] changed.
+///
+/// [`Fill`](crate::edit::Fill) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FillReport {

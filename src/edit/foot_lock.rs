@@ -37,6 +37,8 @@ use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
 /// Options of [`foot_lock()`].
+///
+/// [`foot_lock()`](crate::edit::foot_lock()) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FootLockOptions {
@@ -81,6 +83,8 @@ impl Default for FootLockOptions {
 }
 
 /// What [`foot_lock()`] changed. Lengths are in metres.
+///
+/// [`foot_lock()`](crate::edit::foot_lock()) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FootLockReport {

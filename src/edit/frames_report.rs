@@ -11,6 +11,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::scene::Scene;
 
 /// The frames of a motion before and after a step.
+///
+/// [`Trim`](crate::edit::Trim) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FramesReport {

@@ -16,6 +16,8 @@ use crate::pose::Trs;
 use crate::scene::Scene;
 
 /// How poses between two keys are computed.
+///
+/// [`InBetween`](crate::edit::InBetween) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -64,6 +66,8 @@ impl Step for InBetween {
 }
 
 /// What [`InBetween`] changed.
+///
+/// [`InBetween`](crate::edit::InBetween) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct InBetweenReport {

@@ -14,6 +14,8 @@ use crate::pose::Trs;
 use crate::scene::{NodeId, Scene};
 
 /// A part of the body.
+///
+/// [`Layer`](crate::edit::Layer) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -123,6 +125,8 @@ impl Step for Layer {
 }
 
 /// What [`Layer`] did.
+///
+/// [`Layer`](crate::edit::Layer) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LayerReport {

@@ -46,6 +46,8 @@ macro_rules! steps {
         }
 
         /// What a step changed, as the step itself reports it.
+        ///
+        /// [`EditStep`](crate::edit::EditStep) has an example.
         #[derive(Clone, Debug, PartialEq, serde::Serialize)]
         #[serde(untagged)]
         #[non_exhaustive]
@@ -220,6 +222,8 @@ impl std::str::FromStr for EditStep {
 /// What a step changed.
 ///
 /// It prints as the line of `mocap edit`, for example `fill: 2 gaps filled, 0 longer ones left; ...`.
+///
+/// [`EditStep`](crate::edit::EditStep) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct EditReport {

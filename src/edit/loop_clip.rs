@@ -64,6 +64,8 @@ impl Step for Loop {
 }
 
 /// What [`Loop`] did.
+///
+/// [`Loop`](crate::edit::Loop) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct LoopReport {

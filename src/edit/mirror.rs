@@ -54,6 +54,8 @@ impl Step for Mirror {
 }
 
 /// What [`Mirror`] changed.
+///
+/// [`Mirror`](crate::edit::Mirror) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MirrorReport {

@@ -18,6 +18,8 @@ use crate::pose::Trs;
 use crate::scene::Scene;
 
 /// A low-pass filter without a shift in time.
+///
+/// [`Smooth`](crate::edit::Smooth) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -101,6 +103,8 @@ impl Step for Smooth {
 }
 
 /// What [`Smooth`] changed.
+///
+/// [`Smooth`](crate::edit::Smooth) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct SmoothReport {

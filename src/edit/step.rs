@@ -206,6 +206,8 @@ impl fmt::Display for StepInfo {
 }
 
 /// An option of a step.
+///
+/// [`StepInfo`](crate::edit::StepInfo) has an example.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct StepKey {
@@ -227,6 +229,8 @@ impl StepKey {
 }
 
 /// What an option of a step takes. It prints as the end of "KEY takes ...".
+///
+/// [`StepInfo`](crate::edit::StepInfo) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Takes {

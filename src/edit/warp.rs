@@ -136,6 +136,8 @@ impl Step for Warp {
 }
 
 /// What [`Warp`] did.
+///
+/// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]

@@ -17,6 +17,8 @@ use crate::pose::{Pose, Trs};
 use crate::scene::Scene;
 
 /// A point of a path.
+///
+/// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathPoint {
     /// When the figure is to be there, in seconds; the nearest frame counts. `None` stands for an even share of the way
@@ -37,6 +39,8 @@ impl fmt::Display for PathPoint {
 }
 
 /// Where a figure looks on its new path.
+///
+/// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -49,6 +53,8 @@ pub enum PathFacing {
 }
 
 /// What a [`Warp`](crate::edit::Warp) to a path did.
+///
+/// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct WarpPathReport {

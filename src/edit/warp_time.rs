@@ -10,6 +10,8 @@ use crate::limits::Limits;
 use crate::scene::Scene;
 
 /// What a [`Warp`](crate::edit::Warp) of times did.
+///
+/// [`Warp`](crate::edit::Warp) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct WarpTimeReport {

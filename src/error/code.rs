@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 /// Declares [`Code`] from one table, so that a code, its name, its cause and its remedy cannot drift apart.
 macro_rules! codes {
     ($($variant:ident $name:literal $cause:literal $remedy:literal)*) => {
-        /// The stable name of a diagnostic.
+        /// The stable name of a diagnostic. [`Error`](crate::Error) has an example.
         ///
         /// | code | cause | what to do |
         /// |---|---|---|

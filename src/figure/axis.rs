@@ -6,6 +6,8 @@ use serde::Serialize;
 use crate::scene::UpAxis;
 
 /// A direction along an axis of the file.
+///
+/// [`Figure`](crate::figure::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum Axis {
@@ -106,6 +108,8 @@ impl From<UpAxis> for Axis {
 }
 
 /// The kind of a rest pose.
+///
+/// [`Figure`](crate::figure::Figure) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

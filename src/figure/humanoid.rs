@@ -37,6 +37,8 @@ const OF_ROBOT: &str = "the joints of the robot make it one";
 pub type HumanoidMap = BTreeMap<HumanoidBone, Option<String>>;
 
 /// A joint that is a bone of the humanoid.
+///
+/// [`Humanoid`](crate::figure::Humanoid) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct HumanoidJoint {
@@ -49,6 +51,8 @@ pub struct HumanoidJoint {
 }
 
 /// Whether the names of the sides are right.
+///
+/// [`Humanoid`](crate::figure::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -17,6 +17,8 @@ use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene
 pub type RobotMap = BTreeMap<Bone, Option<String>>;
 
 /// A bone of a humanoid in a robot: a link, and the joints that turn it against the bone above.
+///
+/// [`RobotOptions`](crate::robot::RobotOptions) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RobotBone {

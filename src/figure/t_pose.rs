@@ -42,6 +42,8 @@ const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
 const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
 
 /// The pose from which a T-pose is made.
+///
+/// [`TPose`](crate::figure::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TPoseSource {
@@ -54,6 +56,8 @@ pub enum TPoseSource {
 }
 
 /// Why a bone is turned as it is in a T-pose.
+///
+/// [`TPose`](crate::figure::TPose) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -100,6 +104,8 @@ impl TPoseReason {
 }
 
 /// A bone in the T-pose.
+///
+/// [`TPose`](crate::figure::TPose) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TPoseBone {

@@ -6,6 +6,8 @@ use super::{Confidence, Guess};
 use crate::scene::Scene;
 
 /// A unit of length of motion files.
+///
+/// [`survey()`](crate::figure::survey()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -8,6 +8,17 @@ use crate::scene::{
 
 /// What a written file says of itself: `asset.extras.mocap` in glTF, `extras.mocap` of an animation that was added to
 /// the file of a character, a property of the scene in FBX.
+///
+/// ```
+/// use mocap::gltf::Provenance;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// mocap::Conversion::new().apply(&mut scene)?;
+/// let provenance = Provenance::of(&scene);
+/// assert_eq!(provenance.source.unwrap().name, "cmu_short.bvh");
+/// assert_eq!((provenance.frames, provenance.steps.len()), (75, scene.metadata.steps.len()));
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]

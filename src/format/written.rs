@@ -107,6 +107,8 @@ impl Written {
 }
 
 /// One of the files of [`Written`].
+///
+/// [`Written`](crate::Written) has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WrittenFile {
     name: String,
@@ -168,6 +170,8 @@ impl WrittenFile {
 /// Clients find animated nodes by name or by a path of names, so a duplicate animates the wrong node. three.js removes
 /// `[ ] . : /` and replaces spaces by `_`, so names are unique after that too. Other characters stay as they are, but
 /// `/`, at which Unity separates the names of a path, and control characters, which become `_`.
+///
+/// [`Written`](crate::Written) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Renamed {
@@ -188,6 +192,8 @@ impl fmt::Display for Renamed {
 /// The error of a file against the scene that it was written from, measured in double precision on the decoded values,
 /// at the times of the file, and with all interpolations of its readers: in glTF slerp, and nlerp (component by
 /// component).
+///
+/// [`Written`](crate::Written) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Achieved {

@@ -16,6 +16,8 @@ use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
 /// Options of [`chain()`].
+///
+/// [`chain()`](crate::ik::chain()) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ChainOptions {
@@ -195,6 +197,22 @@ fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
 ///
 /// # Panics
 /// If the pose lacks one of the nodes.
+///
+/// ```
+/// use mocap::glam::Vec3;
+/// use mocap::ik::{ChainOptions, Goal, JointLimit, chain};
+/// use mocap::{Pose, scene::NodeId};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+/// let arm: Vec<NodeId> = (0..4).map(NodeId::new).collect(); // shoulder, elbow, wrist, and the tip of the hand
+/// // The shoulder is free, the elbow a hinge.
+/// let elbow = JointLimit::Hinge { rest: Default::default(), axis: Vec3::Z, min: -3.0, max: 3.0 };
+/// let options = ChainOptions::new().limits(vec![JointLimit::Free, elbow]).tolerance(1e-3);
+/// let goal = pose.position(arm[0]) + Vec3::new(1.0, 2.0, 0.0);
+/// assert!(chain(&mut pose, &arm, &Goal::at(goal), &options) < 0.01);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 pub fn chain(pose: &mut Pose, nodes: &[NodeId], goal: &Goal, options: &ChainOptions) -> f32 {
     let Some((&end, joints)) = nodes.split_last() else {
         return 0.0;

@@ -11,6 +11,8 @@ use crate::scene::NodeId;
 const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
+///
+/// [`two_bone()`](crate::ik::two_bone()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct TwoBone {
@@ -113,6 +115,19 @@ fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
 ///
 /// # Panics
 /// If the pose lacks one of the nodes.
+///
+/// ```
+/// use mocap::glam::Vec3;
+/// use mocap::ik::{Goal, two_bone};
+/// use mocap::{Pose, scene::NodeId};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let mut pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
+/// let arm = [0, 1, 2].map(NodeId::new); // shoulder, elbow, wrist
+/// let goal = pose.position(arm[0]) + Vec3::new(1.0, 1.0, 0.5);
+/// assert!(two_bone(&mut pose, arm, &Goal::at(goal), None) < 1e-5);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 pub fn two_bone(pose: &mut Pose, limb: [NodeId; 3], goal: &Goal, pole: Option<Vec3>) -> f32 {
     let [start, middle, end] = limb;
     let mut distance = 0.0;

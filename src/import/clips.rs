@@ -9,6 +9,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::scene::{AppliedStep, Scene};
 
 /// Which animations of a file to keep.
+///
+/// [`Importer::clips`](crate::Importer::clips) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "ClipText", into = "String")]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(with = "ClipText"))]

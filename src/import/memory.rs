@@ -10,6 +10,8 @@ use crate::format::gltf::Character;
 use crate::scene::Scene;
 
 /// A file in memory.
+///
+/// [`Importer::read_among`](crate::Importer::read_among) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct MemoryFile<'a> {
     /// Its name in errors, with the folder where there is one. The extension tells the format if the contents do not.

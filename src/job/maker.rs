@@ -81,6 +81,8 @@ pub struct Maker<'a> {
 }
 
 /// What a job has made of motions, before it is written.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Made {

@@ -72,6 +72,8 @@ pub struct OntoBody {
 }
 
 /// What happens to feet that stand.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -86,6 +88,8 @@ pub enum Feet {
 }
 
 /// The worst verdict that a motion on a robot may have.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

@@ -55,6 +55,8 @@ pub struct JobReport {
 }
 
 /// A file of an output.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct OutputFile {

@@ -90,6 +90,8 @@ pub struct OutSpace {
 }
 
 /// The up axis of an output.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -103,6 +105,8 @@ pub enum OutUp {
 }
 
 /// How the skeleton of a file without meshes is drawn.
+///
+/// The [module](crate::job) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

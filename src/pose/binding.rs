@@ -7,6 +7,8 @@ use crate::pose::sample::{Moment, Moving, Trs};
 use crate::scene::{Animation, Channel, NodeId, NodeKind, Scene};
 
 /// The meaning of a tick outside of an animation.
+///
+/// [`Binding`](crate::Binding) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum OutOfRange {
@@ -46,6 +48,22 @@ impl OutOfRange {
 /// reference, so one animation can drive any number of skeletons, each with its own binding and
 /// [`Pose`](crate::pose::Pose), from any thread. It is valid for the animation and the nodes that it was made from, and
 /// has already read the constant tracks: make a new one when either changes.
+///
+/// ```
+/// use mocap::{Binding, OutOfRange, Trs};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let animation = &scene.animations[0];
+/// let binding = Binding::new(&scene, animation).out_of_range(OutOfRange::Loop);
+/// let mut elbow = Trs::IDENTITY;
+/// binding.sample(animation, 9.0 + 0.5, |node, transform| {
+///     if scene.nodes[node.index()].name == "Elbow" {
+///         elbow = transform;
+///     }
+/// });
+/// assert_eq!(elbow.translation.x, 2.0); // the link from the shoulder keeps its length
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Binding {

@@ -5,6 +5,8 @@ use glam::{Mat4, Quat, Vec3};
 use crate::scene::{Channel, Keys};
 
 /// A transform in its three components, as glTF and most engines store the transform of a node.
+///
+/// [`Binding`](crate::Binding) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trs {
     /// Translation to the parent, in the file's unit.

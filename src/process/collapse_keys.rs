@@ -8,6 +8,8 @@ use crate::scene::{Keys, Scene};
 /// The largest difference between a value and the first value of its track at which the two count as equal.
 ///
 /// With zero, the default, numbers must be equal; -0 equals 0, and NaN equals nothing.
+///
+/// [`collapse_keys()`](crate::process::collapse_keys()) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct KeyTolerance {

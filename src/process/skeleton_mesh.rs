@@ -6,6 +6,8 @@ use serde::Serialize;
 use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
 
 /// How the mesh of the skeleton is attached.
+///
+/// [`Importer::skeleton_mesh`](crate::Importer::skeleton_mesh) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

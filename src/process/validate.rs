@@ -14,7 +14,7 @@ const UNIT_TOLERANCE: f32 = 1e-4;
 /// Declares [`Rule`] from one table, so that a rule, its number and its words cannot drift apart.
 macro_rules! rules {
     ($($number:literal $variant:ident $text:literal)*) => {
-        /// A rule of the scene.
+        /// A rule of the scene. [`validate()`](crate::process::validate()) has an example.
         ///
         /// | number | rule |
         /// |---|---|
@@ -70,6 +70,8 @@ impl fmt::Display for Rule {
 }
 
 /// The part of a scene that breaks a rule. All numbers are indices.
+///
+/// [`validate()`](crate::process::validate()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -109,6 +111,8 @@ impl fmt::Display for Part {
 }
 
 /// A rule, and a part of the scene that breaks it.
+///
+/// [`validate()`](crate::process::validate()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Violation {

@@ -11,6 +11,8 @@ use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, Node, NodeId, NodeKind, Scene};
 
 /// A scene, and its name in a picture.
+///
+/// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct Clip<'a> {
     /// A short name, such as that of the file.

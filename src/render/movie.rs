@@ -12,6 +12,8 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::options::setters;
 
 /// Options of a film.
+///
+/// [`Movie`](crate::render::Movie) has an example.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MovieOptions {

@@ -9,6 +9,8 @@ use crate::pose::{Binding, Pose};
 use crate::scene::NodeId;
 
 /// Options of a plot.
+///
+/// [`Drawing::plot`](crate::render::Drawing::plot) has an example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlotOptions {

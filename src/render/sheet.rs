@@ -10,6 +10,8 @@ use super::theme;
 use crate::options::setters;
 
 /// Options of a sheet.
+///
+/// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SheetOptions {

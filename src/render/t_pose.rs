@@ -11,6 +11,8 @@ use crate::figure::{Confidence, Figure, HumanoidBone, RestPose, Side, Sides, TPo
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A skeleton in T-pose, and its name in a picture.
+///
+/// [`Drawing::t_pose_sheet`](crate::render::Drawing::t_pose_sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct TPoseClip<'a> {
     /// A short name, such as that of the file.

@@ -9,6 +9,8 @@ use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// Options of the summary.
+///
+/// [`screen`](crate::render::screen()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ScreenOptions {

@@ -33,6 +33,8 @@ use crate::figure::Figure;
 use crate::retarget::LimbAngles;
 
 /// A clip on a page.
+///
+/// [`Page`](crate::render::Page) has an example.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct PageClip<'a> {
@@ -155,6 +157,8 @@ pub struct Page {
 }
 
 /// A clip as the player takes it: text in JSON, and the numbers that it names as blocks of bytes.
+///
+/// [`PlayerClip::new`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlayerClip {

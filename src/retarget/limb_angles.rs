@@ -5,6 +5,8 @@ use crate::figure::ticks::ticks;
 use crate::scene::{Animation, HumanoidBone, NodeId, Scene};
 
 /// How far the directions of a limb are apart at each tick.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LimbAngles {

@@ -28,6 +28,8 @@ const SAME_SKATE: f64 = 1e-4;
 const SAME_HEIGHT: f64 = 1e-3;
 
 /// How far the directions of a limb are apart on two bodies.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LimbError {
@@ -42,6 +44,8 @@ pub struct LimbError {
 }
 
 /// The feet of one skeleton in a motion.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FootMotion {
@@ -54,6 +58,8 @@ pub struct FootMotion {
 }
 
 /// The feet before and after.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FeetReport {
@@ -68,6 +74,8 @@ pub struct FeetReport {
 }
 
 /// A leg that could not do what was asked of it.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Clamped {
@@ -82,6 +90,8 @@ pub struct Clamped {
 }
 
 /// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -106,6 +116,8 @@ impl Verdict {
 }
 
 /// How well a motion sits on another skeleton.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RetargetReport {

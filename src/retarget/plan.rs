@@ -15,6 +15,8 @@ use crate::figure::{HumanoidBone as Bone, Side};
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// A bone that is not moved from one skeleton to the other.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Unmapped {

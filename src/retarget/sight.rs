@@ -24,6 +24,8 @@ const BENT: f32 = 0.34;
 const FEWEST: usize = 5;
 
 /// What of a body is compared.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -55,6 +57,8 @@ impl Aspect {
 }
 
 /// How far something that an eye sees is off.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Seen {

@@ -20,6 +20,8 @@ const THICKNESS: f64 = 0.125;
 const MOST_BESIDE: usize = 4;
 
 /// Two links that penetrate each other.
+///
+/// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LinkCollision {

@@ -7,6 +7,8 @@ use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Channel, Keys, NodeId};
 
 /// The motion of a robot, frame by frame.
+///
+/// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RobotMotion {

@@ -21,6 +21,8 @@ const MOST_BELOW: f64 = 0.01;
 const MORE_SKATE: f64 = 0.005;
 
 /// A joint that would go beyond its limit.
+///
+/// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ClampedJoint {
@@ -31,6 +33,8 @@ pub struct ClampedJoint {
 }
 
 /// How well a motion sits on a robot.
+///
+/// The [module](crate::robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RobotReport {

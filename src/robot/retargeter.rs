@@ -20,6 +20,23 @@ use crate::scene::robot::{Placement, Robot};
 use crate::scene::{Animation, Scene, Side};
 
 /// How a [`RobotRetargeter`] moves a motion.
+///
+/// ```
+/// use mocap::Importer;
+/// use mocap::figure::HumanoidBone;
+/// use mocap::retarget::Scale;
+/// use mocap::robot::{RobotMap, RobotOptions};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let bones = robot.bones(None)?;
+/// let knee = bones.iter().find(|bone| bone.bone == HumanoidBone::LeftLowerLeg).unwrap();
+/// assert_eq!(robot.links[knee.link].name, "left_knee_link");
+/// // Steps as long as those of the person, and a torso that is no bone of its own.
+/// let map = RobotMap::from([(HumanoidBone::Chest, None)]);
+/// let options = RobotOptions::new().scale(Scale::None).map(map).velocity_limits(true);
+/// assert!(options.lock_feet);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RobotOptions {
@@ -65,6 +82,8 @@ const STEPS: usize = 8;
 const LIFT: f64 = 0.15;
 
 /// Puts the motions of one source on a robot.
+///
+/// The [module](crate::robot) has an example.
 #[derive(Clone, Debug)]
 pub struct RobotRetargeter {
     robot: Robot,

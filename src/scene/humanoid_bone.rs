@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// Left or right, as the character sees it.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "each says itself")]
@@ -27,6 +29,8 @@ impl Side {
 macro_rules! humanoid_bones {
     ($($variant:ident $name:literal $parent:literal),* $(,)?) => {
         /// A bone of the VRM 1.0 humanoid, each before those below it.
+        ///
+        /// The [module](crate::scene) has an example.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
         #[serde(rename_all = "camelCase")]
         #[allow(missing_docs, reason = "each says itself")]

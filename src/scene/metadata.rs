@@ -10,6 +10,8 @@ use super::HumanoidBone;
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Metadata {
@@ -140,6 +142,8 @@ pub(crate) mod format_name {
 }
 
 /// A file that was read.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Origin {
@@ -161,6 +165,8 @@ impl Origin {
 }
 
 /// The axis that points up.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UpAxis {
@@ -209,6 +215,8 @@ fn is_one_metre(metres: &f64) -> bool {
 }
 
 /// A step that changed positions or times, with the values that are needed to undo it.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "step", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -279,6 +287,8 @@ pub enum AppliedStep {
 }
 
 /// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
@@ -306,6 +316,8 @@ impl SecondMotion {
 }
 
 /// How a root's OFFSET and its position channels combine.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -323,6 +335,8 @@ pub enum RootOffset {
 }
 
 /// How a root's OFFSET was used.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RootOffsetUsed {
@@ -337,6 +351,8 @@ pub struct RootOffsetUsed {
 }
 
 /// The confidence in a guess.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -362,6 +378,8 @@ impl Confidence {
 }
 
 /// A decision that the file does not state.
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Assumption {
     /// The topic.
@@ -377,6 +395,8 @@ pub struct Assumption {
 }
 
 /// The topic of an [`Assumption`].
+///
+/// The [module](crate::scene) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -7,6 +7,23 @@ use super::Format;
 use crate::error::Diagnostic;
 
 /// A robot, as its file describes it: in metres and radians, +Z up.
+///
+/// ```
+/// use mocap::Importer;
+/// use mocap::robot::{JointKind, ShapeKind};
+///
+/// let robot = Importer::new().import_robot("fixtures/robots/h1.urdf")?;
+/// let elbow = robot.links.iter().find(|link| link.joint.name == "left_elbow_joint").unwrap();
+/// assert_eq!(elbow.joint.kind, JointKind::Hinge);
+/// let limits = elbow.joint.limits;
+/// assert_eq!((limits.lower, limits.upper), (-1.25, 2.61));
+/// assert!(elbow.inertial.is_some_and(|inertial| inertial.mass > 0.5));
+/// assert!(robot.links.iter().flat_map(|link| &link.shapes).any(|shape| matches!(shape.kind, ShapeKind::Mesh { .. })));
+/// // The elbow bent by a right angle, in the space of the link above.
+/// let bent = elbow.joint.link_to_parent(std::f64::consts::FRAC_PI_2);
+/// assert!(bent.rotation.angle_between(elbow.joint.link_to_parent(0.0).rotation) > 1.5);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Robot {
     /// The name.
@@ -21,6 +38,8 @@ pub struct Robot {
 }
 
 /// A rigid body, and the joint by which it hangs on its parent.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RobotLink {
     /// The name; that of a body in MJCF.
@@ -38,6 +57,8 @@ pub struct RobotLink {
 }
 
 /// How a joint moves.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -54,6 +75,8 @@ pub enum JointKind {
 }
 
 /// A joint between two links.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotJoint {
     /// The name.
@@ -74,6 +97,8 @@ pub struct RobotJoint {
 }
 
 /// A joint whose position is `multiplier * leader + offset`.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mimic {
     /// The link whose joint is followed, an index into [`Robot::links`]. That joint follows no other.
@@ -85,6 +110,8 @@ pub struct Mimic {
 }
 
 /// The limits of a joint, in radians or metres.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JointLimits {
     /// The smallest position; minus infinity without a limit.
@@ -98,6 +125,8 @@ pub struct JointLimits {
 }
 
 /// A rotation and a translation.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Placement {
     /// The rotation.
@@ -107,6 +136,8 @@ pub struct Placement {
 }
 
 /// Mass and inertia of a link.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Inertial {
     /// The mass, in kilograms.
@@ -118,6 +149,8 @@ pub struct Inertial {
 }
 
 /// A piece of the geometry of a link.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotShape {
     /// Its place in the frame of the link.
@@ -129,6 +162,8 @@ pub struct RobotShape {
 }
 
 /// A geometric body about the origin; cylinders and capsules stand along Z.
+///
+/// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[allow(missing_docs, reason = "each says itself")]

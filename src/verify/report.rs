@@ -5,6 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 /// How far a written file is from its source.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Verification {
@@ -51,6 +53,8 @@ impl Verification {
 }
 
 /// One clip of a file.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct VerifiedClip {
@@ -64,6 +68,8 @@ pub struct VerifiedClip {
 
 /// What a motion lost by another frame rate: how far the joints are from their positions at the frames of the source,
 /// up to the last frame of the file.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Resampling {
@@ -78,6 +84,8 @@ pub struct Resampling {
 }
 
 /// Where and when the largest distance is.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Worst {
@@ -92,6 +100,8 @@ pub struct Worst {
 }
 
 /// Something that is wrong beside distances.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Finding {
@@ -115,6 +125,8 @@ impl fmt::Display for Finding {
 }
 
 /// The kinds of [`Finding`]s.
+///
+/// [`verify()`](crate::verify::verify()) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -185,17 +185,10 @@ struct Declared {
 /// The public types of the library, but for those that `step!` declares, which have an example each.
 fn declared() -> Vec<Declared> {
     let names = public_names();
-    let mut declared = Vec::new();
-    let mut folders = vec![PathBuf::from("src")];
-    while let Some(folder) = folders.pop() {
-        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() && !path.ends_with("bin") {
-                folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                declared.extend(declared_in(&path, &names));
-            }
-        }
-    }
+    let declared: Vec<Declared> = files_below("src")
+        .iter()
+        .flat_map(|path| declared_in(path, &names))
+        .collect();
     assert!(declared.len() > 150, "the types are not found");
     declared
 }
@@ -212,9 +205,9 @@ fn declared_in(path: &Path, names: &BTreeSet<String>) -> Vec<Declared> {
             docs += "\n";
             continue;
         }
-        if bare.starts_with("#[") || is_attribute {
+        if bare.starts_with("#[") || bare.starts_with("$(#[") || is_attribute {
             attributes += bare;
-            is_attribute = !bare.ends_with(']');
+            is_attribute = !bare.ends_with([']', '*']);
             continue;
         }
         for keyword in ["struct", "enum", "trait", "type"] {
@@ -268,4 +261,92 @@ fn a_new_field_or_variant_breaks_no_program() {
         }
     }
     assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+/// Whether the documentation has an example, or says which item, or which module, has one.
+fn is_shown(docs: &str, examples: &BTreeSet<String>) -> bool {
+    let named = |link: &str| {
+        let name = link
+            .split(['`', '('])
+            .find(|part| part.contains(char::is_alphanumeric))?;
+        examples.contains(name.rsplit("::").next()?).then_some(())
+    };
+    let module = |link: &str| {
+        let path = link.split_once("[module](")?.1.strip_prefix("crate::")?;
+        let text = fs::read_to_string(format!("src/{}.rs", path.trim_end_matches(')'))).ok()?;
+        text.contains("//! ```").then_some(())
+    };
+    let says = |sentence: &str| {
+        let link = &sentence[sentence
+            .rfind('[')
+            .filter(|_| sentence.ends_with(')') || sentence.ends_with(']'))?..];
+        // A module says so of itself.
+        named(link)
+            .or_else(|| module(link))
+            .or_else(|| link.contains("[module](self)").then_some(()))
+    };
+    docs.contains("```")
+        || docs
+            .split(" has an example")
+            .next()
+            .filter(|_| docs.contains(" has an example"))
+            .and_then(says)
+            .is_some()
+}
+
+#[test]
+fn every_public_type_has_an_example_or_says_where_one_is() {
+    let examples = with_example();
+    let mut failures = Vec::new();
+    for found in declared() {
+        // An alias is what it stands for.
+        if found.keyword != "type" && !is_shown(&found.docs, &examples) {
+            failures.push(format!(
+                "{}: {} has no example, nor a link to one",
+                found.place, found.name
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+}
+
+/// The names of types, functions and methods that have an example.
+fn with_example() -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for path in files_below("src") {
+        let mut has_example = false;
+        for line in fs::read_to_string(&path).unwrap().lines().map(str::trim) {
+            if line.starts_with("///") {
+                has_example |= line.contains("```");
+            } else if let Some(item) = line.strip_prefix("pub ") {
+                let mut words = item.split(|c: char| !c.is_alphanumeric() && c != '_');
+                let kinds = ["struct", "enum", "trait", "fn"];
+                if has_example && words.any(|word| kinds.contains(&word)) {
+                    names.extend(words.next().map(str::to_owned));
+                }
+                has_example = false;
+            } else if let Some(step) = line.trim_end_matches('}').strip_suffix('{').filter(|_| has_example) {
+                // In `step!`.
+                names.insert(step.trim().to_owned());
+            } else if line.is_empty() || line.ends_with(['}', ';']) {
+                has_example = false;
+            }
+        }
+    }
+    names
+}
+
+/// The files of Rust below a folder, but for the program's.
+fn files_below(folder: &str) -> Vec<PathBuf> {
+    let (mut files, mut folders) = (Vec::new(), vec![PathBuf::from(folder)]);
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() && !path.ends_with("bin") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files
 }

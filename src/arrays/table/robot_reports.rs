@@ -10,6 +10,8 @@ use super::batch;
 use crate::robot::RobotReport;
 
 /// A motion that was to be put on a robot.
+///
+/// [`robot_reports`](super::robot_reports()) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotClip<'a> {
     /// Its name.

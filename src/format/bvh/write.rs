@@ -35,6 +35,8 @@ use crate::options::setters;
 use crate::scene::{RotationOrder, Scene};
 
 /// Which joints have position channels.
+///
+/// [`BvhOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -55,6 +57,18 @@ pub enum Channels {
 }
 
 /// Options of the writer.
+///
+/// ```
+/// use mocap::bvh::{BvhOptions, Channels};
+/// use mocap::scene::RotationOrder;
+/// use mocap::{Exporter, Format};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let options = BvhOptions::new().order(RotationOrder::Yxz).digits(3).channels(Channels::Three);
+/// let written = Exporter::new().bvh(options).write(&scene, Format::Bvh)?;
+/// assert!(written.into_bytes()?.starts_with(b"HIERARCHY"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BvhOptions {
@@ -75,6 +89,8 @@ setters! {
 }
 
 /// What was written.
+///
+/// [`write()`] has an example.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct BvhReport {

@@ -59,6 +59,8 @@ use crate::scene::{Scene, UpAxis};
 const CREATOR: &str = concat!("mocap ", env!("CARGO_PKG_VERSION"));
 
 /// The version of a file.
+///
+/// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -86,6 +88,8 @@ impl FbxVersion {
 }
 
 /// Where the rotations of the rest pose are.
+///
+/// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -101,6 +105,8 @@ pub enum FbxRest {
 }
 
 /// What stands above a root joint.
+///
+/// [`FbxOptions`] has an example.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FbxRoot {
@@ -118,6 +124,8 @@ impl Default for FbxRoot {
 }
 
 /// Where the images of textures are.
+///
+/// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -132,6 +140,18 @@ pub enum FbxTextures {
 }
 
 /// Options of the writer.
+///
+/// ```
+/// use mocap::fbx::{FbxOptions, FbxRest, FbxRoot, FbxTarget, FbxTextures, FbxVersion};
+/// use mocap::{Exporter, Format};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let maya = FbxOptions::of_target(FbxTarget::Maya);
+/// let options = maya.version(FbxVersion::V7400).rest(FbxRest::PreRotation).textures(FbxTextures::Embedded);
+/// let written = Exporter::new().fbx(options.root(FbxRoot::None)).write(&scene, Format::Fbx)?;
+/// assert!(written.into_bytes()?.starts_with(b"Kaydara FBX Binary"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct FbxOptions {
@@ -172,6 +192,8 @@ setters! {
 }
 
 /// A program whose conventions a file is to have. `docs/fbx.md` has the source of each.
+///
+/// [`FbxOptions`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
@@ -242,6 +264,8 @@ impl Default for FbxOptions {
 }
 
 /// What was written.
+///
+/// [`write()`] has an example.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct FbxReport {

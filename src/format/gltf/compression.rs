@@ -18,6 +18,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Code, Diagnostic, Error};
 
 /// How the keys of animations are stored.
+///
+/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]

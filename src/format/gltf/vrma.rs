@@ -33,6 +33,18 @@ use super::humanoid::VRM_ANIMATION;
 const SEARCHED: usize = 1 << 20;
 
 /// Options of the writer.
+///
+/// ```
+/// use mocap::gltf::{Compression, GltfOptions};
+/// use mocap::vrma::{self, VrmaOptions};
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// mocap::Conversion::new().apply(&mut scene)?;
+/// let options = VrmaOptions::new().gltf(GltfOptions::new().compression(Compression::Int16));
+/// let (bytes, report) = vrma::write(&scene, &options)?;
+/// assert!(bytes.starts_with(b"glTF") && report.animated_tracks > 20);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct VrmaOptions {

@@ -57,6 +57,8 @@ use crate::scene::Scene;
 const BASE_COLOR: [f32; 4] = [0.80, 0.25, 0.03, 1.0];
 
 /// Where a `.gltf` file has its buffer.
+///
+/// [`GltfOptions`](crate::gltf::GltfOptions) has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BufferPlace {
@@ -68,6 +70,15 @@ pub enum BufferPlace {
 }
 
 /// Options of the writer.
+///
+/// ```
+/// use mocap::gltf::{Compression, GltfOptions, write_glb};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let options = GltfOptions::new().compression(Compression::Int16).keep_constant(true);
+/// assert!(write_glb(&scene, &options)?.starts_with(b"glTF"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct GltfOptions {
@@ -105,6 +116,8 @@ impl GltfOptions {
 }
 
 /// What was written.
+///
+/// [`VrmaOptions`](crate::vrma::VrmaOptions) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct GltfReport {
@@ -147,6 +160,16 @@ enum Content {
 }
 
 /// A scene as a glTF document, before it is written to files.
+///
+/// ```
+/// use mocap::gltf::{Document, GltfOptions};
+///
+/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+/// let document = Document::new(&scene, &GltfOptions::new())?;
+/// assert!(document.report().animated_tracks > 0);
+/// assert!(document.to_glb()?.starts_with(b"glTF"));
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Document {
     /// All but the animations.

@@ -9,6 +9,8 @@ use crate::error::visible;
 const PAGE: &str = include_str!("listing.html");
 
 /// An entry of a list of clips.
+///
+/// [`listing`](crate::render::listing()) has an example.
 #[derive(Clone, Debug)]
 pub struct ListingEntry {
     name: String,
