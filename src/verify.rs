@@ -93,7 +93,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 /// Compares files, where more is known than they say.
 ///
 /// ```
-/// use mocap::bvh;
+/// use mocap::Exporter;
 /// use mocap::gltf::Provenance;
 /// use mocap::process::trim;
 /// use mocap::verify::Verifier;
@@ -103,7 +103,7 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
 /// trim(&mut scene, 10.0, 20.0);
 /// let folder = tempfile::tempdir().unwrap();
 /// let output = folder.path().join("part.bvh");
-/// bvh::export(&scene, &output, &bvh::BvhOptions::default())?;
+/// Exporter::new().export(&scene, &output)?;
 /// // BVH does not say that it is a part.
 /// let verified = Verifier::new().provenance(Provenance::of(&scene)).files(walk, &output)?;
 /// assert_eq!(verified.frames, 11);

@@ -54,15 +54,22 @@ impl ReplacePolicy {
         "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip",
     ];
 
-    /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too.
+    /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
+    /// standard input reads, if it is one.
     pub fn new(inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Self {
         let (mut files, mut names, mut may_tell) = (HashSet::new(), HashSet::new(), false);
         for input in inputs {
             let input = input.as_ref();
-            files.extend(FileId::of(input));
+            let is_standard = input == Path::new("-");
+            files.extend(if is_standard {
+                FileId::of_standard_input()
+            } else {
+                FileId::of(input)
+            });
             let name = input.file_name().map(|name| name.to_string_lossy().into_owned());
             names.extend(name);
-            may_tell |= has_extension(input, TELLING_EXTENSIONS);
+            // No name says what standard input is.
+            may_tell |= is_standard || has_extension(input, TELLING_EXTENSIONS);
             if has_extension(input, &["gltf"])
                 && let Ok(asset) = Asset::of(input)
             {
@@ -211,6 +218,25 @@ impl FileId {
             device: metadata.dev(),
             inode: metadata.ino(),
         })
+    }
+
+    /// The file that a shell gave as standard input; none where that is a terminal or a pipe.
+    #[cfg(unix)]
+    fn of_standard_input() -> Option<Self> {
+        use std::os::fd::AsFd;
+        use std::os::unix::fs::MetadataExt;
+        let input = File::from(io::stdin().as_fd().try_clone_to_owned().ok()?);
+        let metadata = input.metadata().ok().filter(fs::Metadata::is_file)?;
+        Some(Self::Inode {
+            device: metadata.dev(),
+            inode: metadata.ino(),
+        })
+    }
+
+    /// Standard input has no name here.
+    #[cfg(not(unix))]
+    fn of_standard_input() -> Option<Self> {
+        None
     }
 
     /// None if there is no file.

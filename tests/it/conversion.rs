@@ -336,7 +336,7 @@ fn an_export_returns_its_warnings() {
     let folder = tempfile::tempdir().unwrap();
     let scene = import("lecture_Test.bvh");
     for name in ["a.glb", "a.gltf"] {
-        let report = mocap::gltf::export(&scene, folder.path().join(name), &GltfOptions::default()).unwrap();
+        let report = mocap::Exporter::new().export(&scene, folder.path().join(name)).unwrap();
         assert_eq!(report.warnings[0].code, Code::UnknownUnit);
         assert!(report.warnings[0].help.as_ref().unwrap().contains("Conversion"));
     }

@@ -361,7 +361,7 @@ fn verify_finds_a_joint_that_is_elsewhere() {
     channel.position_keys.values[40].y += 0.002;
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("a.fbx");
-    mocap::fbx::export(&scene, &output, &FbxOptions::default()).unwrap();
+    mocap::Exporter::new().export(&scene, &output).unwrap();
     let verified = Verifier::new().files("fixtures/real/cmu_short.bvh", &output).unwrap();
     assert!((verified.max_error - 0.002).abs() < 1e-5, "{verified:?}");
     assert_eq!(verified.worst.unwrap().frame, 40);

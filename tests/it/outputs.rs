@@ -17,6 +17,41 @@ fn the_second_file_of_a_wildcard_is_not_an_output() {
     assert!(folder.run("info b.bvh").status.success());
 }
 
+/// A shell opens the file that standard input reads, and its name is `-` then.
+#[cfg(unix)]
+#[test]
+fn the_file_that_standard_input_reads_is_an_input() {
+    let folder = Folder::with(&["w.bvh"]);
+    folder.succeeds("convert w.bvh w.glb");
+    for copy in ["w.csv", "w.html", "w.gif"] {
+        fs::copy(folder.path("w.bvh"), folder.path(copy)).unwrap();
+    }
+    for (arguments, input) in [
+        ("edit - -o w.glb --step in-place", "w.glb"),
+        ("convert - w.glb --force", "w.glb"),
+        ("convert - w.bvh --trim 0..1 --force", "w.bvh"),
+        ("fk - -o w.csv", "w.csv"),
+        ("view - -o w.html", "w.html"),
+        ("gif - -o w.gif", "w.gif"),
+        ("retarget - --character w.glb -o w.bvh --force", "w.bvh"),
+    ] {
+        let before = folder.read(input);
+        let output = folder.run_with_input(arguments, input);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {}", words(&output));
+        assert!(
+            words(&output).contains("error[output-is-input]"),
+            "{arguments}: {}",
+            words(&output)
+        );
+        assert!(folder.read(input) == before, "{arguments}");
+    }
+    // A pipe is no file, and its own output may be made again.
+    for _ in 0..2 {
+        let output = folder.run_with_input("convert - other.glb", "w.bvh");
+        assert!(output.status.success(), "{}", words(&output));
+    }
+}
+
 #[test]
 fn an_output_that_is_an_input_is_refused() {
     let folder = Folder::with(&["w.bvh", "in/w.bvh"]);

@@ -91,6 +91,15 @@ impl Folder {
         command_in(self.0.path(), arguments).output().unwrap()
     }
 
+    /// The same, with a file of the folder as standard input.
+    pub(crate) fn run_with_input(&self, arguments: &str, input: &str) -> Output {
+        let mut command = command_in(self.0.path(), arguments);
+        command
+            .stdin(fs::File::open(self.path(input)).unwrap())
+            .output()
+            .unwrap()
+    }
+
     /// Checks that a command succeeds. Returns what it says.
     pub(crate) fn succeeds(&self, arguments: &str) -> String {
         let output = self.run(arguments);

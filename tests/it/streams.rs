@@ -29,7 +29,7 @@ fn a_pipe_that_a_file_names_is_refused_and_not_waited_for() {
     make_fifo(&beside("a.bin"));
     let scene = mocap::import("fixtures/real/lecture_Test.bvh").unwrap();
     let written = beside("b.gltf");
-    mocap::gltf::export(&scene, &written, &mocap::gltf::GltfOptions::default()).unwrap();
+    mocap::Exporter::new().export(&scene, &written).unwrap();
     let text = fs::read_to_string(&written).unwrap().replace("b.bin", "a.bin");
     fs::write(beside("a.gltf"), text).unwrap();
     let error = mocap::import(beside("a.gltf")).unwrap_err();

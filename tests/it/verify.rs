@@ -1,11 +1,11 @@
 //! That verify finds what is wrong, says where, and finds nothing where nothing is wrong.
 
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{GltfOptions, export, write_glb};
+use mocap::gltf::{GltfOptions, write_glb};
 use mocap::process::{convert_units, in_place, resample, root_motion, trim};
 use mocap::scene::{Channel, UpAxis};
 use mocap::verify::{FindingKind, Verification, verify, verify_files};
-use mocap::{Code, Importer, Limits, RootOffset, Scene, SkeletonMesh};
+use mocap::{Code, Exporter, Importer, Limits, RootOffset, Scene, SkeletonMesh};
 
 fn fixture(file: &str) -> String {
     format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))
@@ -290,12 +290,12 @@ fn bvh_is_compared_as_its_reader_reads_it() {
     let output = folder.path().join("out.bvh");
     for file in ["cmu_short.bvh", "z_up_dab.bvh", "rokoko_dance.bvh", "py_c3d_motion.c3d"] {
         let scene = import(file);
-        mocap::bvh::export(&scene, &output, &mocap::bvh::BvhOptions::default()).unwrap();
+        Exporter::new().overwrite(true).export(&scene, &output).unwrap();
         let verified = verify_files(fixture(file), &output).unwrap();
         assert!(verified.is_within(1e-4), "{file}: {verified:?}");
         let mut cut = scene.clone();
         trim(&mut cut, 0.0, 5.0);
-        mocap::bvh::export(&cut, &output, &mocap::bvh::BvhOptions::default()).unwrap();
+        Exporter::new().overwrite(true).export(&cut, &output).unwrap();
         let verified = verify_files(fixture(file), &output).unwrap();
         assert!(
             kinds(&verified).contains(&FindingKind::MissingFrames),
@@ -340,7 +340,7 @@ fn files_are_read_as_the_conversion_read_them() {
     let scene = importer.import(&source).unwrap();
     for name in ["a b.gltf", "a.glb"] {
         let output = folder.path().join(name);
-        export(&scene, &output, &GltfOptions::default()).unwrap();
+        Exporter::new().export(&scene, &output).unwrap();
         let verified = verify_files(&source, &output).unwrap();
         assert_eq!(verified.frames, 75);
         assert!(verified.max_error < 1e-4, "{verified:?}");

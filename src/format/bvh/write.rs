@@ -25,14 +25,11 @@ mod angles;
 mod build;
 mod number;
 
-use serde::{Deserialize, Serialize};
-use std::path::Path;
-
 use crate::error::{Diagnostic, Result};
-use crate::files::write_file;
 use crate::format::{WriteOptions, Written, WrittenFile};
 use crate::options::setters;
 use crate::scene::{RotationOrder, Scene};
+use serde::{Deserialize, Serialize};
 
 /// Which joints have position channels.
 ///
@@ -139,14 +136,4 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         nodes: scene.nodes.len(),
         ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
     })
-}
-
-/// Writes `scene` to `path`. After an error the file is unchanged, or absent.
-///
-/// # Errors
-/// As [`write()`], and [`Code::Io`](crate::Code::Io).
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &BvhOptions) -> Result<BvhReport> {
-    let (text, report) = build::text(scene, options)?;
-    write_file(path.as_ref(), text.as_bytes())?;
-    Ok(report)
 }

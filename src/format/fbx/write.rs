@@ -36,7 +36,6 @@ mod space;
 mod time;
 
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
 
 use glam::DMat4;
 
@@ -47,7 +46,6 @@ use self::space::Space;
 use self::time::Rate;
 use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::files::{ReplacePolicy, write_file, write_files};
 use crate::format::provenance::Provenance;
 use crate::format::written::millimetres;
 use crate::format::{Achieved, Renamed, WriteOptions, Written, WrittenFile};
@@ -400,29 +398,6 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         nodes: scene.nodes.len(),
         ..Written::of(images.chain([main]).collect())
     })
-}
-
-/// Writes `scene` to `path`, and its textures beside it where that is asked for. After an error the files are
-/// unchanged, or absent.
-///
-/// # Errors
-/// As [`write()`], [`Code::Io`], and [`Code::OutputExists`] where another image has the name of a texture.
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &FbxOptions) -> Result<FbxReport> {
-    let (bytes, report) = write(scene, options)?;
-    let path = path.as_ref();
-    let images = report.beside.iter();
-    let images = images.map(|(name, texture)| (path.with_file_name(name), scene.textures[*texture].bytes.as_slice()));
-    let images: Vec<(PathBuf, &[u8])> = images.collect();
-    for (image, bytes) in &images {
-        ReplacePolicy::default().check_beside(image, bytes)?;
-    }
-    if images.is_empty() {
-        write_file(path, &bytes)?;
-    } else {
-        let files = images.iter().map(|(image, bytes)| (image.as_path(), *bytes));
-        write_files(&files.chain([(path, bytes.as_slice())]).collect::<Vec<_>>())?;
-    }
-    Ok(report)
 }
 
 /// Says so where the unit of `scene` is not known.

@@ -1,22 +1,20 @@
 //! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which
 //! says which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
 //!
-//! [`export`] writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
+//! [`Exporter`](crate::Exporter) writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
 //! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states.
 //! Expressions and the point to look at are left out, with a warning.
 //!
 //! ```
-//! use mocap::{Conversion, vrma};
+//! use mocap::{Conversion, Exporter};
 //!
 //! let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
 //! Conversion::new().apply(&mut scene)?;
 //! let folder = tempfile::tempdir().unwrap();
-//! let report = vrma::export(&scene, folder.path().join("walk.vrma"), &vrma::VrmaOptions::default())?;
-//! assert_eq!(report.left_out[0], "LHipJoint"); // it is no bone
+//! let written = Exporter::new().export(&scene, folder.path().join("walk.vrma"))?;
+//! assert!(written.notes[0].starts_with("joints: \"LHipJoint\"")); // it is no bone
 //! # Ok::<(), mocap::Error>(())
 //! ```
-
-use std::path::Path;
 
 use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
@@ -86,16 +84,6 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         files: vec![document.into_glb_file(&options.name)?],
         ..report.written()
     })
-}
-
-/// Writes the motions of `scene`, which is in metres with +Y up, to `path`. After an error the file is as before.
-///
-/// # Errors
-/// As [`write()`], and [`Code::Io`].
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &VrmaOptions) -> Result<GltfReport> {
-    let (document, report) = document(scene, options)?;
-    let bytes = document.write_glb(path.as_ref())? as usize;
-    Ok(GltfReport { bytes, ..report })
 }
 
 fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfReport)> {

@@ -37,8 +37,6 @@ mod rest;
 mod text;
 mod values;
 
-use std::path::Path;
-
 use serde::Serialize;
 
 use super::{Achieved, Compression};
@@ -46,7 +44,6 @@ use crate::compress::ErrorBound;
 #[cfg(doc)]
 use crate::error::Code;
 use crate::error::{Diagnostic, Result};
-use crate::files::{write_file, write_files};
 use crate::format::written::unit_warning;
 use crate::format::{Renamed, WriteOptions, Written, WrittenFile};
 use crate::options::setters;
@@ -285,41 +282,4 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
 /// can hold.
 pub fn write_glb(scene: &Scene, options: &GltfOptions) -> Result<Vec<u8>> {
     Document::new(scene, options)?.to_glb()
-}
-
-/// Writes `scene` to `path`: as `.gltf` if it has that extension, otherwise as `.glb`.
-///
-/// After an error no file is partial, and a `.gltf` and the `.bin` beside it, which has the same name, are as before.
-///
-/// # Errors
-/// As [`write_glb`], and [`Code::Io`](crate::Code::Io).
-pub fn export(scene: &Scene, path: impl AsRef<Path>, options: &GltfOptions) -> Result<GltfReport> {
-    let path = path.as_ref();
-    let document = Document::new(scene, options)?;
-    let is_text = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
-    let bytes = match (is_text, options.buffer) {
-        (false, _) => document.write_glb(path)? as usize,
-        (true, BufferPlace::Embedded) => {
-            let text = document.to_embedded()?;
-            write_file(path, &text)?;
-            text.len()
-        }
-        (true, BufferPlace::Beside) => {
-            let bin_path = path.with_extension("bin");
-            let name = bin_path.file_name().unwrap_or_default().to_string_lossy();
-            let (text, bin) = document.to_text_and_bin(&name)?;
-            if bin.is_empty() {
-                write_file(path, &text)?;
-            } else {
-                write_files(&[(&bin_path, bin), (path, &text)])?;
-            }
-            text.len() + bin.len()
-        }
-    };
-    Ok(GltfReport {
-        bytes,
-        ..document.report
-    })
 }

@@ -245,7 +245,7 @@ fn the_first_of_several_clips_is_changed() {
     let mut second = scene.animations[0].clone();
     second.name = "second".to_owned();
     scene.animations.push(second);
-    mocap::gltf::export(&scene, &two, &mocap::gltf::GltfOptions::default()).unwrap();
+    mocap::Exporter::new().export(&scene, &two).unwrap();
     let found = run(&["edit", &two, "-o", &output, "--step", "warp:speed=2"]);
     assert!(found.status.success(), "{}", words(&found));
     assert_eq!(mocap::import(&output).unwrap().animations.len(), 1);

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use mocap::Exporter;
 use mocap::glam::{Quat, Vec3};
-use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance, export, write_glb};
+use mocap::gltf::{BufferPlace, Document, GltfOptions, Provenance, write_glb};
 use mocap::scene::Scene;
 
 use super::read::{Read, text_of};
@@ -118,7 +119,7 @@ fn what_is_not_finite_is_refused_by_name_and_no_file_is_left() {
     ] {
         let mut scene = walker(3);
         scene.animations[0].channels[1].rotation_keys.values[2] = value;
-        let error = export(&scene, &path, &GltfOptions::default()).unwrap_err();
+        let error = Exporter::new().export(&scene, &path).unwrap_err();
         assert_eq!((error.code().as_str(), error.joint()), ("unrepresentable", Some("Leg")));
     }
     let mut scene = walker(3);
@@ -136,19 +137,25 @@ fn the_three_containers_hold_the_same() {
     let scene = with_skinned_mesh(walker(10));
     let glb_path = folder.path().join("a take.glb");
     std::fs::write(&glb_path, "an older file").unwrap();
-    let report = export(&scene, &glb_path, &GltfOptions::default()).unwrap();
+    assert_eq!(
+        Exporter::new().export(&scene, &glb_path).unwrap_err().code().as_str(),
+        "output-exists"
+    );
+    let exporter = Exporter::new().overwrite(true);
+    let written = exporter.export(&scene, &glb_path).unwrap();
     let glb = std::fs::read(&glb_path).unwrap();
-    assert_eq!(report.bytes, glb.len());
+    assert_eq!(written.len(), glb.len());
     let glb = Read::glb(&glb);
 
     let text_path = folder.path().join("a take.gltf");
-    export(&scene, &text_path, &GltfOptions::default()).unwrap();
+    exporter.export(&scene, &text_path).unwrap();
     let beside = gltf::Gltf::open(&text_path).unwrap();
     let uri = beside.document.buffers().next().unwrap();
     assert!(matches!(uri.source(), gltf::buffer::Source::Uri("a%20take.bin")));
     assert_eq!(std::fs::read(folder.path().join("a take.bin")).unwrap(), glb.bin);
 
-    export(&scene, &text_path, &GltfOptions::new().buffer(BufferPlace::Embedded)).unwrap();
+    let embedding = exporter.buffer(BufferPlace::Embedded);
+    embedding.export(&scene, &text_path).unwrap();
     let embedded = gltf::Gltf::open(&text_path).unwrap();
     let buffer = embedded.document.buffers().next().unwrap();
     let gltf::buffer::Source::Uri(uri) = buffer.source() else {

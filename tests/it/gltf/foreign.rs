@@ -577,7 +577,7 @@ fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
         assert_eq!(scene.animations.len(), 1);
         assert_eq!(scene.animations[0].name, "two");
         assert_eq!(place(&scene, 0, 0, 1.0), Vec3::X * 2.0);
-        mocap::gltf::export(&scene, &output, &mocap::gltf::GltfOptions::default()).unwrap();
+        mocap::Exporter::new().overwrite(true).export(&scene, &output).unwrap();
         assert!(mocap::verify::verify_files(&source, &output).unwrap().max_error < 1e-6);
     }
     for clips in [Clips::Index(2), Clips::Name("three".to_owned())] {

@@ -1,7 +1,8 @@
 //! Written files read back into a scene; files of other programs; files of nobody.
 
+use mocap::Exporter;
 use mocap::glam::{Mat4, Quat, Vec3};
-use mocap::gltf::{BufferPlace, GltfOptions, export, write_glb};
+use mocap::gltf::{BufferPlace, GltfOptions, write_glb};
 use mocap::process::{root_motion, validate};
 use mocap::scene::{Node, NodeKind, Scene};
 use mocap::{Importer, Pose, SkeletonMesh};
@@ -121,10 +122,12 @@ fn text_files_bring_their_buffer_along_or_beside_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a take.gltf");
     let scene = walker(20);
-    export(&scene, &path, &GltfOptions::new().buffer(BufferPlace::Embedded)).unwrap();
+    let exporter = Exporter::new().overwrite(true);
+    let embedding = exporter.clone().buffer(BufferPlace::Embedded);
+    embedding.export(&scene, &path).unwrap();
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::None);
     assert_same(&importer.import(&path).unwrap(), &scene);
-    export(&scene, &path, &GltfOptions::default()).unwrap();
+    exporter.export(&scene, &path).unwrap();
     assert_same(&importer.import(&path).unwrap(), &scene);
 
     let error = importer

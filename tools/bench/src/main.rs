@@ -19,7 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use mocap::gltf::{self, GltfOptions};
-use mocap::{Importer, Scene, SkeletonMesh, Updater};
+use mocap::{Exporter, Importer, Scene, SkeletonMesh, Updater};
 
 /// The stage that compresses within a largest error.
 const PACKING: &str = "mocap convert --compress meshopt --max-error 1mm, 1 thread";
@@ -159,7 +159,9 @@ fn measure(title: &str, path: &Path, rounds: usize) -> Result<()> {
     let mut scene = importer(1).import(path)?;
     let glb = gltf::write_glb(&scene, &GltfOptions::default())?;
     let convert = |threads| -> Result<()> {
-        gltf::export(&importer(threads).import(path)?, &output, &GltfOptions::default())?;
+        Exporter::new()
+            .overwrite(true)
+            .export(&importer(threads).import(path)?, &output)?;
         Ok(())
     };
 
@@ -349,7 +351,9 @@ fn peak_memory(threads: usize, input: &Path, output: &Path) -> Result<usize> {
 
 fn convert_and_tell_memory(threads: usize, input: &Path, output: &Path) -> Result<()> {
     let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned).threads(threads);
-    gltf::export(&importer.import(input)?, output, &GltfOptions::default())?;
+    Exporter::new()
+        .overwrite(true)
+        .export(&importer.import(input)?, output)?;
     let status = fs::read_to_string("/proc/self/status")?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kilobytes: usize = peak

@@ -1,6 +1,5 @@
 //! Writes a document as one `.glb`, a `.gltf` with an embedded buffer, or a `.gltf` with a `.bin`.
 
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use base64::Engine;
@@ -10,7 +9,6 @@ use gltf::json::Root;
 use super::glb::Glb;
 use super::{Document, text};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::files::write_file_with;
 use crate::format::WrittenFile;
 
 impl Document {
@@ -29,19 +27,6 @@ impl Document {
     pub fn glb_len(&self) -> Result<usize> {
         let glb = self.glb()?;
         Ok(glb.head.len() + self.bin.len() + glb.tail.len())
-    }
-
-    /// Writes a `.glb` file, and returns its length.
-    pub(in crate::format::gltf) fn write_glb(&self, path: &Path) -> Result<u64> {
-        let glb = self.glb()?;
-        write_file_with(path, |file| {
-            // All of a small file becomes one write.
-            let mut file = BufWriter::with_capacity(1 << 16, file);
-            for part in [&glb.head, &self.bin, &glb.tail] {
-                file.write_all(part)?;
-            }
-            file.flush()
-        })
     }
 
     /// A `.glb` file; its buffer is not copied.
