@@ -60,7 +60,7 @@ pub enum FirstFrame {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RestPoseSource {
-    /// The rest pose of the file; in BVH that of the OFFSETs, with all rotations zero.
+    /// The rest pose of the file; in BVH the OFFSETs, with all rotations zero.
     #[default]
     InFile,
     /// The pose of a frame of the file, from 0.
@@ -508,7 +508,7 @@ impl Conversion {
         *self != of_file
     }
 
-    /// The same conversion of all frames of the file.
+    /// This conversion, of all frames of the file.
     pub(crate) fn all_frames(self) -> Self {
         Self {
             first: None,

@@ -21,7 +21,7 @@ pub use self::visible::visible;
 /// The result of everything in this crate that can fail.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// A place in a text file, and the text there.
+/// A position in a text file, and the text there.
 ///
 /// [`Error`](crate::Error) has an example.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -46,9 +46,9 @@ pub struct Location {
 pub struct Diagnostic {
     /// Its stable name.
     pub code: Code,
-    /// What is wrong, as one sentence without the place and without a full stop.
+    /// What is wrong, as one sentence without the location and without a full stop.
     pub message: String,
-    /// The place; of the first occurrence if `count` is above 1. Absent where there is no single place.
+    /// The location; of the first occurrence if `count` is above 1. Absent where there is no single one.
     pub location: Option<Location>,
     /// Where in a file of JSON it was met, as a JSON pointer: `/accessors/3/count`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -66,7 +66,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// A diagnostic with one occurrence and without a place.
+    /// A diagnostic with one occurrence and without a location.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,
@@ -81,14 +81,14 @@ impl Diagnostic {
         }
     }
 
-    /// Sets the place.
+    /// Sets the location.
     #[must_use]
     pub fn at(mut self, location: Location) -> Self {
         self.location = Some(location);
         self
     }
 
-    /// Sets the place in a JSON file, as a JSON pointer.
+    /// Sets the location in a JSON file, as a JSON pointer.
     #[must_use]
     pub fn at_pointer(mut self, pointer: impl Into<String>) -> Self {
         self.pointer = Some(pointer.into());
@@ -152,7 +152,7 @@ impl fmt::Display for Diagnostic {
 
 /// Why a file could not be read or written: one [`Diagnostic`], the path of the file, and the warnings before it.
 ///
-/// It prints as one line that begins with the place, as a compiler's messages do:
+/// It prints as one line that begins with the location, as a compiler's messages do:
 ///
 /// ```
 /// let error = mocap::Importer::new().read(b"HIERARCHY\nROOT a {\n  OFFSET 0 zero 0\n}\n", "a.bvh").unwrap_err();
@@ -209,7 +209,7 @@ impl Error {
         self.0.path.as_deref()
     }
 
-    /// The place in the file, where there is one.
+    /// The location in the file, where there is one.
     pub fn location(&self) -> Option<&Location> {
         self.0.diagnostic.location.as_ref()
     }

@@ -182,7 +182,7 @@ pub const FORMATS: &[FormatInfo] = &[
 pub(crate) struct ReadOptions {
     /// How the root's OFFSET and its position channels combine.
     pub root_offset: RootOffset,
-    /// Frames per second, in place of the file's own.
+    /// Frames per second, instead of the file's own.
     pub frame_rate: Option<f64>,
     /// Read every row of the motion, also those beyond the declared count.
     pub all_rows: bool,
@@ -206,7 +206,7 @@ pub(crate) struct WriteOptions {
     pub name: String,
     /// How far joints may be from their positions. Default: that of the format.
     pub error_bound: Option<ErrorBound>,
-    /// The distance of a shell, in metres, in place of that of the bound.
+    /// The distance of a shell, in metres, instead of the bound's.
     pub shell_distance: Option<f64>,
     /// How glTF stores keys. Default: 16-bit integers within a bound, 32-bit floats without one.
     pub compression: Option<gltf::Compression>,
@@ -228,7 +228,7 @@ impl WriteOptions {
         Some(self.with_shell(self.error_bound.clone()?))
     }
 
-    /// The same, with the usual one where none was asked for.
+    /// The bound, or the usual one where none was asked for.
     pub(crate) fn bound_or_usual(&self) -> ErrorBound {
         self.with_shell(self.error_bound.clone().unwrap_or_default())
     }

@@ -1,7 +1,7 @@
 //! Inverse kinematics: turns joints so that the end of a limb comes to a goal.
 //!
 //! [`two_bone()`] solves arms and legs exactly; [`chain()`] solves chains of any length, with limits, step by step.
-//! Both change a [`Pose`](crate::Pose). [`two_bone_rotations()`] and [`chain_positions()`] are the same solvers on
+//! Both change a [`Pose`](crate::Pose). [`two_bone_rotations()`] and [`chain_positions()`] are these solvers on
 //! plain positions.
 //!
 //! No goal gives a pose that is not finite: one that is not finite itself, or that asks for what the bones cannot do,

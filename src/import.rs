@@ -1,4 +1,4 @@
-//! From a file to a scene: the one place of the library that opens input files.
+//! From a file to a scene: the only module of the library that opens input files.
 
 mod clips;
 mod contents;
@@ -109,7 +109,7 @@ impl Importer {
         self
     }
 
-    /// Frames per second, in place of the file's own. Default: the file's own.
+    /// Frames per second, instead of the file's own. Default: the file's own.
     ///
     /// The motion keeps its frames and plays faster or slower; [`process::resample`](crate::process::resample) keeps
     /// the speed and makes new frames. Import fails with [`Code::InvalidValue`] where the rate is not finite and
@@ -191,7 +191,7 @@ impl Importer {
 
     /// The format. Default: found from the contents, or else from the extension.
     ///
-    /// A file whose beginning is broken is then read as that format, and the error names the place.
+    /// A file whose beginning is broken is then read as that format, and the error names the line.
     ///
     /// ```
     /// use mocap::Importer;
@@ -444,7 +444,7 @@ impl Importer {
         self.with_file(path.as_ref(), |source| self.robot(source))
     }
 
-    /// The same from bytes; `name` is for errors. Meshes are not looked for.
+    /// As [`import_robot`](Self::import_robot), from bytes; `name` is for errors. Meshes are not looked for.
     ///
     /// # Errors
     /// As [`Importer::import_robot`].

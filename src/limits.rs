@@ -91,7 +91,7 @@ pub(crate) const SMALLEST_SCALE: f64 = 1e-12;
 /// fastest camera. A rate beyond them is damage, and makes times that 32-bit numbers cannot hold.
 pub(crate) const FRAME_RATES: RangeInclusive<f64> = 1e-4..=1e6;
 
-/// `value`, if it is a frame rate that a file may have: the one place of that rule.
+/// `value`, if it is a frame rate that a file may have: the only statement of that rule.
 #[allow(
     clippy::result_large_err,
     reason = "every caller makes an error of it, which is boxed"

@@ -1,4 +1,4 @@
-//! A clock for animations: it turns elapsed seconds into ticks.
+//! A clock for animations: from elapsed seconds to ticks.
 
 use crate::pose::OutOfRange;
 use crate::scene::Animation;

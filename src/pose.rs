@@ -161,7 +161,7 @@ impl Pose {
         }
     }
 
-    /// Turns `node` about its own position by `rotation`, along the axes of the world, with all nodes below it. Its
+    /// Rotates `node` about its own position by `rotation`, along the axes of the world, with all nodes below it. Its
     /// position does not change. A rotation that would give values that are not finite is not applied.
     ///
     /// # Panics
@@ -272,7 +272,7 @@ mod tests {
         Vec3::new((length * cos) as f32, (length * sin) as f32, 0.0)
     }
 
-    /// Where the arm's nodes are if the shoulder is at `shoulder` and each joint is turned by its angle.
+    /// Where the arm's nodes are if the shoulder is at `shoulder` and each joint is rotated by its angle.
     fn arm(shoulder: Vec3, [first, second, third]: [f64; 3]) -> [Vec3; 4] {
         let elbow = shoulder + step(2.0, first);
         let wrist = elbow + step(1.5, first + second);
@@ -309,7 +309,7 @@ mod tests {
         let binding = Binding::new(&scene, animation);
         let mut pose = Pose::rest(&scene);
         for quarter in 0..=36 {
-            // All angles and both coordinates of the shoulder grow by the same amount from frame to frame.
+            // All angles and both coordinates of the shoulder grow by equal amounts from frame to frame.
             let tick = f64::from(quarter) / 4.0;
             pose.sample(&binding, animation, tick);
             let shoulder = Vec3::new((0.1 * (tick + 1.0)) as f32, (0.02 * tick) as f32, 0.0);
@@ -363,7 +363,7 @@ mod tests {
 
     #[test]
     fn a_chain_of_scales_and_rotations_shears() {
-        // The root doubles x; its child is turned by 45 degrees about z. A square on the child becomes a rhombus.
+        // The root doubles x; its child is rotated by 45 degrees about z. A square on the child becomes a rhombus.
         let scene = Scene {
             nodes: vec![
                 Node {

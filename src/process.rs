@@ -7,8 +7,8 @@
 //!
 //! 1. [`skeleton_mesh()`] adds a mesh that shows the skeleton. Use [`SkeletonMesh::Skinned`] for exactly Assimp's
 //!    meshes; otherwise [`SkeletonMesh::Segmented`], which needs no step 6.
-//! 2. [`find_degenerates()`] turns triangles without extent into points, in a separate mesh.
-//! 3. [`remove_sizeless_meshes()`] removes meshes whose vertices are all in one place: knobs of zero length.
+//! 2. [`find_degenerates()`] makes points of triangles without extent, in a separate mesh.
+//! 3. [`remove_sizeless_meshes()`] removes meshes whose vertices all have one position: knobs of zero length.
 //! 4. [`collapse_keys()`] reduces constant tracks to one key.
 //! 5. [`join_identical_vertices()`] stores equal vertices once.
 //! 6. [`debone()`] moves the parts of a skinned mesh that follow only one bone to the bone's node.

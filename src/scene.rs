@@ -261,7 +261,7 @@ pub struct Mesh {
     pub vertices: Vec<Vec3>,
     /// Unit normals, one per vertex.
     pub normals: Vec<Vec3>,
-    /// Places on the texture, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
+    /// Texture coordinates, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub texture_coords: Vec<Vec2>,
     /// Vertex indices, [`Primitive::indices_per_face`] for each face.
@@ -301,7 +301,7 @@ pub struct Bone {
 pub struct VertexWeight {
     /// Index into [`Mesh::vertices`].
     pub vertex_id: u32,
-    /// The share of the vertex's motion, from 0 to 1.
+    /// The fraction of the vertex's motion, from 0 to 1.
     pub weight: f32,
 }
 
@@ -353,7 +353,7 @@ pub enum AlphaMode {
     Opaque,
     /// Below this alpha there is no surface, and above it is opaque.
     Mask(f32),
-    /// The share of the colour over what is behind it.
+    /// The fraction of the colour over what is behind it.
     Blend,
 }
 

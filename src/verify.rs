@@ -183,7 +183,7 @@ impl Verifier {
             .map_err(|error| error.with_path(path))
     }
 
-    /// Imports the second motion of a step: that of the given files which the output names.
+    /// Imports the second motion of a step: the one of the given files that the output names.
     fn second(&self, motion: &SecondMotion, source: Option<&Path>) -> Result<Scene> {
         let provenance = Provenance {
             source: motion.source.clone(),

@@ -207,7 +207,7 @@ fn first_of_whole_ticks(ticks: &[f64; LANES]) -> Option<usize> {
     counts_up.then_some(first)
 }
 
-/// Gives `take` the value of a track in every frame. Where frames and keys are the same, that is what lies there.
+/// Gives `take` the value of a track in every frame. Where frames are keys, it is a key.
 #[inline]
 fn for_each_value<T: Copy>(
     keys: &Keys<T>,

@@ -1,6 +1,6 @@
 //! Motion as NumPy's `.npz`.
 //!
-//! The format of `.npy` is that of NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
+//! The format of `.npy` is NumPy's `numpy.lib.format`, version 1.0: a magic string, the length of the header,
 //! a Python literal padded with blanks to a multiple of 64 bytes, then the values.
 
 use std::io::{Cursor, Write};

@@ -195,7 +195,7 @@ mod tests {
             }
         }
 
-        // A key that is inserted later is the same.
+        // So does a key that is inserted later.
         let stored = |keys: &[QuantizedRotation]| keys.iter().map(|key| key.stored).collect::<Vec<_>>();
         let later = quantize_after(&joint, lattice, &[500, 700], &[keys[499], keys[699]], TOLERANCE);
         assert_eq!(stored(&later), [keys[500].stored, keys[700].stored]);

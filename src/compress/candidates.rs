@@ -16,14 +16,14 @@ use crate::math::soa::single::{LANES, Lanes, Quaternions, Vectors};
 /// The distortion, in bits, of an error as large as the tolerance; it grows with the square of the error. Joints
 /// further down the chain have to compensate for the error. Found by trials on the fixtures.
 const DISTORTION: f32 = 12.0;
-/// The same on a lattice that is fine: there most differences take 8 bits, whichever candidate is chosen.
+/// As before, on a fine lattice: there nearly all differences take 8 bits, whichever candidate is chosen.
 const DISTORTION_OF_FINE: f32 = 18.0;
 
 /// The largest error of a candidate, as a fraction of the tolerance, squared. The rest is for rounding.
 const MAX_SQUARED_ERROR: f32 = 0.98;
 
 /// The largest difference between decoders, as a fraction of the tolerance. It cannot be compensated for, because it is
-/// not the same for all readers.
+/// not equal for all readers.
 const MAX_AMBIGUITY: f32 = 0.15;
 
 /// The cost of a candidate whose error is as large as the tolerance or larger.
@@ -306,7 +306,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// Whether all readers decode nearly the same.
+    /// Whether all readers decode nearly equal values.
     #[inline(always)]
     fn is_unambiguous(&self, key: &QuantizedRotation) -> bool {
         self.lattice.is_coarse() || self.is_negligible(self.ambiguity_of(key))
@@ -356,7 +356,7 @@ impl Cells {
     fn new(targets: &Targets, scale: f32, dropped: &Dropped) -> Self {
         let components = targets.rotation.components();
         // The rotation error is a quaternion product, which is linear in the components of the rotation. These are the
-        // vector parts of the products with 1 in place of one component, and 0 in place of the others.
+        // vector parts of the products with 1 instead of one component, and 0 instead of the others.
         let Quaternions { x, y, z, w } = targets.parent_to_raw;
         let vectors = |x, y, z| Vectors { x, y, z };
         let derivatives = [

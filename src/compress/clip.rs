@@ -32,7 +32,7 @@ pub(crate) enum Track<Value, Format, Key> {
     Constant(Value),
     Animated {
         format: Format,
-        /// Shared by the tracks that have keys at the same frames.
+        /// Those of all tracks that have keys at these frames.
         key_frames: Arc<KeyFrames>,
         /// One per key frame.
         keys: Vec<Key>,

@@ -29,10 +29,10 @@ const ROTATION_STEP: f32 = 1.5;
 /// tolerance.
 const TRANSLATION_STEP: f32 = 1.15;
 
-/// The most decimals of a constant: about as many as 32-bit floats have.
+/// The maximum of decimals of a constant: about as many as 32-bit floats have.
 const MAX_DECIMALS: f64 = 9.0;
 
-/// What stays the same from one pass to the next.
+/// What no pass changes.
 pub(super) struct Encoder<'a> {
     pub(super) clip: RawClip<'a>,
     /// The joints of the raw clip in object space.

@@ -16,7 +16,7 @@ pub(crate) trait Encoding {
     /// where the search for the lowest bit rate starts.
     fn rotations(&self, steps: f32) -> RotationFormat;
 
-    /// How translations are stored whose components are up to `largest`, with steps of about `step`, in the same unit.
+    /// How translations are stored whose components are up to `largest`, with steps of about `step`, both in one unit.
     fn translations(&self, step: f32, largest: f32) -> TranslationFormat;
 
     /// Which frames may have keys.
@@ -62,7 +62,8 @@ pub(crate) trait Encoding {
 pub(crate) enum KeyFrameChoice {
     /// Each track has key frames of its own.
     Own,
-    /// Each track has key frames of its own, or all have the same, whichever is smaller: for keys as plain numbers.
+    /// Each track has key frames of its own, or all tracks have common ones, whichever is smaller: for keys as plain
+    /// numbers.
     OwnOrShared,
     /// All tracks have the same key frames, or keys at all frames, whichever is smaller: for keys that are stored as
     /// differences. Times of each track's own hardly compress in streams, and took 1.4 to 3.2 times the bytes for five

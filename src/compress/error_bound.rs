@@ -41,7 +41,7 @@ pub struct ErrorBound {
     /// joint, stand for the skin, and keep the bound of the joint too. 0.03 is the default of ACL. With 0 only joints
     /// whose rotation moves no other joint have one, of 0.03, for no position would show what they lost.
     pub shell_distance: f64,
-    /// The bounds of single joints and end sites, in metres, by their names in the scene; each in place of
+    /// The bounds of single joints and end sites, in metres, by their names in the scene; each instead of
     /// [`max_error`](Self::max_error), and above 0. Where several nodes have the name, it holds for all of them.
     pub per_joint: BTreeMap<String, f64>,
 }
@@ -124,7 +124,7 @@ impl ErrorBound {
             .into())
     }
 
-    /// The bound of every node of `scene`; empty where all have the same.
+    /// The bound of every node of `scene`; empty where one bound holds for all.
     ///
     /// # Errors
     /// [`Code::InvalidValue`] where a bound of a joint is not finite and above 0, stands beside a

@@ -61,8 +61,8 @@ impl LeverArms {
         at_ends.fold(shell, f32::max).sqrt()
     }
 
-    /// The least change of a rotation error, axis times angle, that brings what is off most to `goal`, or as near to it
-    /// as the position error allows; `None` where it is off by no more than `largest`.
+    /// The least change of a rotation error, axis times angle, that brings what is farthest off to `goal`, or as near
+    /// to it as the position error allows; `None` where it is off by no more than `largest`.
     #[inline]
     pub(super) fn correction(&self, position_error: Vec3, rotation: Vec3, largest: f32, goal: f32) -> Option<Vec3> {
         let mut square = rotation.length_squared() * (SHELL_DISTANCE * SHELL_DISTANCE);

@@ -27,9 +27,9 @@ use crate::math::quaternion::{exp, log, nlerp};
 
 /// From how many of the frames at which a line may end the next line is tried.
 const ENDS: usize = 4;
-/// The most frames of a line, so that the time for one has a limit.
+/// The maximum of frames of a line, so that the time for one has a limit.
 const LONGEST: usize = 1024;
-/// The most projections to find a line within the tolerance.
+/// The maximum of projections to find a line within the tolerance.
 const PROJECTIONS: usize = 4;
 /// Projections lead to this fraction of the tolerance, so that fewer of them are needed.
 const GOAL: f32 = 0.99;
@@ -103,8 +103,8 @@ impl<'a> RotationFit<'a> {
     }
 }
 
-/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that turns evenly is a straight
-/// line.
+/// A displacement is a rotation vector in the axes of the joint at the key. So a joint that rotates evenly is a
+/// straight line.
 impl Fit for RotationFit<'_> {
     type Key = QuantizedRotation;
     type Value = Quat;

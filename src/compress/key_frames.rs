@@ -2,7 +2,8 @@
 //!
 //! Reduction is line simplification by the opening-window algorithm: from one key the next is as far away as the error
 //! allows (N. Meratnia and R. A. de By, "Spatiotemporal Compression Techniques for Moving Point Objects", EDBT 2004).
-//! Refinement gives keys back where the error turned out too large, as in the algorithm of Ramer, Douglas and Peucker.
+//! Refinement gives keys back where the error is too large after all, as in the algorithm of Ramer, Douglas and
+//! Peucker.
 
 use std::ops::Range;
 

@@ -24,7 +24,7 @@ const SKIN: f32 = 0.03;
 /// it by.
 const NOT_A_UNIT: f32 = 1e-3;
 
-/// The most frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
+/// The maximum of frames times nodes. Each takes about 100 bytes, and a file of a few keys can claim any duration.
 const MAX_VALUES: usize = 1 << 28;
 
 pub(super) struct RawClip<'a> {
@@ -47,7 +47,7 @@ pub(super) struct RawJoint<'a> {
     pub(super) constant_rotation: Option<Quat>,
     /// The length, in metres, of a unit in the space of this node.
     pub(super) scale: f32,
-    /// The same of its parent: a unit of its own translation.
+    /// The length, in metres, of a unit in the space of its parent, in which its translation is.
     pub(super) parent_scale: f32,
 }
 

@@ -16,7 +16,7 @@ use super::object_space::ObjectSpaceTrack;
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::Scene;
 
-/// The most passes, and the most times that a pass adds the worst frame between two keys; after that it adds all.
+/// The maximum of passes, and how often at most a pass adds the worst frame between two keys; after that it adds all.
 const MAX_PASSES: usize = 16;
 
 /// The next tolerance, as a fraction of what would do if errors shrank as tolerances do.

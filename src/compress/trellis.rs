@@ -148,7 +148,7 @@ impl Trellis {
 /// The corner that costs least.
 #[inline(always)]
 pub(super) fn least(costs: Lanes) -> (usize, f32) {
-    // Floats that are not negative are ordered as their bits are. The index takes the place of the lowest bits, so that
+    // Floats that are not negative are ordered as their bits are. The index replaces the lowest bits, so that
     // one minimum finds both, without branches.
     const INDEX: u32 = CORNERS as u32 - 1;
     let mut least = u32::MAX;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// `text` with escapes in place of what steers a terminal or a page: control characters, such as those that begin an
+/// `text` with escapes instead of what steers a terminal or a page: control characters, such as those that begin an
 /// escape sequence, and characters that change the direction of text. Names and paths come from files and may hold any.
 ///
 /// ```

@@ -199,7 +199,7 @@ pub fn has_provenance(path: &Path) -> bool {
     has_extension(path, TELLING_EXTENSIONS) && Asset::of(path).is_ok_and(is_ours)
 }
 
-/// Identifies a file: two paths to one file have the same.
+/// Identifies a file: two paths to one file have one id.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum FileId {
     #[cfg(unix)]

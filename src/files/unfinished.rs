@@ -87,7 +87,7 @@ impl Unfinished {
         }
     }
 
-    /// Gives the file the name `target`, in place of a file that has it.
+    /// Gives the file the name `target`, and replaces a file that has it.
     pub(super) fn persist(self, target: &Path) -> io::Result<()> {
         match self {
             Self::Named(file) => {

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! No standard exists; what real files make of this is listed, dialect by dialect, in `fixtures/README.md`. `read`
-//! turns a file into a scene, `write` a scene into a file. Degrees, columns and rotation orders stay in this folder.
+//! makes a scene of a file, `write` a file of a scene. Degrees, columns and rotation orders stay in this folder.
 
 mod read;
 mod write;

@@ -49,7 +49,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     states_origin: false,
 };
 
-/// The block size: places in the file are block numbers.
+/// The block size: offsets in the file are block numbers.
 const BLOCK: usize = 512;
 
 /// The byte of the header at which the block of the data stands.
@@ -154,7 +154,7 @@ fn not_a_c3d(found: String) -> Failure {
     )
 }
 
-/// Values of the header, or of parameters where present: both are the same in valid files, and parameters can hold
+/// Values of the header, or of parameters where present: they agree in valid files, and parameters can hold
 /// larger numbers.
 #[derive(Debug)]
 struct Header {
@@ -254,7 +254,7 @@ impl Header {
     }
 
     /// Takes the analog samples of the parameters, where the file is as long as they say and not as long as the header
-    /// says: then every record would be read from a wrong place.
+    /// says: then every record would be read at a wrong offset.
     fn choose_samples(&mut self, samples: usize, length: usize, warnings: &mut Warnings) {
         let data = length.saturating_sub(self.data) as u64;
         // The rest of the last block is filled up, or left out.

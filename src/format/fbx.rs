@@ -1,6 +1,6 @@
 //! Autodesk FBX: a tree of elements, and connections between them.
 //!
-//! `read` turns a file into a scene, with the C library ufbx. `write` turns a scene into a binary file, without any C
+//! `read` makes a scene of a file, with the C library ufbx. `write` makes a binary file of a scene, without any C
 //! code, so a build that cannot read FBX writes it. Euler angles, FBX's units of time and its connections stay in this
 //! folder.
 

@@ -1,6 +1,6 @@
 //! glTF 2.0: `.glb` and `.gltf`, read and written; and VRM animations, which are glTF.
 //!
-//! `read` turns a file into a scene, `write` a scene into a file. The reader and `verify` use `File` to access a
+//! `read` makes a scene of a file, `write` a file of a scene. The reader and `verify` use `File` to access a
 //! file's nodes and tracks.
 
 mod accessors;

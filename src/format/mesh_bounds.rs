@@ -23,7 +23,7 @@ pub(super) fn mesh_bounds(source: &Source<'_>, folder: &str, file: &str) -> Opti
     read(&bytes).filter(|[low, high]| low.is_finite() && high.is_finite())
 }
 
-/// The places at which the file may be: as written, and without the package of a `package://` address.
+/// The paths at which the file may be: as written, and without the package of a `package://` address.
 fn candidates(folder: &str, file: &str) -> Vec<PathBuf> {
     let Some(address) = file.strip_prefix("package://") else {
         return vec![Path::new(folder).join(file.strip_prefix("file://").unwrap_or(file))];

@@ -14,8 +14,8 @@
 //!
 //! Bodies are nested. Joints of a body are applied in their order, each about a point of the body; a body with several
 //! gets a link for each, and a ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks come
-//! from its class, else from that of the body around it, else from the outermost `<default>`. Angles are degrees unless
-//! the compiler says `radian`. Quaternions are `w x y z`.
+//! from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are degrees
+//! unless the compiler says `radian`. Quaternions are `w x y z`.
 
 mod attributes;
 mod body;

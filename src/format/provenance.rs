@@ -41,7 +41,7 @@ pub struct Provenance {
     /// All other decisions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<Assumption>,
-    /// The axis that points up in the file, where it is not +Y: all joints are turned with it.
+    /// The axis that points up in the file, where it is not +Y: all joints are rotated with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
     /// The steps that changed positions or times, in order: unit, axis, trim, frame rate.

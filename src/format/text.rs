@@ -96,7 +96,7 @@ pub(crate) fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
-/// A place in a text.
+/// A position in a text.
 #[derive(Clone, Debug)]
 pub(crate) struct Cursor<'a> {
     text: &'a [u8],
@@ -192,8 +192,8 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The text around a place, and the column of its first character. A row of motion may be megabytes long, so it is
-    /// cut.
+    /// The text around a position, and the column of its first character. A row of motion may be megabytes long, so it
+    /// is cut.
     fn excerpt(&self, line_start: usize, offset: usize, column: usize) -> (String, usize) {
         const BYTES_BEFORE: usize = 60;
         const BYTES_AFTER: usize = 100;
@@ -220,7 +220,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// The offsets at which lines begin, for a reader that needs the line numbers of many places.
+/// The offsets at which lines begin, for a reader that needs the line numbers of many positions.
 pub(crate) struct LineIndex {
     starts: Vec<usize>,
 }

@@ -8,8 +8,8 @@
 //!     <mimic joint multiplier offset>
 //! ```
 //!
-//! Links and joints stand in any order, and make one tree. The frame of a link is that of the joint that carries it.
-//! `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Metres and radians, +Z up.
+//! Links and joints stand in any order, and make one tree. The frame of a link is the frame of the joint that carries
+//! it. `rpy` are rotations about the fixed axes X, Y and Z, in this order: `Rz Ry Rx`. Metres and radians, +Z up.
 
 use std::collections::HashMap;
 

@@ -4,7 +4,7 @@ use crate::error::{Code, Diagnostic, Error, Result};
 use crate::format::Failure;
 use crate::scene::Scene;
 
-/// How many warnings of one code are kept with their places; further ones are only counted.
+/// How many warnings of one code are kept with their locations; further ones are only counted.
 const MOST_OF_A_CODE: usize = 32;
 
 #[derive(Debug, Default)]
@@ -13,7 +13,8 @@ pub(crate) struct Warnings {
 }
 
 impl Warnings {
-    /// Keeps a warning. `warning` is called only if it is kept, because finding its place takes a pass over the text.
+    /// Keeps a warning. `warning` is called only if it is kept, because finding its location takes a pass over the
+    /// text.
     pub(crate) fn push(&mut self, code: Code, warning: impl FnOnce() -> Diagnostic) {
         self.keep(code, MOST_OF_A_CODE, warning);
     }
@@ -36,7 +37,7 @@ impl Warnings {
         self.kept.iter().any(|kept| kept.code == code)
     }
 
-    /// Removes a warning that turned out to be an error.
+    /// Removes a warning that is an error after all.
     pub(crate) fn forget(&mut self, code: Code) {
         self.kept.retain(|kept| kept.code != code);
     }

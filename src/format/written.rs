@@ -41,7 +41,7 @@ pub struct Written {
     pub nodes: usize,
 }
 
-/// One file of an output that no row has made, such as that of a character with further animations.
+/// One file of an output that no row has made, such as a character with further animations.
 impl From<Vec<u8>> for Written {
     fn from(bytes: Vec<u8>) -> Self {
         Self::of(vec![WrittenFile::new("", bytes)])

@@ -1,4 +1,4 @@
-//! What the formats in XML share: elements with their places, and numbers in attributes.
+//! What the formats in XML share: elements with their locations, and numbers in attributes.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -64,7 +64,7 @@ pub(super) fn parse<'a>(text: &'a str, root: &str, limits: &Limits) -> Result<Do
         error => {
             let place = error.pos();
             let offset = offset_of(text, place.row as usize, place.col as usize);
-            // The message ends with the place, which the diagnostic has.
+            // The message ends with the location, which the diagnostic has.
             let message = error.to_string();
             let message = message
                 .rsplit_once(" at ")
@@ -194,7 +194,7 @@ impl<'a, 'input> Element<'a, 'input> {
         Diagnostic::new(code, message).at(self.location())
     }
 
-    /// The same at one of its attributes.
+    /// An error at one of its attributes.
     pub(super) fn at_attribute(&self, name: &str, code: Code, message: impl Into<String>) -> Diagnostic {
         let text = self.node.document().input_text();
         match self.node.attribute_node(name) {

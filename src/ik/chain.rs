@@ -153,7 +153,7 @@ fn is_met(points: &[DVec3], lengths: &[f64], goal: DVec3, tolerance: f64) -> boo
 /// Turns the chain as two rigid parts about its start and about the joint between them that allows it with the smallest
 /// turn. `false` where none does, or where the parts would turn far: the bend would no longer be shared.
 fn close(points: &mut [DVec3], goal: DVec3, tolerance: f64) -> bool {
-    /// The farthest that a pass leaves to the last step, as a share of the distance of the goal.
+    /// The farthest that a pass leaves to the last step, as a fraction of the distance of the goal.
     const NEAR: f64 = 0.05;
     let (start, last) = (points[0], points.len() - 1);
     let distance = goal.distance(start);
@@ -418,7 +418,7 @@ mod tests {
         };
         chain(&mut pose, &nodes, &goal, &ChainOptions::default());
         assert!(pose.position(nodes[3]).distance(Vec3::new(2.0, 0.5, 0.0)) < 1e-3);
-        // Half of the way from the rotation that the chain gives it.
+        // Half of the rotation from the one that the chain gives it.
         let mut without = pose_of(&[Vec3::X, Vec3::X, Vec3::X]).0;
         let position = Goal { rotation: None, ..goal };
         chain(&mut without, &nodes, &position, &ChainOptions::default());

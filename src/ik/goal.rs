@@ -8,21 +8,21 @@ use glam::{Quat, Vec3};
 /// use mocap::glam::{Quat, Vec3};
 /// use mocap::ik::Goal;
 ///
-/// let mut half_way = Goal::at(Vec3::Y);
-/// half_way.position_weight = 0.5;
+/// let mut between = Goal::at(Vec3::Y);
+/// between.position_weight = 0.5;
 /// let flat = Goal::at(Vec3::Y).with_rotation(Quat::IDENTITY);
-/// # let _ = (half_way, flat);
+/// # let _ = (between, flat);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Goal {
     /// The position; `None` leaves the limb as it is.
     pub position: Option<Vec3>,
-    /// How much of the way to the position to go, from 0 to 1.
+    /// The fraction of the distance to the position to go, from 0 to 1.
     pub position_weight: f32,
     /// The rotation; `None` lets the end turn with the limb.
     pub rotation: Option<Quat>,
-    /// How much of the way to the rotation to go, from 0 to 1.
+    /// The fraction of the angle to the rotation to go, from 0 to 1.
     pub rotation_weight: f32,
 }
 
@@ -46,7 +46,7 @@ impl Goal {
         }
     }
 
-    /// The same with a rotation of full weight.
+    /// The goal with a rotation of full weight.
     #[must_use]
     pub fn with_rotation(mut self, rotation: Quat) -> Self {
         self.rotation = Some(rotation);

@@ -32,7 +32,7 @@ pub enum JointLimit {
         axis: Vec3,
         /// The largest angle of the bone from the middle.
         swing: f32,
-        /// The largest angle about the bone, either way.
+        /// The largest angle about the bone, in either direction.
         twist: f32,
     },
 }

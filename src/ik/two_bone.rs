@@ -7,7 +7,7 @@ use super::goal::Goal;
 use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
-/// Below this share of a bone's length a direction is not known.
+/// Below this fraction of a bone's length a direction is not known.
 const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
@@ -18,7 +18,7 @@ const NO_DIRECTION: f64 = 1e-6;
 pub struct TwoBone {
     /// The rotation of the first bone in the world, to be applied after the one that it has.
     pub upper: Quat,
-    /// The same for the second bone; it contains that of the first.
+    /// The rotation of the second bone likewise; it contains that of the first.
     pub lower: Quat,
     /// Where the joint between the two comes.
     pub middle: Vec3,
@@ -160,7 +160,7 @@ mod tests {
         vector(1.0).prop_filter_map("no direction", Vec3::try_normalize)
     }
 
-    /// Positions of an arm or leg of 0.1 to 4 m anywhere within 10 m, bent in any way.
+    /// Positions of an arm or leg of 0.1 to 4 m anywhere within 10 m, bent at any angle.
     fn limb() -> impl Strategy<Value = [Vec3; 3]> {
         (vector(10.0), unit(), unit(), 0.05f32..2.0, 0.05f32..2.0)
             .prop_map(|(start, first, second, a, b)| [start, start + a * first, start + a * first + b * second])

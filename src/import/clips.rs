@@ -19,7 +19,7 @@ pub enum Clips {
     /// All of them.
     #[default]
     All,
-    /// The one at this place, from 0.
+    /// The one with this index, from 0.
     Index(usize),
     /// The first one of this name.
     Name(String),
@@ -28,7 +28,7 @@ pub enum Clips {
 impl FromStr for Clips {
     type Err = std::convert::Infallible;
 
-    /// `all`, a place from 0, or else a name.
+    /// `all`, an index from 0, or else a name.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         Ok(match (text, text.parse()) {
             ("all", _) => Self::All,

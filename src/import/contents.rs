@@ -15,7 +15,7 @@ use crate::limits::Limits;
 /// Bytes from which on a file is worth a second thread.
 pub(super) const LARGE: usize = 4 << 20;
 
-/// The most bytes of a stream: it does not say how long it is, so memory is taken as they come.
+/// The largest size of a stream in bytes: it does not say how long it is, so memory is taken as they come.
 const LONGEST_STREAM: u64 = 1 << 30;
 
 /// The beginning of a stream by which its format is known.

@@ -1,6 +1,6 @@
 //! The last check of what a reader has made of a file's numbers: none that kinematics cannot compute with.
 //!
-//! Readers find such numbers where they can name the place in the file. What passes them, in whatever format, is found
+//! Readers find such numbers where they can name the line of the file. What passes them, in whatever format, is found
 //! here.
 
 use glam::Vec3;

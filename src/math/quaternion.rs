@@ -24,8 +24,8 @@ pub(crate) fn mean(rotations: &[Quat]) -> Option<Quat> {
     Some(rotations.iter().fold(first * 0.0, add).normalize())
 }
 
-/// The rotation vector, axis times angle, of a rotation on its shorter way: its logarithm. Exact for small angles, for
-/// which glam's goes through an arc cosine.
+/// The rotation vector, axis times angle, of a rotation along the shorter arc: its logarithm. Exact for small angles,
+/// for which glam's goes through an arc cosine.
 #[inline]
 pub(crate) fn log(rotation: Quat) -> Vec3 {
     let (v, w) = match rotation.w < 0.0 {
@@ -116,7 +116,7 @@ pub(crate) fn exp(vector: Vec3) -> Quat {
 pub(crate) fn twist(rotation: Quat, axis: Vec3) -> Quat {
     let along = axis * rotation.xyz().dot(axis);
     let twist = Quat::from_xyzw(along.x, along.y, along.z, rotation.w);
-    // Both parts vanish where the axis is turned round; the twist is undefined there.
+    // Both parts vanish where the axis is reversed; the twist is undefined there.
     if twist.length_squared() > 1e-9 {
         twist.normalize()
     } else {
@@ -178,7 +178,7 @@ mod tests {
     fn a_rotation_is_its_twist_and_a_swing() {
         let axis = Vec3::new(0.6, 0.0, -0.8);
         for angle in [-3.0, -0.5, 0.0, 0.1, 2.0_f32] {
-            // A swing turns about an axis that is perpendicular to that of the twist.
+            // A swing rotates about an axis that is perpendicular to the axis of the twist.
             let swing = Quat::from_axis_angle(Vec3::new(0.8, 0.0, 0.6), 0.7);
             let about = Quat::from_axis_angle(axis, angle);
             for rotation in [swing * about, about * swing, -(swing * about)] {

@@ -84,7 +84,7 @@ pub(crate) fn with_assimp_sign(rotation: DQuat) -> Quat {
     } else {
         z
     };
-    // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
+    // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
     let rotation = if positive < 0.0 { -rotation } else { rotation } + DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     rotation.as_quat()
 }

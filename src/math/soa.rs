@@ -1,7 +1,7 @@
 //! Structure-of-arrays numbers, vectors, quaternions, matrices and transforms: one value per lane, and a frame per
 //! lane.
 //!
-//! Every operation is a loop over the lanes without branches, which the compiler turns into vector instructions.
+//! Every operation is a loop over the lanes without branches, of which the compiler makes vector instructions.
 //! Everything is `#[inline(always)]`, so that it is compiled for the instructions of its caller: see
 //! [`wide`](super::wide).
 

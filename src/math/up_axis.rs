@@ -1,4 +1,4 @@
-//! The turns about X between spaces of which different axes point up.
+//! The rotations about X between spaces of which different axes point up.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -6,7 +6,7 @@ use glam::{DQuat, Mat4, Vec3, Vec4};
 
 use crate::scene::UpAxis;
 
-/// The turn about X after which `up` is +Y.
+/// The rotation about X after which `up` is +Y.
 pub(crate) const fn turn_to_y_up(up: UpAxis) -> DQuat {
     match up {
         UpAxis::Y => DQuat::IDENTITY,
@@ -33,7 +33,7 @@ pub(crate) fn turned(point: Vec3, from: UpAxis, to: UpAxis) -> Vec3 {
     if from == to {
         return point;
     }
-    // Back from +Y: what a quarter turn takes away the opposite one gives, and half a turn itself.
+    // Back from +Y: the opposite rotation undoes one of 90 degrees, and one of 180 degrees undoes itself.
     let back = match to {
         UpAxis::Z => UpAxis::NegZ,
         UpAxis::NegZ => UpAxis::Z,

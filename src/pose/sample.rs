@@ -328,7 +328,7 @@ mod tests {
             rotation: about_z(90.0),
             scale: Vec3::new(2.0, 3.0, 4.0),
         };
-        // x is scaled to 2 and turned onto y; y is scaled to 3 and turned onto -x.
+        // x is scaled to 2 and rotated onto y; y is scaled to 3 and rotated onto -x.
         let point = trs.matrix().transform_point3(Vec3::ONE);
         assert!(point.abs_diff_eq(Vec3::new(7.0, 22.0, 34.0), 1e-5), "{point}");
     }

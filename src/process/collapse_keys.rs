@@ -34,7 +34,7 @@ setters! {
 /// Before: `0: (2, 0, 0)`, `1: (2, 0, 0)`, `2: (2, 0, 0)`. After: `0: (2, 0, 0)`. Every value is compared with the
 /// first, never with its neighbour, so a track that drifts slowly is kept. The animation's duration stays.
 ///
-/// Assimp does the same at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
+/// Assimp does so at zero tolerance. Its accuracy setting is inverted: any value makes it collapse only the
 /// tracks whose neighbouring keys all differ by more than 1.
 ///
 /// ```
@@ -156,7 +156,7 @@ mod tests {
     fn a_tolerance_is_an_angle_in_radians() {
         assert_eq!(rotations(&[1.0, 1.001], 0.001_01), 1);
         assert_eq!(rotations(&[1.0, 1.001], 0.000_99), 2);
-        // The same angles, whose quaternions have opposite signs.
+        // Equal angles, whose quaternions have opposite signs.
         assert_eq!(rotations(&[1.0, 1.001 + std::f32::consts::TAU], 0.001_01), 1);
     }
 

@@ -9,7 +9,7 @@ use crate::scene::{AppliedStep, Mesh, NodeId, Scene, UpAxis};
 /// Scales all lengths by `metres_per_unit`, and rotates the scene so that `up` becomes +Y.
 ///
 /// Only the root is rotated, its rest transform and its keys: every joint keeps its own axes, and rotations below the
-/// root do not change. +Z up becomes +Y up by a quarter turn about X: (x, y, z) becomes (x, z, -y).
+/// root do not change. +Z up becomes +Y up by a rotation of 90 degrees about X: (x, y, z) becomes (x, z, -y).
 ///
 /// The scene then says that it is in metres with +Y up. [`Conversion`](crate::convert::Conversion) finds out what
 /// `metres_per_unit` and `up` are, and calls this.

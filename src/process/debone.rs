@@ -16,7 +16,7 @@ use crate::scene::{Mesh, Scene};
 /// without any bone stay with them.
 ///
 /// Assimp does not transform the part of a bone whose offset matrix is within 0.01 of the identity, so the links
-/// near the origin of a skeleton in metres are drawn in the wrong place. Here every part is transformed.
+/// near the origin of a skeleton in metres are drawn at a wrong position. Here every part is transformed.
 pub fn debone(scene: &mut Scene) {
     let mut replacements = vec![Vec::new(); scene.meshes.len()];
     let mut rigid_parts = Vec::new();

@@ -3,11 +3,11 @@
 use super::split::{renumbered_bones, replace_mesh_indices, submesh};
 use crate::scene::{Mesh, Primitive, Scene};
 
-/// Turns triangles whose three corners are in one place into points, in a separate mesh.
+/// Makes points of triangles whose three corners have one position, in a separate mesh.
 ///
 /// Before: mesh 0 has 8 triangles of a knob with radius 0, and 12 others. After: mesh 0 has 8 points, one vertex each,
 /// mesh 1 the 12 triangles; the bones go with the vertices they move, and the nodes that held mesh 0 hold both.
-/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they are all in one place.
+/// [`remove_sizeless_meshes()`](super::remove_sizeless_meshes()) removes the points if they all have one position.
 ///
 /// This is what Assimp's steps "find degenerates" and "sort by primitive type" do to a skeleton mesh. A triangle with
 /// two equal corners, which Assimp makes a line, stays: no skeleton mesh has one.

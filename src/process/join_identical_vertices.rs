@@ -12,8 +12,8 @@ const NORMAL_TOLERANCE: f32 = 1e-5;
 
 /// Stores equal vertices once, and lets the faces share them.
 ///
-/// Before: a joint with three children in one place has three equal pointers of 12 vertices each. After: 12 vertices
-/// that 12 faces share. The first of equal vertices stays, in the same order.
+/// Before: a joint with three children at one position has three equal pointers of 12 vertices each. After: 12 vertices
+/// that 12 faces share. The first of equal vertices stays; the order stays.
 ///
 /// Two vertices are equal if their positions are the same numbers, their normals differ by less than 1e-5, their
 /// texture coordinates are the same, and the same bones move them by the same weights. Assimp does not have the last
@@ -62,7 +62,7 @@ fn place(position: Vec3) -> Place {
     position.to_array().map(f32::to_bits)
 }
 
-/// The bits of a place on the texture.
+/// The bits of a texture coordinate.
 type TexturePlace = Option<[u32; 2]>;
 
 fn texture_place(mesh: &Mesh, vertex: usize) -> TexturePlace {

@@ -3,7 +3,7 @@
 use super::split::replace_mesh_indices;
 use crate::scene::Scene;
 
-/// Removes meshes whose vertices are all in one place, or that have none.
+/// Removes meshes whose vertices all have one position, or that have none.
 ///
 /// Before: an end site with a zero OFFSET holds a knob of radius 0. After: it holds nothing, and the following meshes
 /// have new indices. Assimp does this as a part of its step "find invalid data".

@@ -101,7 +101,7 @@ fn resample_animation(animation: &mut Animation, frames_per_second: f64, cuts: &
     animation.duration = moments.last().map_or(last, |moment| moment.new);
 }
 
-/// A tick before resampling, and the same moment as a tick after it.
+/// A moment as a tick before resampling, and as a tick after it.
 struct Moment {
     old: f64,
     new: f64,

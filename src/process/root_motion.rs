@@ -14,7 +14,7 @@ const ROOT_NAME: &str = "Root";
 /// Below this sum of squares the twist about the up axis is undefined: the figure is upside down.
 const NO_HEADING: f64 = 1e-9;
 
-/// Keeps every root above the place on the ground where its motion starts. Height and rotations do not change.
+/// Keeps every root above the point of the ground where its motion starts. Height and rotations do not change.
 pub fn in_place(scene: &mut Scene) {
     let roots: Vec<_> = roots(scene).collect();
     for index in 0..scene.animations.len() {

@@ -25,12 +25,12 @@ pub enum SkeletonMesh {
 
 /// Links shorter than this are not drawn, in the file's unit; Assimp's limit.
 const SHORTEST_LINK: f64 = 1e-6;
-/// Half the width of a pointer's base, as a share of its length; Assimp's proportion.
+/// Half the width of a pointer's base, as a fraction of its length; Assimp's proportion.
 const POINTER_WIDTH: f64 = 0.1;
-/// Radius of a knob, as a share of the distance to the node's parent; Assimp's proportion.
+/// Radius of a knob, as a fraction of the distance to the node's parent; Assimp's proportion.
 const KNOB_RADIUS: f64 = 0.18;
 
-/// Radius of the knob of a node in a group, as a share of the diagonal of the box around all such nodes, because the
+/// Radius of the knob of a node in a group, as a fraction of the diagonal of the box around all such nodes, because the
 /// distance to a group has no meaning.
 const LONE_KNOB_RADIUS: f64 = 0.01;
 
@@ -38,7 +38,7 @@ const LONE_KNOB_RADIUS: f64 = 0.01;
 ///
 /// Before: nodes without meshes. After: at every node with children a *pointer* to each child, a pyramid of four faces
 /// whose tip is the child's origin; at every node without children a *knob*, an octahedron of eight faces. A child in
-/// the same place as its parent gets no pointer, so a node whose children are all in its own place has no piece and no
+/// the position of its parent gets no pointer, so a node whose children are all at its own position has no piece and no
 /// bone. A group, such as that around the points of a C3D file, gets no pointers either. The shapes are those of
 /// Assimp's dummy mesh, vertex for vertex; the normals are of unit length, which Assimp's are not.
 ///
@@ -174,7 +174,7 @@ fn knob(radius: f64) -> Vec<Vec3> {
     faces.map(rounded).to_vec()
 }
 
-/// In single precision. Adding zero makes -0 a plain 0, so that equal places are equal bit by bit.
+/// In single precision. Adding zero makes -0 a plain 0, so that equal positions are equal bit by bit.
 fn rounded(point: DVec3) -> Vec3 {
     (point + DVec3::ZERO).as_vec3()
 }

@@ -48,7 +48,7 @@ pub(super) fn renumbered_bones(bones: &[Bone], new_ids: &NewIds) -> Vec<Bone> {
     renumbered.filter(|bone| !bone.weights.is_empty()).collect()
 }
 
-/// Lets every node hold, in place of mesh `i`, the meshes `replacements[i]`.
+/// Lets every node hold, instead of mesh `i`, the meshes `replacements[i]`.
 pub(super) fn replace_mesh_indices(nodes: &mut [Node], replacements: &[Vec<usize>]) {
     for node in nodes {
         let replaced = node.meshes.iter().flat_map(|&mesh| &replacements[mesh]);

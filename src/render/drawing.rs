@@ -19,12 +19,12 @@ impl Color {
         }
     }
 
-    /// Interpolates from this colour to `other`; `share` is the fraction, from 0 to 1.
+    /// Interpolates from this colour to `other`; `fraction` is from 0 to 1.
     #[must_use]
-    pub(super) fn mix(self, other: Self, share: f32) -> Self {
+    pub(super) fn mix(self, other: Self, fraction: f32) -> Self {
         let mut rgb = self.rgb;
         for (from, to) in rgb.iter_mut().zip(other.rgb) {
-            *from = (f32::from(*from) + (f32::from(to) - f32::from(*from)) * share).round() as u8;
+            *from = (f32::from(*from) + (f32::from(to) - f32::from(*from)) * fraction).round() as u8;
         }
         Self { rgb, ..self }
     }

@@ -15,7 +15,7 @@ use crate::scene::{Animation, Node, NodeId, NodeKind, Scene};
 /// [`Drawing::sheet`](crate::render::Drawing::sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct Clip<'a> {
-    /// A short name, such as that of the file.
+    /// A short name, such as the file's.
     pub name: &'a str,
     /// The scene; its first animation is shown.
     pub scene: &'a Scene,
@@ -110,7 +110,7 @@ pub(super) struct DrawnClip<'a> {
     is_shown: Vec<bool>,
     /// The largest distance of a joint from the root: about half the height of a person.
     pub(super) reach: f32,
-    /// The height of the ground; of what is no humanoid that of its lowest joint in the whole clip.
+    /// The height of the ground; of what is no humanoid, the height of its lowest joint in the whole clip.
     pub(super) floor: f32,
     /// The first joint that is drawn.
     root: usize,

@@ -14,7 +14,7 @@ use crate::error::{Code, Diagnostic, Result};
 const LARGEST_SIDE: u32 = 16_384;
 
 impl Drawing {
-    /// The drawing as a PNG file. The same drawing gives the same bytes.
+    /// The drawing as a PNG file. Equal drawings give equal bytes.
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] where the width or height is 0 or more than 16,384 pixels.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::drawing::{Anchor, Color, Drawing, Point, Shape};
 
 impl Drawing {
-    /// The drawing as an SVG document. The same drawing gives the same bytes.
+    /// The drawing as an SVG document. Equal drawings give equal bytes.
     ///
     /// ```
     /// use mocap::render::{Clip, Drawing, SheetOptions};

@@ -15,7 +15,7 @@ use crate::scene::{NodeId, NodeKind, Scene};
 /// [`Drawing::t_pose_sheet`](crate::render::Drawing::t_pose_sheet) has an example.
 #[derive(Clone, Copy, Debug)]
 pub struct TPoseClip<'a> {
-    /// A short name, such as that of the file.
+    /// A short name, such as the file's.
     pub name: &'a str,
     /// The scene.
     pub scene: &'a Scene,
@@ -292,7 +292,7 @@ impl<'a> TPoseFigure<'a> {
     }
 }
 
-/// The bones whose names are painted, the most wanted first.
+/// The bones whose names are painted, the important ones first.
 const NAMED: &[HumanoidBone] = &[
     HumanoidBone::Hips,
     HumanoidBone::Head,

@@ -157,7 +157,7 @@ impl HumanoidBone {
         }
     }
 
-    /// The same bone of the other side; itself in the middle.
+    /// Its partner on the other side; a bone in the middle is its own.
     pub fn mirrored(self) -> Self {
         let other = match self.side() {
             Some(Side::Left) => format!("right{}", &self.as_str()["left".len()..]),

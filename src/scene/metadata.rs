@@ -223,7 +223,7 @@ fn is_one_metre(metres: &f64) -> bool {
 pub enum AppliedStep {
     /// [`Importer::clips`](crate::Importer::clips): the other animations of the file were dropped.
     SelectClip {
-        /// Its place among the file's animations, from 0.
+        /// Its index among the file's animations, from 0.
         index: usize,
     },
     /// [`process::convert_units`](crate::process::convert_units).
@@ -274,7 +274,7 @@ pub enum AppliedStep {
     /// A step of [`edit`](crate::edit), which cannot be undone.
     Edit {
         /// Its name in `step`, and all its options beside it, as [`EditStep`](crate::edit::EditStep) reads it; in files
-        /// of earlier versions the same as text.
+        /// of earlier versions it is text.
         edit: serde_json::Value,
         /// The second motion, of a step that takes one.
         #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -42,11 +42,11 @@ pub struct Robot {
 /// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RobotLink {
-    /// The name; that of a body in MJCF.
+    /// The name; in MJCF the name of the body.
     pub name: String,
     /// The parent, an index into [`Robot::links`]; absent on the base.
     pub parent: Option<usize>,
-    /// The joint to the parent; that of the base to the world.
+    /// The joint to the parent; of the base, the joint to the world.
     pub joint: RobotJoint,
     /// Mass and inertia, where the file states them.
     pub inertial: Option<Inertial>,
@@ -153,7 +153,7 @@ pub struct Inertial {
 /// [`Robot`](crate::robot::Robot) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotShape {
-    /// Its place in the frame of the link.
+    /// Its pose in the frame of the link.
     pub place: Placement,
     /// What it is.
     pub kind: ShapeKind,

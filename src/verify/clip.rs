@@ -78,7 +78,7 @@ pub(super) fn matched(
     Ok(pairs)
 }
 
-/// Of every clip of the source that of the file which has its name.
+/// For every clip of the source, the clip of the file with its name.
 fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
     // Some formats have each name once, and number the others.
     if ours.len() == theirs.len() && ours.iter().zip(theirs).all(|(ours, theirs)| is_kept(ours, theirs)) {

@@ -394,7 +394,7 @@ fn what_a_damaged_file_says_names_the_place() {
     );
     assert_eq!(
         said(&|bytes| bytes[24..32].copy_from_slice(&1e9f64.to_le_bytes())),
-        "walk.mclip: error[invalid-clip]: the duration is not that of the frames; \
+        "walk.mclip: error[invalid-clip]: the duration differs from the frames; \
          expected from 69 to less than a tick more; found 1000000000"
     );
 }

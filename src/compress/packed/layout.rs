@@ -15,7 +15,7 @@ pub(super) const NO_PARENT: u16 = u16::MAX;
 pub(super) const LOG2_BLOCK_FRAMES: std::ops::RangeInclusive<u32> = 4..=8;
 /// Where not every frame has a key, those have whose number can be divided by this.
 pub(super) const MUST_HAVE_KEY: usize = 64;
-/// The most frames between two keys of which the mask of a block has to tell.
+/// The maximum of frames between two keys of which the mask of a block has to tell.
 pub(super) const MAX_BLOCK_FRAMES: usize = 256;
 
 /// Flags of the file: each frame has a tick of its own; every frame has a key.
@@ -33,7 +33,7 @@ pub(super) mod node {
     pub(in super::super) const ALL: u8 = 63;
 }
 
-/// The kind of a rotation track in a block of whose keys not all drop the same component; smaller ones are that
+/// The kind of a rotation track in a block whose keys do not all drop one component; smaller ones are that
 /// component.
 pub(super) const MIXED: u32 = 4;
 /// Bits of the kind of a rotation track in a block; of the widths of its components and of those of translations.
@@ -42,7 +42,7 @@ pub(super) const ROTATION_WIDTH_BITS: u32 = 4;
 pub(super) const TRANSLATION_WIDTH_BITS: u32 = 5;
 /// Bits of the dropped component of a key of kind [`MIXED`].
 pub(super) const DROPPED_BITS: u32 = 2;
-/// The most bits of a component of a rotation, and of a translation.
+/// The maximum of bits of a component of a rotation, and of a translation.
 pub(super) const MAX_ROTATION_BITS: u32 = 16;
 pub(super) const MAX_TRANSLATION_BITS: u32 = 24;
 

@@ -161,7 +161,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     }
     if !(last_tick..last_tick + 1.0).contains(&duration) {
         return Err(expected_found(
-            "the duration is not that of the frames",
+            "the duration differs from the frames",
             format!("from {last_tick} to less than a tick more"),
             duration,
         ));
@@ -379,7 +379,7 @@ fn check_blocks(clip: &PackedClip<'_>, blocks: usize) -> Result<()> {
         let headers = 8 * (start + 4 + clip.mask_bytes);
         let stated = lowest(bits_at(bytes, 8 * start), 32) as usize;
         if (clip.header_bits + keys.saturating_mul(stated)).div_ceil(8) != length - 4 - clip.mask_bytes {
-            return Err(at_block("its length is not that of its keys"));
+            return Err(at_block("its length differs from its keys"));
         }
         let mut key_bits = 0;
         for track in &clip.rotations {

@@ -26,9 +26,9 @@ struct Key {
 }
 
 impl PackedClip<'_> {
-    /// Writes the pose at `tick` to `pose`, every node's transform to its parent; before the first tick that of the
-    /// first, after the last that of the last. Between two keys translations are interpolated linearly, and rotations
-    /// component by component. Nodes beyond the end of `pose` are left out.
+    /// Writes the pose at `tick` to `pose`, every node's transform to its parent; before the first tick the pose of the
+    /// first, after the last the pose of the last. Between two keys translations are interpolated linearly, and
+    /// rotations component by component. Nodes beyond the end of `pose` are left out.
     pub fn sample(&self, tick: f64, pose: &mut [Trs]) {
         let count = pose.len().min(self.rest.len());
         pose[..count].copy_from_slice(&self.rest[..count]);

@@ -48,7 +48,7 @@ pub(super) fn encode(
     Ok((bytes, clip))
 }
 
-/// About the bytes of the key frames of a clip; the rest is the same for all clips of a scene.
+/// About the bytes of the key frames of a clip; the rest is common to all clips of a scene.
 pub(super) fn packed_size(clip: &CompressedClip) -> usize {
     Columns::of(clip).smallest().1.bytes()
 }

@@ -56,7 +56,7 @@ impl RotationFormat {
         }
     }
 
-    /// The same, on another lattice.
+    /// As above, on another lattice.
     pub(in crate::compress) fn with_lattice(self, lattice: Lattice) -> Self {
         match self {
             Self::QuaternionFilter(_) => Self::QuaternionFilter(lattice),
@@ -84,7 +84,7 @@ impl RotationFormat {
     }
 }
 
-/// Four integers next to the components of `rotation`: of the sixteen ways to round up or down the one whose length is
+/// Four integers next to the components of `rotation`: of the sixteen roundings up or down the one whose length is
 /// nearest to 1, because a reader that does not normalize would stretch what the joint carries.
 fn quantize_int16(rotation: Quat) -> QuantizedRotation {
     let exact = rotation.to_array().map(|c| c * INT16_MAX);

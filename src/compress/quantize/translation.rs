@@ -69,7 +69,7 @@ impl TranslationFormat {
         match self {
             Self::Float32 => QuantizedTranslation {
                 stored: translation.to_array().map(f32::to_bits),
-                // Adding zero turns -0 into 0.
+                // Adding zero makes -0 a plain 0.
                 value: translation + Vec3::ZERO,
             },
             Self::Multiples(step) => {

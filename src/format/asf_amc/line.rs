@@ -25,7 +25,7 @@ impl<'a> Lines<'a> {
         self.read_line(&mut words).then_some(words)
     }
 
-    /// Puts the words of the next line into `words`, in place of what is there. `false` at the end of the text.
+    /// Puts the words of the next line into `words`, instead of what is there. `false` at the end of the text.
     pub(super) fn read_line(&mut self, words: &mut Vec<Word<'a>>) -> bool {
         words.clear();
         loop {

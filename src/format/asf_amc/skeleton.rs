@@ -98,7 +98,7 @@ struct Reader<'a, 'c> {
     limits: &'c Limits,
     /// In the order of the file, the root first.
     bones: Vec<Bone>,
-    /// The place of each bone's name.
+    /// The location of each bone's name.
     named_at: Vec<Word<'a>>,
     /// Of each bone, in the order of the hierarchy.
     children: Vec<Vec<usize>>,
@@ -210,7 +210,7 @@ impl<'a> Reader<'a, '_> {
         Box::new(Diagnostic { location, ..diagnostic })
     }
 
-    /// Reads from behind `begin` to `end`. Returns the place of the name, too.
+    /// Reads from behind `begin` to `end`. Returns the location of the name, too.
     fn read_bone(&mut self, begin: Word<'_>) -> Result<(Bone, Word<'a>), Failure> {
         let mut bone = Bone::new(String::new());
         let mut named_at = None;

@@ -65,7 +65,7 @@ fn read_blocks(
     options: &ReadOptions,
     warnings: &mut Warnings,
 ) -> Result<Scene, Failure> {
-    /// More than a diagnostic shows of the text behind its place.
+    /// More than a diagnostic shows of the text behind its location.
     const AHEAD: usize = 4096;
     if let Ok(Cow::Borrowed(text)) = decode(beginning) {
         let mut cursor = Cursor::new(text);

@@ -43,7 +43,7 @@ impl Processor {
     }
 }
 
-/// A place in the bytes of a file.
+/// An offset in the bytes of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Bytes<'a> {
     bytes: &'a [u8],

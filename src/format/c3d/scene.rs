@@ -34,11 +34,11 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
         assume(
             Topic::Analog,
             "analog samples were left out",
-            "a scene has no place for them",
+            "a scene cannot hold them",
         );
     }
     if parameters.has_events() {
-        assume(Topic::Events, "events were left out", "a scene has no place for them");
+        assume(Topic::Events, "events were left out", "a scene cannot hold them");
     }
 
     scene.nodes.push(Node {

@@ -104,7 +104,7 @@ fn load(bytes: &[u8], options: &ReadOptions) -> Result<ufbx::SceneRoot, Failure>
         generate_missing_normals: true,
         skip_mesh_parts: true,
         node_depth_limit: u32::try_from(options.limits.max_depth).unwrap_or(u32::MAX),
-        // Converts nodes that inherit scale in another way to the usual one.
+        // Converts nodes that inherit scale otherwise than usual.
         inherit_mode_handling: ufbx::InheritModeHandling::Compensate,
         ..LoadOpts::default()
     };
@@ -271,7 +271,7 @@ fn read_stack(
 
 /// One frame at the start and one after each frame time.
 fn frames_in(seconds: f64, rate: f64) -> u64 {
-    /// A share of a frame: FBX rounds times to its own unit, so they do not meet the last frame exactly.
+    /// A fraction of a frame: FBX rounds times to its own unit, so they do not meet the last frame exactly.
     const TOLERANCE: f64 = 1e-3;
     (seconds * rate + TOLERANCE).floor() as u64 + 1
 }

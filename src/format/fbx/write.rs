@@ -21,7 +21,7 @@
 //! | points | nothing |
 //! | metadata | the property `mocap` of the scene: a [`Provenance`], as JSON |
 //!
-//! The same scene gives the same bytes, so no file has a time of creation.
+//! Equal scenes give equal bytes, so no file has a time of creation.
 
 mod animation;
 mod curves;
@@ -170,7 +170,7 @@ pub struct FbxOptions {
     /// metres, within which keys are left out of the curves. Default: none, every key is written.
     ///
     /// It holds for programs that evaluate curves of angles, and for those that interpolate the rotations at their
-    /// keys. The distance of the shell is that of the bound, and at least 3 cm.
+    /// keys. The distance of the shell is the bound's, and at least 3 cm.
     pub error_bound: Option<ErrorBound>,
     /// Where the images of textures are.
     pub textures: FbxTextures,
@@ -329,7 +329,7 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let placed = skeleton::write(scene, &space, options, &bones, &mut names, &mut document, &mut report)?;
     let binds = mesh::binds(scene, &space, &placed);
     let clips = animation::write(scene, &space, &placed, options, &mut document, &mut report)?;
-    // The place of a node in the bind pose.
+    // The transform of a node in the bind pose.
     let bound = |index: usize, bind: DMat4| {
         let parent = scene.nodes[index].parent.filter(|_| clips.moving.contains(&index));
         match parent {
@@ -403,7 +403,7 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
 /// Says so where the unit of `scene` is not known.
 fn unit_warning(scene: &Scene) -> Option<Diagnostic> {
     scene.metadata.metres_per_unit.is_none().then(|| {
-        let message = "FBX states its unit, and that of the scene is not known: its lengths were taken as metres";
+        let message = "FBX states its unit, and the unit of the scene is not known: its lengths were taken as metres";
         let help = "convert the scene before: Conversion::new().apply(&mut scene)";
         Diagnostic::new(Code::UnknownUnit, message).help(help)
     })

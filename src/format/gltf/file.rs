@@ -214,7 +214,7 @@ impl<'a> File<'a> {
     /// Where a node stands without animation.
     ///
     /// # Errors
-    /// Where a number is not finite, or beyond any place.
+    /// Where a number is not finite, or larger than any position.
     pub(crate) fn transform(&self, index: usize) -> Result<Transform, Failure> {
         let node = &self.root.nodes[index];
         let check = |field: &str, numbers: &[f32]| -> Result<(), Failure> {

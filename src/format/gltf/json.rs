@@ -250,7 +250,7 @@ fn chunks(bytes: &[u8]) -> Result<Chunks<'_>, Failure> {
     }
     let length = number(8).ok_or_else(cut_off)?;
     if length < HEADER + CHUNK_HEADER || length > bytes.len() {
-        return Err(invalid("", "the length in the header is not that of the file")
+        return Err(invalid("", "the length in the header is not the file's")
             .expected_found(format!("{} bytes", bytes.len()), format!("{length} bytes"))
             .help("the file is cut off: export or download it again")
             .into());

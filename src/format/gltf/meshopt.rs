@@ -50,8 +50,8 @@ mod codec {
     use crate::format::Failure;
     use crate::format::gltf::invalid::invalid;
 
-    /// The most bytes that one byte of a stream decodes to: 256 elements take at least one byte for every four bytes of
-    /// an element.
+    /// The maximum of bytes that one byte of a stream decodes to: 256 elements take at least one byte for every four
+    /// bytes of an element.
     const MOST_PER_BYTE: usize = 1024;
     /// The bytes that the last block may add.
     const LAST_BLOCK: usize = 256 * 256;

@@ -185,7 +185,7 @@ fn tell_bends(clips: &[(String, Vec<Track>)], scene: &mut Scene) {
         scene.metadata.assumptions.push(Assumption {
             topic: Topic::Interpolation,
             choice: format!("{curves} tracks of cubic curves are sampled, at most {CURVE_ERROR:e} of their size off"),
-            reason: "the keys of a scene have straight ways between them".to_owned(),
+            reason: "between the keys of a scene values change evenly".to_owned(),
             confidence: None,
         });
     }

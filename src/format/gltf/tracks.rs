@@ -343,7 +343,7 @@ impl Segment<'_> {
         value
     }
 
-    /// Into how many linear pieces of the same duration the curve has to be cut to stay within `tolerance`.
+    /// Into how many linear pieces of equal duration the curve has to be cut to stay within `tolerance`.
     fn samples(&self, tolerance: f64) -> usize {
         let mut samples = 1;
         loop {

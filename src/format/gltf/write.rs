@@ -144,7 +144,7 @@ pub struct GltfReport {
 }
 
 /// The fraction of the largest error that the positions of bones may have: no joint shows how the bone at the end of a
-/// chain is turned, and the skin around it is to keep the largest error too.
+/// chain is rotated, and the skin around it is to keep the largest error too.
 const BOUND_OF_BONES: f64 = 0.45;
 
 /// What a document holds.

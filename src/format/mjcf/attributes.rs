@@ -42,7 +42,7 @@ const USED: [&str; 16] = [
 /// The attributes of a kind of element.
 type Values = HashMap<String, String>;
 
-/// A class: for each kind of element its attributes. Shared with the classes within it as long as they are the same.
+/// A class: for each kind of element its attributes. Shared with the classes within it as long as they change nothing.
 type Class = HashMap<String, Rc<Values>>;
 
 /// A mesh asset.
@@ -56,7 +56,7 @@ pub(super) struct Settings {
     /// Radians for an angle of 1.
     pub(super) angle: f64,
     euler: [DVec3; 3],
-    /// Whether Euler angles turn about the axes of the parent, not of the body.
+    /// Whether Euler angles rotate about the axes of the parent, not of the body.
     euler_is_extrinsic: bool,
     pub(super) auto_limits: bool,
     pub(super) mesh_folder: String,

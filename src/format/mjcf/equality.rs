@@ -9,7 +9,7 @@ use crate::format::warnings::Warnings;
 use crate::format::xml::Element;
 use crate::scene::robot::RobotLink;
 
-/// Ties joints by `equality/joint`: the position of joint1 is a polynomial of that of joint2.
+/// Ties joints by `equality/joint`: the position of joint1 is a polynomial of the position of joint2.
 pub(super) fn tie_joints(
     root: &Element<'_, '_>,
     links: &mut [RobotLink],

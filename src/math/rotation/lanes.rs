@@ -98,7 +98,7 @@ fn store(rotations: &Quaternions, keys: &mut [Quat; LANES]) {
         let positive = if 3.0 * w * w > xx + yy + zz { w } else { of_xyz };
         let sign = if positive < 0.0 { -1.0 } else { 1.0 };
         for (to, component) in components.iter_mut().zip([x, y, z, w]) {
-            // Adding zero turns the minus zeros of a rotation about a single axis into zeros.
+            // Adding zero removes the minus zeros of a rotation about a single axis into zeros.
             to[lane] = (component * sign + 0.0) as f32;
         }
     }
@@ -142,7 +142,7 @@ fn sin_cos_of_half(mut degrees: Lanes) -> (Lanes, Lanes) {
     (sin, cos)
 }
 
-/// Out of the way, because no real file has such angles.
+/// Not inlined, because no real file has such angles.
 #[cold]
 #[inline(never)]
 fn without_whole_turns(degrees: Lanes) -> Lanes {

@@ -85,7 +85,7 @@ impl<const N: usize> Quaternions<f32, N> {
     }
 
     /// What is left of a rotation after the shortest rotation that brings an axis of length 1 where it brings it. It is
-    /// the identity where the axis is turned round.
+    /// the identity where the axis is reversed.
     #[inline(always)]
     pub(crate) fn twist(self, axis: [f32; 3]) -> Self {
         let axis = Vectors::all(axis);

@@ -13,14 +13,14 @@ use super::image_size::image_size;
 use crate::error::visible;
 use crate::scene::{AlphaMode, Mesh, Primitive, Scene, Surface};
 
-/// The most bytes of a skin without its textures: about 700,000 vertices.
+/// The largest size in bytes of a skin without its textures: about 700,000 vertices.
 const LARGEST_SKIN: usize = 32 << 20;
 
-/// The most bytes of one texture, and of all of a clip.
+/// The largest size in bytes of one texture, and of all of a clip.
 const LARGEST_TEXTURE: usize = 8 << 20;
 const LARGEST_TEXTURES: usize = 32 << 20;
 
-/// The most pixels of a texture from side to side.
+/// The largest width or height of a texture in pixels.
 const WIDEST_TEXTURE: u32 = 4096;
 
 /// The grey of a mesh whose file states no colour, linear.

@@ -34,7 +34,7 @@ pub(crate) trait Work: Sync {
     /// Makes the output of a file without printing anything, and notes in `record` what comes to light.
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String>;
 
-    /// Whether the record of a former run, which has made the same output in the same way, has all that is wanted of
+    /// Whether the record of a former run, which has made this output with these options, has all that is wanted of
     /// it.
     fn is_complete(&self, _: &Record) -> bool {
         true
@@ -228,7 +228,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether a former run has read the same bytes in the same way, without an error.
+/// Whether a former run has read these bytes with these options, without an error.
 fn is_alike(former: &Record, record: &Record) -> bool {
     former.error.is_none()
         && former.sha256 == record.sha256

@@ -70,7 +70,7 @@ impl KnownOutputs {
 }
 
 /// The output of every input, both as relative paths: with the new extension instead of the old, or behind it where
-/// two inputs would get the same output.
+/// two inputs would get one output.
 pub(crate) fn name_outputs(inputs: &[Input], extension: &str) -> Result<HashMap<String, String>, Failure> {
     // An entry that cannot be read has no output, so that it does not change the name of another output.
     let inputs = || inputs.iter().filter(|input| input.problem.is_none());

@@ -90,7 +90,7 @@ fn refuse_unused(args: &ConvertArgs, given: &Given, row: &FormatInfo) -> Result<
         given.refuse(&["unit"], why)?;
     }
     if !converts_up {
-        let why = "BVH does not state its up axis, and axes are kept; name that of the output with --out-up";
+        let why = "BVH does not state its up axis, and axes are kept; name the output's with --out-up";
         given.refuse(&["up"], why)?;
     }
     let finds_unit = converts_unit && args.source.metres_per_unit().is_none();

@@ -50,7 +50,7 @@ struct RotationReport {
     /// In the world: x, y, z, w.
     rotation: [f32; 4],
     degrees: f32,
-    /// How far to trust how the bone is turned about itself.
+    /// How far to trust the rotation of the bone about itself.
     confidence: Confidence,
     reason: &'static str,
 }
@@ -66,7 +66,7 @@ impl TPoseReport {
             }
         };
         let turn = |found: &TPoseBone| RotationReport {
-            // Adding zero turns -0 into 0.
+            // Adding zero makes -0 a plain 0.
             rotation: found.rotation.to_array().map(|value| value + 0.0),
             degrees: TPose::degrees(found.rotation),
             confidence: found.confidence,
@@ -252,7 +252,7 @@ fn print_explanation(found: &Report) -> io::Result<()> {
                 shown(limbs)
             )?;
         }
-        None => writeln!(out, "\nno other limbs can be those of a body")?,
+        None => writeln!(out, "\nno other limbs can belong to a body")?,
     }
     let Some(pose) = &found.t_pose else { return Ok(()) };
     writeln!(

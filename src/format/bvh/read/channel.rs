@@ -27,7 +27,7 @@ impl ChannelKind {
     /// How many there are.
     pub(super) const COUNT: usize = NAMES.len();
 
-    /// Its place among them.
+    /// Its index among them.
     pub(super) fn index(self) -> usize {
         match self {
             Self::Position(axis) => axis as usize,

@@ -154,7 +154,7 @@ impl<'a> Reader<'a, '_> {
         Ok(())
     }
 
-    /// Turns the byte offsets of the joints' sources into lines.
+    /// Replaces the byte offsets of the joints' sources by lines.
     fn count_lines(&mut self) {
         let lines = LineIndex::new(&self.cursor.text()[..self.cursor.offset()]);
         for SourceLines { name, offset, channels } in self.joints.iter_mut().map(|joint| &mut joint.source) {

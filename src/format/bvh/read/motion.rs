@@ -14,7 +14,7 @@ use crate::limits::{self, limit_exceeded};
 pub(super) struct Header {
     /// The number after `Frames:`.
     pub(super) frames: u64,
-    /// The place of that number.
+    /// The location of that number.
     pub(super) frames_word: (usize, usize),
     /// Frames per second: 1 / frame time, or the caller's frame rate.
     pub(super) frame_rate: f64,

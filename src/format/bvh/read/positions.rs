@@ -1,4 +1,5 @@
-//! What position channels mean: places that replace the OFFSET, moves that are added to it, or places in the world.
+//! What position channels mean: positions that replace the OFFSET, moves that are added to it, or positions in the
+//! world.
 //!
 //! The format does not say. It is decided when all frames are read, from a sample of them.
 
@@ -65,9 +66,9 @@ pub(super) fn lowest_at_rest(hierarchy: &Hierarchy, root: usize) -> f32 {
 /// it. In a few files they are moves from the OFFSET: they are near zero in the first frame or in the median of all, or
 /// they stay near zero along an OFFSET that puts the feet on the floor.
 pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
-    /// A share of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
+    /// A fraction of the OFFSET's length. The real files that need adding are below 0.0101, all others above 0.3.
     const NEAR_ZERO: f32 = 0.02;
-    /// The same of the height in the median frame: a walking pelvis rises and sinks by as much.
+    /// The fraction for the height in the median frame: a walking pelvis rises and sinks by as much.
     const NEAR_FLOOR: f32 = 0.05;
     /// A pelvis that moves from its OFFSET rarely comes as far as this along it.
     const FAR_ALONG: f32 = 0.5;
@@ -110,7 +111,7 @@ pub(super) fn root_offset(root: &Positions<'_>, feet: f32) -> RootOffsetUsed {
 }
 
 /// Whether the positions of the joints below the root are moves from their OFFSETs, as MakeHuman writes them: near zero
-/// in all frames while the OFFSETs are not. As places they would put all joints into one point.
+/// in all frames while the OFFSETs are not. As positions they would put all joints into one point.
 pub(super) fn are_moves(joints: &[Positions<'_>]) -> Option<Assumption> {
     const NEAR_ZERO: f32 = 0.05;
     let is_whole = |joint: &&Positions<'_>| joint.axes == [true; 3] && joint.offset_length() > 0.0;
@@ -156,7 +157,7 @@ pub(super) fn far_from_offset<'a>(
     (far.len() >= LEAST && far.len() * 2 >= all).then_some(far)
 }
 
-/// Whether the bones to these joints have constant lengths if the positions are places in the world.
+/// Whether the bones to these joints have constant lengths if the positions are those in the world.
 pub(super) fn are_in_world<'a>(
     hierarchy: &Hierarchy,
     joints: &[usize],

@@ -66,7 +66,7 @@ pub(super) struct Rest<'a> {
 
 /// Reads the declared rows and passes them to `sink` block by block. Where there is a `rest`, the text of the cursor is
 /// the beginning of the file.
-#[allow(clippy::too_many_arguments, reason = "called in one place")]
+#[allow(clippy::too_many_arguments, reason = "called once")]
 pub(super) fn read<'a>(
     cursor: &mut Cursor<'a>,
     rest: Option<Rest<'a>>,

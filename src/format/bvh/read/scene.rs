@@ -118,7 +118,7 @@ impl Track {
         self.last_frames(frames).fill(block);
     }
 
-    /// The place of the last frames.
+    /// The line of the last frames.
     fn last_frames(&mut self, frames: usize) -> TrackFrames<'_> {
         let start = self.rotation_keys.len() - frames;
         TrackFrames {
@@ -316,9 +316,9 @@ impl<'h> Tracks<'h> {
         let is_world = !has_scale && positions::are_in_world(self.hierarchy, &far, positions_of);
         let first = &self.hierarchy.joints[*far.first()?];
         let read_as = if is_world {
-            "they were read as places in the world, which keeps the lengths of the bones"
+            "they were read as positions in the world, which keeps the lengths of the bones"
         } else {
-            "they were read as the format says, as places in the parent"
+            "they were read as the format says, as positions in the parent"
         };
         warnings.push(Code::WorldPositions, || {
             let message = format!("the positions of a joint are far beyond the length of its OFFSET; {read_as}");
@@ -336,7 +336,7 @@ impl<'h> Tracks<'h> {
             topic: Topic::JointPositions,
             choice: "world".to_owned(),
             reason: format!(
-                "the positions of {} joints are far beyond the length of their OFFSETs, and as places in the world they \
+                "the positions of {} joints are far beyond the length of their OFFSETs, and as positions in the world they \
                  keep the lengths of the bones",
                 far.len()
             ),
@@ -344,7 +344,7 @@ impl<'h> Tracks<'h> {
         })
     }
 
-    /// Turns the positions of a frame from places in the world into places in the parents.
+    /// Makes the positions of a frame, which are in the world, relative to the parents.
     fn put_in_parents(&mut self, tracks: &[Option<usize>], frame: usize) {
         let mut world: Vec<(Vec3, Quat)> = vec![(Vec3::ZERO, Quat::IDENTITY); tracks.len()];
         for (index, joint) in self.hierarchy.joints.iter().enumerate() {

@@ -43,7 +43,7 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, BvhRe
     Ok((text, report))
 }
 
-/// A warning where scales move joints in a way that BVH has no channel for, with the largest distance.
+/// A warning where scales move joints, for which BVH has no channel, with the largest distance.
 pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Option<Diagnostic>> {
     /// Of a scale: rest transforms are decomposed matrices.
     const UNSCALED: f32 = 1e-5;
@@ -100,7 +100,7 @@ pub(super) fn scale_warning(scene: &Scene, options: &BvhOptions) -> Result<Optio
         None => (f64::from(largest), "units"),
     };
     let message =
-        format!("BVH has no scale channels: joints are up to {size:.6} {unit} from their place, in frame {frame}");
+        format!("BVH has no scale channels: joints are up to {size:.6} {unit} from their position, in frame {frame}");
     Ok(Some(
         Diagnostic::new(Code::Unrepresentable, message)
             .in_joint(name)
@@ -288,7 +288,7 @@ fn written_offset(offset: Vec3, start: Vec3, moves: bool, is_root: bool) -> Vec3
 
 /// One frame per whole tick, from 0 to the last within the duration.
 fn frame_count(animation: &Animation) -> usize {
-    /// A share of a tick: durations computed from seconds may be slightly too short.
+    /// A fraction of a tick: durations computed from seconds may be slightly too short.
     const TOLERANCE: f64 = 1e-6;
     (animation.duration + TOLERANCE).floor() as usize + 1
 }

@@ -1,6 +1,6 @@
 //! Materials: the base colour, its texture, and what alpha means.
 //!
-//! ufbx brings the materials of all programs to one model. In FBX a texture takes the place of a colour. Colours are
+//! ufbx brings the materials of all programs to one model. In FBX a texture replaces a colour. Colours are
 //! those of a screen (sRGB), as three.js has them. The file of a texture is embedded, or near the FBX file; its folder
 //! on the machine of its maker is not looked for.
 
@@ -18,12 +18,12 @@ use crate::scene::{AlphaMode, Material, Scene, Surface, Texture};
 /// The alpha from which on a surface with holes is there.
 const CUTOFF: f32 = 0.5;
 
-/// A material of the scene, and how its meshes find their places on the texture.
+/// A material of the scene, and how its meshes find their texture coordinates.
 pub(super) struct Read {
-    /// Its place in [`Scene::materials`].
+    /// Its index in [`Scene::materials`].
     pub(super) index: usize,
-    /// Where it has a texture: the name of the set of coordinates, empty for the first one, and the way from there to
-    /// the texture.
+    /// Where it has a texture: the name of the set of coordinates, empty for the first one, and the transform from
+    /// there to the texture.
     pub(super) coords: Option<(String, DAffine3)>,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Read {
 pub(super) struct Materials<'a> {
     source: &'a Source<'a>,
     known: HashMap<u32, Read>,
-    /// The textures of the scene by the place of their files in the file's list; none for one that cannot be read.
+    /// The textures of the scene by the index of their files in the file's list; none for one that cannot be read.
     textures: HashMap<u32, Option<usize>>,
     /// Properties of materials whose textures are left out.
     pub(super) left_out: BTreeSet<String>,
@@ -105,7 +105,7 @@ impl<'a> Materials<'a> {
         };
         let shade = |value: f64| linear((value * factor) as f32);
         let base = match texture {
-            // It takes the place of the colour.
+            // It replaces the colour.
             Some(_) => Vec4::ONE,
             None => {
                 let ufbx::Vec4 { x, y, z, .. } = color.value_vec4;
@@ -140,7 +140,7 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The place of a texture in [`Scene::textures`]; none, with a warning, where it cannot be read.
+    /// The index of a texture in [`Scene::textures`]; none, with a warning, where it cannot be read.
     fn texture(&mut self, file: &ufbx::Texture, scene: &mut Scene, warnings: &mut Warnings) -> Option<usize> {
         let id = file.file_index;
         if let Some(known) = self.textures.get(&id) {
@@ -235,7 +235,7 @@ fn name_of(file: &ufbx::Texture) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
 }
 
-/// A place on the texture, whose origin is above in a scene and below in FBX.
+/// A texture coordinate, whose origin is above in a scene and below in FBX.
 pub(super) fn place(coords: ufbx::Vec2, to_texture: &DAffine3) -> Vec2 {
     let place = to_texture
         .transform_point3(DVec3::new(coords.x, coords.y, 0.0))
@@ -255,7 +255,7 @@ fn affine(m: &ufbx::Matrix) -> DAffine3 {
     )
 }
 
-/// The share of light that a number for a screen (sRGB, IEC 61966-2-1) stands for.
+/// The fraction of light that a number for a screen (sRGB, IEC 61966-2-1) stands for.
 fn linear(value: f32) -> f32 {
     let value = if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 };
     match value <= 0.04045 {

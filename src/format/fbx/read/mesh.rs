@@ -29,7 +29,7 @@ pub(super) fn read(
     let ids: HashMap<u32, NodeId> = (nodes.iter().enumerate())
         .map(|(index, node)| (node.source.element.element_id, NodeId::new(index)))
         .collect();
-    // Positions, normals, places on a texture and corners.
+    // Positions, normals, texture coordinates and corners.
     let values = |mesh: &ufbx::Mesh| 8 * mesh.num_indices as u64 + 3 * mesh.num_triangles as u64;
     let total: u64 = file.meshes.iter().map(|mesh| values(mesh)).sum();
     if total > options.limits.max_values {
@@ -178,7 +178,7 @@ impl<'a> Bound<'a> {
         })
     }
 
-    /// These faces as a mesh, with places on a texture where it has one. `None` where a vertex is at no place.
+    /// These faces as a mesh, with texture coordinates where it has a texture. `None` where a vertex has no position.
     fn mesh(&self, faces: &[ufbx::Face], coords: Option<&(String, DAffine3)>) -> Option<Mesh> {
         let source = self.source;
         let coords = coords.and_then(|(set, to_texture)| {
@@ -221,7 +221,7 @@ impl<'a> Bound<'a> {
     }
 }
 
-/// The corners of these faces with different positions, normals or places on a texture, each once, and three indices
+/// The corners of these faces with different positions, normals or texture coordinates, each once, and three indices
 /// for each triangle.
 fn corners(source: &ufbx::Mesh, faces: &[ufbx::Face], coords: Option<&ufbx::VertexVec2>) -> (Vec<usize>, Vec<u32>) {
     let mut corners = Vec::new();

@@ -1,4 +1,4 @@
-//! Turns an error of ufbx into a diagnostic, and finds where a file is cut off.
+//! Makes a diagnostic of an error of ufbx, and finds where a file is cut off.
 
 use ufbx::ErrorType;
 

@@ -1,4 +1,4 @@
-//! The clips: a stack with one layer each, and curves of angles, places and scales.
+//! The clips: a stack with one layer each, and curves of angles, positions and scales.
 //!
 //! A curve has a key at every tick of its track. Between two keys it goes straight, as positions of a scene do;
 //! rotations of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame. Within a

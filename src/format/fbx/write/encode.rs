@@ -1,7 +1,7 @@
 //! The tree of elements in bytes: a header, elements that begin with the offset of their end, and a footer.
 //!
 //! The crate `fbxcel` writes these too. It brings a second deflate beside `miniz_oxide`, and compresses the times of
-//! every curve anew, which are most of a file and the same for all curves.
+//! every curve anew, which are more than half of a file and alike for all curves.
 
 use std::borrow::Cow;
 use std::rc::Rc;
@@ -202,7 +202,7 @@ pub(super) fn file(sections: Vec<Element<'_>>, version: FbxVersion, creator: &st
     writer.end_of_list();
     writer.bytes.extend_from_slice(&FOOTER_ID);
     writer.bytes.extend_from_slice(&[0; 4]);
-    // Up to the next multiple of 16, which is never this place.
+    // Up to the next multiple of 16, which is never this offset.
     let padding = 16 - writer.bytes.len() % 16;
     writer.bytes.resize(writer.bytes.len() + padding, 0);
     writer.bytes.extend_from_slice(&version.number().to_le_bytes());

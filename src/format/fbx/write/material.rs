@@ -147,7 +147,7 @@ fn colors<'a>(surface: &Surface) -> Properties<'a> {
     }
 }
 
-/// The number for a screen (sRGB, IEC 61966-2-1) of a share of light.
+/// The number for a screen (sRGB, IEC 61966-2-1) of a fraction of light.
 fn screen(value: f32) -> f64 {
     let value = if value.is_finite() {
         f64::from(value).clamp(0.0, 1.0)

@@ -1,7 +1,7 @@
 //! Meshes: a geometry and a model for each, and a skin with a cluster for each bone.
 //!
-//! FBX meshes have several materials, those of a scene one. Meshes of one node that follow each other and have the same
-//! name and the same bones become one again.
+//! FBX meshes have several materials, those of a scene one. Meshes of one node that follow each other and have one
+//! name and equal bones become one again.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -53,7 +53,7 @@ fn to_world(mesh: &Mesh, space: &Space, placed: &[Placed]) -> DMat4 {
     if is_other { at_rest } else { DMat4::IDENTITY }
 }
 
-/// Adds the meshes of `scene`. Returns the models of those with bones. `bound` has the place of a node in the bind
+/// Adds the meshes of `scene`. Returns the models of those with bones. `bound` has the transform of a node in the bind
 /// pose, from that which a mesh says.
 pub(super) fn write<'a>(
     scene: &'a Scene,

@@ -42,7 +42,7 @@ impl Names {
         self.first_free(wanted, str::to_owned)
     }
 
-    /// The same for files, whose names some systems tell apart by more than capitals alone.
+    /// A unique name of a file: some systems do not tell capitals from small letters.
     pub(super) fn unique_file(&mut self, wanted: &str, instead: &str) -> String {
         let wanted = if wanted.is_empty() { instead } else { wanted };
         self.first_free(wanted.to_owned(), str::to_lowercase)

@@ -134,7 +134,7 @@ pub(super) fn write<'a>(
     Ok(placed)
 }
 
-/// A node in its rest pose, without an id and its place in the world.
+/// A node in its rest pose, without an id and its transform in the world.
 fn at_rest(node: &Node, space: &Space, options: &FbxOptions) -> Result<Placed> {
     let (scale, rotation, translation) = node.transform.to_scale_rotation_translation();
     let is_sound = |vector: Vec3| vector.to_array().into_iter().all(|value| is_plausible(value.into()));
@@ -240,10 +240,10 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
         .child(Element::of("Culling", "CullingOff"))
 }
 
-/// The place in the bind pose of a joint that moves against its parent.
+/// The transform in the bind pose of a joint that moves against its parent.
 ///
 /// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
-/// and then does not move against it. A hundred-thousandth of the way beside it, it is not.
+/// and then does not move against it. A hundred-thousandth of the distance beside it, it is not.
 pub(super) fn beside_the_tail(mut bind: DMat4, place: &Placed, parent: &Placed) -> DMat4 {
     const SHARE: f64 = 1e-5;
     let origin = bind.w_axis.truncate();

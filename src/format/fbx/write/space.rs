@@ -5,7 +5,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3, Mat3, Quat, Vec3};
 use crate::math::up_axis;
 use crate::scene::{RotationOrder, UpAxis};
 
-/// A turn of the axes, and a factor of lengths.
+/// A rotation of the axes, and a factor of lengths.
 pub(super) struct Space {
     factor: f64,
     turn: DMat3,
@@ -66,7 +66,7 @@ impl Space {
         RotationOrder::from_axes(axes).unwrap_or(order)
     }
 
-    /// Scales along axes; a turn only exchanges them.
+    /// Scales along axes; the rotation only exchanges them.
     pub(super) fn scale(&self, scale: Vec3) -> DVec3 {
         let places = DMat3::from_cols(self.turn.x_axis.abs(), self.turn.y_axis.abs(), self.turn.z_axis.abs());
         places * scale.as_dvec3()
@@ -78,7 +78,7 @@ impl Space {
         to_file * map * to_file.inverse()
     }
 
-    /// The order of the same turns about the axes of the file.
+    /// The order of these rotations about the axes of the file.
     pub(super) fn order(&self, order: RotationOrder) -> RotationOrder {
         let place = |axis: usize| {
             let turned = (self.turn * DVec3::AXES[axis]).abs();

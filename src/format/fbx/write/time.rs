@@ -24,7 +24,7 @@ impl Rate {
 
     /// A rate, made whole where that is wanted and next to it.
     pub(super) fn new(ticks_per_second: f64, options: &FbxOptions) -> Result<Self> {
-        /// As a share of the rate: that of a frame time with four digits.
+        /// As a fraction of the rate: that of a frame time with four digits.
         const NEAR: f64 = 1e-4;
         let rate = limits::frame_rate(Code::FrameTime, ticks_per_second)?;
         let whole = rate.round();

@@ -121,7 +121,7 @@ pub(super) fn read_primitive(
     }
     let is_placed = |vertex: &Vec3| vertex.to_array().into_iter().all(is_plausible);
     if !vertices.iter().all(is_placed) {
-        return Err(invalid(pointer, "a position is not finite, or beyond any place").into());
+        return Err(invalid(pointer, "a position is not finite, or too large").into());
     }
     let normals = match normals {
         Some(normals) => kept.iter().map(|&vertex| unit(vector(&normals, vertex))).collect(),

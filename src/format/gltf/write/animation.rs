@@ -237,7 +237,7 @@ impl<'a> Writer<'a> {
         self.sampler(node, Property::Rotation, input, output);
     }
 
-    /// The clock for keys at `ticks`, one for all tracks that have the same.
+    /// The clock for keys at `ticks`, one for all tracks that have them.
     fn clock(&mut self, ticks: Option<&'a [f64]>, len: usize) -> usize {
         if let Some(known) = self
             .clocks

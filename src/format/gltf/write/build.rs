@@ -330,7 +330,7 @@ impl Builder<'_> {
         for bone in bones {
             inverse_bind[bone.node.index()] = bone.offset_matrix;
         }
-        // Adding zero turns -0 into 0.
+        // Adding zero makes -0 a plain 0.
         let matrices: Vec<_> = joints
             .iter()
             .map(|&joint| inverse_bind[joint].to_cols_array().map(|value| value + 0.0))

@@ -56,7 +56,7 @@ impl Names {
     }
 }
 
-/// `name` with `_` in place of every separator and every invisible character.
+/// `name` with `_` instead of every separator and every invisible character.
 fn harmless(name: &str) -> String {
     let is_bad = |c: char| c == SEPARATOR || c.is_control();
     name.chars().map(|c| if is_bad(c) { '_' } else { c }).collect()

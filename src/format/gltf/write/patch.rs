@@ -88,7 +88,7 @@ pub(in super::super) struct Skeleton<'a> {
 }
 
 /// The file with animations of a skeleton; each with its provenance, where that is known. With `replace` they stand
-/// in place of those of the file.
+/// instead of those of the file.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
     skeleton: &Skeleton<'_>,

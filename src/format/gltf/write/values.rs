@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use crate::scene::Keys;
 
 /// The difference between scales that programs make where they take a matrix apart: a few roundings of 32-bit floats. A
-/// compressed clip has the same scale at all frames anyway, up to 200 times this.
+/// compressed clip has one scale at all frames anyway, up to 200 times this.
 const SCALE_NOISE: f32 = 5e-7;
 
 /// A value of a track: `N` floats in the file.
@@ -26,7 +26,7 @@ impl Value<3> for Vec3 {
     }
 
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
-        // Adding zero turns -0 into 0.
+        // Adding zero makes -0 a plain 0.
         values
             .map(|value| value.is_finite().then(|| (value + Vec3::ZERO).to_array()))
             .collect()
@@ -73,14 +73,14 @@ pub(super) fn rounded_unit(rotation: Quat) -> Quat {
     }
 }
 
-/// The one scale of a track whose values are all the same but for the rounding of 32-bit floats.
+/// The one scale of a track whose values are all equal but for the rounding of 32-bit floats.
 pub(super) fn nearly_constant_scale(keys: &Keys<Vec3>) -> Option<Vec3> {
     let first = *keys.values.first()?;
     let is_near = |value: &Vec3| value.abs_diff_eq(first, SCALE_NOISE * first.abs().max_element().max(1.0));
     (first.is_finite() && keys.values.iter().all(is_near)).then(|| without_noise(first))
 }
 
-/// A scale with 1 in place of what is 1 but for rounding.
+/// A scale with 1 instead of what is 1 but for rounding.
 pub(super) fn without_noise(scale: Vec3) -> Vec3 {
     Vec3::from_array(
         scale

@@ -1,7 +1,7 @@
 //! Reads plain rows piece by piece, with one thread or several.
 //!
 //! The number of lines of the pieces before gives the index of a piece's first frame, so each thread writes its keys
-//! directly to their final place. Everything after the first line that is not a plain row is discarded and read again
+//! directly where they stay. Everything after the first line that is not a plain row is discarded and read again
 //! by the careful path, so the result does not depend on the number of threads.
 
 use std::num::NonZeroUsize;

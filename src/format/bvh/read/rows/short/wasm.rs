@@ -18,13 +18,13 @@ pub(super) fn bits_below(bytes: v128, limit: i8) -> u32 {
     i8x16_bitmask(i8x16_lt(bytes, i8x16_splat(limit))).into()
 }
 
-/// The same of bytes above it.
+/// A mask of the bytes above it.
 #[inline(always)]
 pub(super) fn bits_above(bytes: v128, limit: i8) -> u32 {
     i8x16_bitmask(i8x16_gt(bytes, i8x16_splat(limit))).into()
 }
 
-/// The same of bytes equal to it.
+/// A mask of the bytes equal to it.
 #[inline(always)]
 pub(super) fn bits_equal(bytes: v128, byte: i8) -> u32 {
     i8x16_bitmask(i8x16_eq(bytes, i8x16_splat(byte))).into()

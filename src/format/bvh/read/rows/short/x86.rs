@@ -20,14 +20,14 @@ pub(super) fn bits_below(bytes: __m128i, limit: i8) -> u32 {
     _mm_movemask_epi8(_mm_cmplt_epi8(bytes, _mm_set1_epi8(limit))) as u32
 }
 
-/// The same of bytes above it.
+/// A mask of the bytes above it.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_above(bytes: __m128i, limit: i8) -> u32 {
     _mm_movemask_epi8(_mm_cmpgt_epi8(bytes, _mm_set1_epi8(limit))) as u32
 }
 
-/// The same of bytes equal to it.
+/// A mask of the bytes equal to it.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn bits_equal(bytes: __m128i, byte: i8) -> u32 {
