@@ -59,6 +59,10 @@ pub struct FormatInfo {
     pub description: &'static str,
     /// Extensions in lower case, without the dot.
     pub extensions: &'static [&'static str],
+    /// How well it is read, with the grades of the README: excellent, good, fair or no.
+    pub reading: &'static str,
+    /// How well it is written, with the same grades.
+    pub writing: &'static str,
     /// Whether the first bytes of a file look like this format.
     pub(crate) sniff: fn(&[u8]) -> bool,
     /// Whether it can be read from [`Blocks`].

@@ -45,6 +45,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "Acclaim ASF/AMC",
     description: "Acclaim skeleton and motion",
     extensions: &["amc", "asf"],
+    reading: "good",
+    writing: "no",
     sniff,
     reads_blocks: false,
     reads: true,

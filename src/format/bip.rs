@@ -9,6 +9,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "BIP",
     description: "3ds Max Biped, which is refused with advice",
     extensions: &["bip"],
+    reading: "no: the format is not documented; the error says what to export instead",
+    writing: "no",
     // Without a specification, only the extension identifies the format.
     sniff: |_| false,
     reads_blocks: false,

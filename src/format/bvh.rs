@@ -24,6 +24,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "BVH",
     description: "Biovision hierarchy",
     extensions: &["bvh"],
+    reading: "excellent",
+    writing: "excellent",
     sniff: read::sniff,
     reads_blocks: true,
     reads: true,

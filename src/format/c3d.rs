@@ -37,6 +37,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "C3D",
     description: "C3D markers",
     extensions: &["c3d"],
+    reading: "good: markers; joints are not solved from them",
+    writing: "no",
     sniff,
     reads_blocks: false,
     reads: true,

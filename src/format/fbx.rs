@@ -23,6 +23,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "FBX",
     description: read::DESCRIPTION,
     extensions: &["fbx"],
+    reading: "good: skeleton, animation, skinned meshes with colours and textures",
+    writing: "good: binary 7.5",
     sniff,
     reads_blocks: false,
     reads: cfg!(feature = "fbx"),

@@ -15,6 +15,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "a packed clip",
     description: "packed clip of this program",
     extensions: &["mclip"],
+    reading: "excellent: its poses at a tick, too",
+    writing: "excellent",
     sniff: PackedClip::sniff,
     reads_blocks: false,
     reads: true,

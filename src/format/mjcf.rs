@@ -40,6 +40,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     description: "robot, for MuJoCo",
     // `.xml` may be anything: the contents decide.
     extensions: &["mjcf"],
+    reading: "good: links, joints, limits, shapes of robots",
+    writing: "no",
     sniff: |bytes| xml::begins_with(bytes, "mujoco"),
     reads_blocks: false,
     reads: true,

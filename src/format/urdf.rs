@@ -33,6 +33,8 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     name: "URDF",
     description: "robot, for ROS",
     extensions: &["urdf"],
+    reading: "good: links, joints, limits, shapes of robots",
+    writing: "no",
     sniff: |bytes| xml::begins_with(bytes, "robot"),
     reads_blocks: false,
     reads: true,

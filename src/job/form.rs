@@ -41,12 +41,11 @@ impl Form {
             Target::Robot(_) => match RobotFormat::named(&extension) {
                 Some(format) => Self::Robot(format),
                 None => {
-                    let names = RobotFormat::ALL.iter().map(|format| format!(".{}", format.name()));
-                    let known = format!(
-                        "{}, {}",
-                        Vec::from_iter(names).join(", "),
-                        FormatInfo::written_extensions()
-                    );
+                    let of_robots = RobotFormat::ALL
+                        .iter()
+                        .filter(|format| format.name() == format.extension());
+                    let of_robots = Vec::from_iter(of_robots.map(|format| format!(".{}", format.name())));
+                    let known = format!("{}, {}", of_robots.join(", "), FormatInfo::written_extensions());
                     Self::Scene(row(writing, &known)?)
                 }
             },

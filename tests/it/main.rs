@@ -16,6 +16,8 @@ mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
 mod dialects;
+#[cfg(all(feature = "cli", feature = "fbx", feature = "npz"))]
+mod doors;
 mod edit;
 mod error_bounds;
 mod examples;

@@ -86,7 +86,7 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats,
-    /// Do the job of a JSON file, as --print-job prints it
+    /// Do the job of a JSON file, as --print-job of convert, edit, retarget and robot prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),

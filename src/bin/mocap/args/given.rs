@@ -3,12 +3,13 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
+use clap::error::{ContextKind, ErrorKind};
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
 use super::{Args, BatchArgs, help};
-use crate::Failure;
 use crate::batch::hash::sha256;
+use crate::{Failure, report};
 
 /// What the parsed arguments do not tell.
 #[derive(Debug, Default)]
@@ -37,7 +38,15 @@ impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
         let command = help::grouped(Self::command());
-        let matches = command.clone().get_matches();
+        let matches = command.clone().try_get_matches().unwrap_or_else(|error| {
+            if asks_for_job(&error) {
+                report::complain(
+                    "--print-job: only convert, edit, retarget and robot, which write motion, are jobs; leave it out",
+                );
+                std::process::exit(2);
+            }
+            error.exit()
+        });
         let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
         let mut given = Given::default();
         let mut options = Vec::new();
@@ -70,6 +79,13 @@ impl Args {
         given.options = options.join(" ");
         (args, given)
     }
+}
+
+/// Whether the arguments ask a command for its job that has none.
+fn asks_for_job(error: &clap::Error) -> bool {
+    let unknown = error.get(ContextKind::InvalidArg);
+    error.kind() == ErrorKind::UnknownArgument
+        && unknown.is_some_and(|argument| argument.to_string().starts_with("--print-job"))
 }
 
 /// A value as text. A file on whose contents an output depends is its SHA-256.

@@ -8,7 +8,7 @@ use mocap::job::{Job, Made, Said, Smaller};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
-use super::{made, many, run as job, verify};
+use super::{made, many, run as job, unknown_extension, verify};
 use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
@@ -59,10 +59,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathB
     match OutputFormat::of(&output) {
         Some(format) => Ok((input, output, format)),
         None if streams::is_standard(&output) => Ok((input, output, args.batch.to)),
-        None => {
-            let known = FormatInfo::written_extensions();
-            Err(Failure::Usage(format!("{} should end in {known}", output.display())))
-        }
+        None => Err(unknown_extension(&output, &FormatInfo::written_extensions())),
     }
 }
 

@@ -1,0 +1,289 @@
+//! Every door by every written format and every kind of compression: a cell works or says why not. `docs/doors.md` is
+//! written from what was found.
+
+use std::fs;
+use std::path::Path;
+
+use mocap::gltf::Compression;
+use mocap::job::{Job, RobotFormat};
+use mocap::{Conversion, Exporter, FORMATS, FormatInfo, MemoryFile, Scene, WriteOption};
+
+use crate::program::{Folder, words};
+use crate::sample::Sample;
+
+/// The commands that write motions, each with the words that stand before the options of the output.
+const COMMANDS: [(&str, &str); 5] = [
+    ("`convert`", "convert walk.bvh OUT"),
+    ("`edit`", "edit walk.bvh -o OUT --step smooth"),
+    ("`retarget` on a `.glb` character", "retarget walk.bvh hero.glb -o OUT"),
+    (
+        "`retarget --to-skeleton`",
+        "retarget walk.bvh --to-skeleton body.bvh -o OUT",
+    ),
+    ("`robot`", "robot walk.bvh --robot robot.urdf -o OUT"),
+];
+
+/// The files that the commands name, beside the motion.
+const FILES: [(&str, &str); 3] = [
+    ("hero.glb", "fixtures/characters/human_default.glb"),
+    ("body.bvh", "fixtures/skeletons/xsens_names_tpose.bvh"),
+    ("robot.urdf", "fixtures/robots/h1.urdf"),
+];
+
+/// The folder with the inputs; the motion has its first frames alone.
+fn folder() -> Folder {
+    const FRAMES: usize = 12;
+    let folder = Folder::with(&[]);
+    let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let end = text.lines().position(|line| line.starts_with("Frame Time")).unwrap() + 1 + FRAMES;
+    let kept: Vec<&str> = text.lines().take(end).collect();
+    let short = kept.join("\n").replace("Frames: 75", &format!("Frames: {FRAMES}"));
+    folder.write("walk.bvh", short.as_bytes());
+    for (name, file) in FILES {
+        folder.write(name, &fs::read(file).unwrap());
+    }
+    folder
+}
+
+/// A row of the table: the name of the output, and what is asked of it.
+struct Row {
+    output: String,
+    options: String,
+}
+
+impl Row {
+    fn name(&self) -> String {
+        let extension = self.output.trim_start_matches("out");
+        format!("`{extension} {}`", self.options).replace(" `", "`")
+    }
+}
+
+/// Every written format as it is, within a largest error and in every kind of compression, as its row says, and what
+/// only characters and robots have.
+fn rows() -> Vec<Row> {
+    let row = |extension: &str, options: String| Row {
+        output: format!("out.{extension}"),
+        options,
+    };
+    let mut rows = Vec::new();
+    for format in FORMATS.iter().filter(|format| format.writes()) {
+        for extension in format.extensions {
+            rows.push(row(extension, String::new()));
+            if format.takes(WriteOption::MaxError) {
+                rows.push(row(extension, "--max-error 1mm".to_owned()));
+            }
+            let kinds = Compression::ALL.iter().filter(|_| format.takes(WriteOption::Compress));
+            rows.extend(kinds.map(|kind| row(extension, format!("--compress {}", kind.as_str()))));
+        }
+    }
+    rows.push(row("vrm", String::new()));
+    rows.extend(
+        RobotFormat::ALL
+            .into_iter()
+            .map(|format| match format.name() == format.extension() {
+                true => row(format.extension(), String::new()),
+                false => row(format.extension(), format!("--to {}", format.name())),
+            }),
+    );
+    rows
+}
+
+/// What a cell gave: `None` where it works, or else why not.
+type Cell = Option<String>;
+
+/// Runs a command, and the job that it prints: on a disk, and in memory.
+fn cell(folder: &Folder, row: &Row, command: &str) -> Cell {
+    let line = format!("{} {}", command.replace("OUT", &row.output), row.options);
+    let line = line.trim();
+    remove_output(folder, row);
+    let done = folder.run(line);
+    let made = fs::read(folder.path(&row.output)).ok();
+    assert_eq!(done.status.success(), made.is_some(), "{line}: {}", words(&done));
+    if made.is_none() {
+        return Some(reason(&words(&done)).replace(&row.output, "OUT"));
+    }
+    let printed = folder.run(&format!("{line} --print-job"));
+    let job = String::from_utf8(printed.stdout).unwrap();
+    folder.write("job.json", job.as_bytes());
+    remove_output(folder, row);
+    folder.succeeds("run job.json");
+    assert!(folder.read(&row.output) == made.clone().unwrap(), "{line}: mocap run");
+    let files = ["walk.bvh", "hero.glb", "body.bvh", "robot.urdf"].map(|name| (name, folder.read(name)));
+    let files = files.each_ref().map(|(name, bytes)| MemoryFile { name, bytes });
+    let (written, _) = Job::from_json(&job).unwrap().run_in_memory(&files).unwrap();
+    let bytes = written.files.last().unwrap().bytes().into_owned();
+    assert!(bytes == made.unwrap(), "{line}: in memory");
+    None
+}
+
+/// Removes an output, and the buffer of a `.gltf`, of which nobody knows then whose it is.
+fn remove_output(folder: &Folder, row: &Row) {
+    for name in [row.output.as_str(), "out.bin"] {
+        let _ = fs::remove_file(folder.path(name));
+    }
+}
+
+/// Why a command stopped. A build without a feature has no say in the table.
+fn reason(said: &str) -> String {
+    let line = said.lines().rfind(|line| line.contains("error")).unwrap_or(said);
+    let (_, message) = line.split_once(": ").unwrap_or(("", line));
+    message.replace('|', "\\|")
+}
+
+/// What Python's `mocap.convert` and JavaScript's `write` do with a scene: the row of the format, its refusals, and the
+/// writer.
+fn by_call(scene: &Scene, row: &Row) -> Cell {
+    let path = Path::new(&row.output);
+    let extension = path.extension().unwrap().to_str().unwrap();
+    let Some(format) = FormatInfo::of_output(path) else {
+        return Some(format!("it takes {}", FormatInfo::written_extensions()));
+    };
+    let (mut exporter, mut option) = (Exporter::new(), None);
+    match row.options.split(' ').collect::<Vec<_>>()[..] {
+        ["--max-error", _] => (exporter, option) = (exporter.max_error(0.001), Some(WriteOption::MaxError)),
+        ["--compress", kind] => {
+            (exporter, option) = (exporter.compression(kind.parse().unwrap()), Some(WriteOption::Compress));
+        }
+        _ => {}
+    }
+    if let Some(refusal) = option.and_then(|option| format.refusal(option, extension)) {
+        return Some(refusal.message);
+    }
+    let written = exporter.write_as(scene, path);
+    written.err().map(|error| error.diagnostic().message.clone())
+}
+
+/// Whether a row needs a feature that this build lacks: then the table has what is known of a build with it.
+fn is_left_out(row: &Row) -> bool {
+    !cfg!(feature = "meshopt") && row.options.contains("meshopt")
+}
+
+/// The table, and below it why a cell does not work.
+fn table(cells: &[(Row, Vec<Cell>)]) -> String {
+    let mut reasons: Vec<&str> = Vec::new();
+    let mut text = format!(
+        "| output | {} | Python's `mocap.convert`, JavaScript's `write` |\n|---|{}\n",
+        COMMANDS.map(|(name, _)| name).join(" | "),
+        "---|".repeat(COMMANDS.len() + 1)
+    );
+    for (row, cells) in cells {
+        text += &format!("| {} |", row.name());
+        for cell in cells {
+            match cell {
+                None => text += " yes |",
+                Some(reason) => {
+                    let known = reasons.iter().position(|known| known == reason);
+                    let index = known.unwrap_or_else(|| {
+                        reasons.push(reason);
+                        reasons.len() - 1
+                    });
+                    text += &format!(" no ({}) |", index + 1);
+                }
+            }
+        }
+        text += "\n";
+    }
+    text += "\n";
+    for (index, reason) in reasons.iter().enumerate() {
+        text += &format!("{}. {reason}\n", index + 1);
+    }
+    text
+}
+
+const HEAD: &str = "# Every door by every format
+
+Written by `MOCAP_WRITE=1 cargo test --features meshopt --test it doors`, which runs each cell. Each that works is a job too:
+what `--print-job` prints gives the same bytes by `mocap run`, `mocap.run` in Python and `mocap_run` in C, which read files,
+and by `run` in JavaScript, which has them in memory. `--compress meshopt` and `meshopt-khr` need the feature `meshopt`.
+
+";
+
+/// The cells of a row of the published table; `None` where it has no such row.
+fn published(text: &str, row: &Row) -> Option<Vec<Cell>> {
+    let line = text
+        .lines()
+        .find(|line| line.starts_with(&format!("| {} |", row.name())))?;
+    let cells = line.trim_matches('|').split('|').skip(1).map(str::trim);
+    let reason = |number: &str| {
+        let start = format!("{number}. ");
+        text.lines()
+            .find_map(|line| line.strip_prefix(&start))
+            .map(str::to_owned)
+    };
+    let cell = |cell: &str| match cell.strip_prefix("no (").and_then(|cell| cell.strip_suffix(')')) {
+        Some(number) => Some(reason(number).unwrap_or_default()),
+        None => (cell != "yes").then(|| cell.to_owned()),
+    };
+    Some(cells.map(cell).collect())
+}
+
+/// Each cell of the table works, or says why not, as `docs/doors.md` has it. Some rows are tried, all with `MOCAP_ALL`.
+#[test]
+fn every_door_writes_every_format_or_says_why_not() {
+    let folder = folder();
+    let mut scene = mocap::import(folder.path("walk.bvh")).unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let writes = std::env::var_os("MOCAP_WRITE").is_some();
+    let rows = rows().into_iter().filter(|row| !is_left_out(row)).collect::<Vec<_>>();
+    let rows = match writes {
+        true => rows,
+        false => Sample::new().some(rows, 6),
+    };
+    let tried = rows.into_iter().map(|row| {
+        let commands = COMMANDS.iter().map(|(_, command)| cell(&folder, &row, command));
+        let cells = commands.chain([by_call(&scene, &row)]).collect();
+        (row, cells)
+    });
+    let tried: Vec<(Row, Vec<Cell>)> = tried.collect();
+    let path = "docs/doors.md";
+    if writes && cfg!(feature = "meshopt") {
+        fs::write(path, format!("{HEAD}{}", table(&tried))).unwrap();
+    }
+    let text = fs::read_to_string(path).unwrap();
+    assert!(text.starts_with(HEAD));
+    for (row, cells) in &tried {
+        let command = "MOCAP_WRITE=1 cargo test --features meshopt --test it doors writes it";
+        assert_eq!(published(&text, row).as_ref(), Some(cells), "{}: {command}", row.name());
+    }
+}
+
+/// What the table says of other languages is what they call.
+#[test]
+fn other_languages_call_what_the_table_tries() {
+    for (file, call) in [
+        ("tools/python/src/run.rs", "job.run()"),
+        ("tools/capi/src/run.rs", "job.run()"),
+        ("tools/wasm/src/request.rs", "job.run_in_memory("),
+        ("tools/python/src/convert.rs", "FormatInfo::of_output("),
+        ("tools/python/src/convert.rs", "row.refusal("),
+        ("tools/wasm/src/request.rs", "FormatInfo::of_output("),
+    ] {
+        assert!(fs::read_to_string(file).unwrap().contains(call), "{file}: {call}");
+    }
+}
+
+/// The README's table of formats is made of their rows.
+#[test]
+fn the_readme_has_the_table_of_formats() {
+    let (start, end) = ("<!-- formats -->\n", "<!-- end of formats -->");
+    let mut made = "| format | | read | written |\n|---|---|---|---|\n".to_owned();
+    for row in FORMATS {
+        let extensions = row.extensions.iter().map(|extension| format!("`.{extension}`"));
+        let extensions = Vec::from_iter(extensions).join(", ");
+        let name = row.name.trim_start_matches("a ");
+        made += &format!("| {name} | {extensions} | {} | {} |\n", row.reading, row.writing);
+        assert_eq!(row.writing.starts_with("no"), !row.writes(), "{name}");
+        assert!(!row.reads || !row.reading.starts_with("no"), "{name}");
+    }
+    let text = fs::read_to_string("README.md").unwrap();
+    let (before, rest) = text.split_once(start).unwrap();
+    let (_, after) = rest.split_once(end).unwrap();
+    let whole = format!("{before}{start}{made}{end}{after}");
+    if std::env::var_os("MOCAP_WRITE").is_some() {
+        fs::write("README.md", &whole).unwrap();
+    }
+    assert!(
+        text == whole || std::env::var_os("MOCAP_WRITE").is_some(),
+        "MOCAP_WRITE=1 cargo test --test it doors writes it"
+    );
+}
