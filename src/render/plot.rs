@@ -66,8 +66,8 @@ impl Drawing {
             .iter()
             .filter(|joint| joint.index() < clip.scene.nodes.len())
             .collect();
-        let width = options.width.max(320);
-        let panel = options.panel_height.max(120) as f32;
+        let width = options.width.clamp(320, super::raster::LARGEST_SIDE);
+        let panel = options.panel_height.clamp(120, super::raster::LARGEST_SIDE) as f32;
         let height = (2.0 * panel * joints.len() as f32) as u32;
         let names: Vec<_> = joints
             .iter()

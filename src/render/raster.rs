@@ -11,7 +11,10 @@ use super::drawing::{Anchor, Color, Drawing, Point, Shape};
 use crate::error::{Code, Diagnostic, Result};
 
 /// The largest width and height: 16,384 x 16,384 pixels take a gibibyte.
-const LARGEST_SIDE: u32 = 16_384;
+pub(super) const LARGEST_SIDE: u32 = 16_384;
+
+/// Pixels of a picture at most: 256 MB in memory.
+const MOST_PIXELS: u64 = 1 << 26;
 
 impl Drawing {
     /// The drawing as a PNG file. Equal drawings give equal bytes.
@@ -45,12 +48,15 @@ impl Drawing {
 
     fn paint(&self) -> Result<Pixmap> {
         let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
-        let pixmap = Pixmap::new(self.width, self.height).filter(|_| within(self.width) && within(self.height));
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        // Memory is asked for after the limit is looked at.
+        let is_within = within(self.width) && within(self.height) && pixels <= MOST_PIXELS;
+        let pixmap = is_within.then(|| Pixmap::new(self.width, self.height)).flatten();
         let Some(mut pixmap) = pixmap else {
             return Err(
                 Diagnostic::new(Code::LimitExceeded, "the size of the picture is not valid")
                     .expected_found(
-                        format!("1 to {LARGEST_SIDE} pixels in width and height"),
+                        format!("1 to {LARGEST_SIDE} pixels in width and height, and {MOST_PIXELS} in all"),
                         format!("{} x {}", self.width, self.height),
                     )
                     .into(),

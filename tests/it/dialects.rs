@@ -261,3 +261,36 @@ fn a_scale_channel_becomes_scaling_keys() {
         [[1.0; 3], [2.0, 3.0, 4.0]]
     );
 }
+
+/// A pose generator writes a rotation behind each offset.
+#[test]
+fn what_stands_behind_three_numbers_of_an_offset_is_a_warning() {
+    let plain = std::fs::read_to_string("fixtures/dialects/plain.bvh").unwrap();
+    let longer = plain.replace("OFFSET 0 2 0", "OFFSET 0 2 0 0.5 -1 7");
+    assert_ne!(longer, plain);
+    let scene = importer().read(longer.as_bytes(), "a.bvh").unwrap();
+    let whole = importer().read(plain.as_bytes(), "a.bvh").unwrap();
+    assert_eq!(scene.nodes, whole.nodes);
+    let codes: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
+    assert_eq!(codes, [Code::LongOffset]);
+    let error = importer().read(plain.replace("OFFSET 0 2 0", "OFFSET 0 2 0 x").as_bytes(), "a.bvh");
+    assert_eq!(error.unwrap_err().code(), Code::UnexpectedToken);
+}
+
+/// Two takes in one file, of which the first declares more rows than it has.
+#[test]
+fn a_second_hierarchy_ends_the_first_motion() {
+    let plain = std::fs::read_to_string("fixtures/dialects/plain.bvh").unwrap();
+    let whole = importer().read(plain.as_bytes(), "a.bvh").unwrap();
+    for declared in ["Frames: 2", "Frames: 5"] {
+        let two = plain.replace("Frames: 2", declared) + &plain;
+        let scene = importer().read(two.as_bytes(), "a.bvh").unwrap();
+        assert_eq!(scene.animations, whole.animations, "{declared}");
+        let codes: Vec<Code> = scene.warnings.iter().map(|warning| warning.code).collect();
+        let expected: &[Code] = match declared {
+            "Frames: 2" => &[Code::TrailingText],
+            _ => &[Code::FrameCount, Code::TrailingText],
+        };
+        assert_eq!(codes, expected, "{declared}");
+    }
+}

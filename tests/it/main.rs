@@ -50,6 +50,8 @@ mod program;
 mod properties;
 mod public;
 #[cfg(feature = "render")]
+#[cfg(feature = "cli")]
+mod refusals;
 mod render;
 mod retarget;
 #[cfg(feature = "cli")]

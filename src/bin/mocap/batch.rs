@@ -97,9 +97,12 @@ impl<T> InOrder<T> {
 
 /// The number of threads asked for, or else of cores.
 pub(crate) fn thread_count(asked: Option<NonZeroUsize>) -> usize {
+    /// More than any machine has cores, and fewer than a system refuses.
+    const MOST_THREADS: usize = 512;
     asked
         .or_else(|| thread::available_parallelism().ok())
         .map_or(1, NonZeroUsize::get)
+        .min(MOST_THREADS)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Which options stand on the command line, and which of them the outputs depend on.
 
 use std::ffi::OsStr;
+use std::io::{self, Write};
 use std::path::Path;
 
 use clap::error::{ContextKind, ErrorKind};
@@ -34,6 +35,21 @@ impl Given {
     }
 }
 
+/// Prints help, or what is wrong with the arguments, and ends. Control characters of an argument reach no terminal, and a
+/// full disk is a failure.
+fn tell(error: &clap::Error) -> ! {
+    let is_plain = std::env::args_os().all(|argument| !argument.to_string_lossy().chars().any(char::is_control));
+    let printed = match is_plain {
+        true => error.print().and_then(|()| io::stdout().flush()),
+        false => io::stderr().write_all(report::visible_lines(&error.render().to_string()).as_bytes()),
+    };
+    let status = match printed {
+        Err(failed) if failed.kind() != io::ErrorKind::BrokenPipe => 1,
+        _ => error.exit_code(),
+    };
+    std::process::exit(status)
+}
+
 impl Args {
     /// The arguments, and what they do not tell.
     pub(crate) fn parse_with_given() -> (Self, Given) {
@@ -45,9 +61,9 @@ impl Args {
                 );
                 std::process::exit(2);
             }
-            error.exit()
+            tell(&error)
         });
-        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let args = Self::from_arg_matches(&matches).unwrap_or_else(|error| tell(&error));
         let mut given = Given::default();
         let mut options = Vec::new();
         if let Some((name, matches)) = matches.subcommand()

@@ -66,7 +66,7 @@ pub(crate) struct SheetArgs {
     #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses)]
     pub(crate) poses: usize,
     /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width)]
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     /// Draw the T-pose of each skeleton instead of its motion
     #[arg(long, conflicts_with = "poses")]
@@ -87,10 +87,10 @@ pub(crate) struct GifArgs {
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().width)]
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     /// Height in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().height)]
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().height, value_parser = pixels())]
     pub(crate) height: u32,
     /// Pictures per second
     #[arg(long, value_name = "RATE", default_value_t = mocap::render::MovieOptions::default().frames_per_second)]
@@ -118,8 +118,13 @@ pub(crate) struct PlotArgs {
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
     /// Width in pixels
-    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width)]
+    #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     #[command(flatten)]
     pub(crate) read: FrameRateArgs,
+}
+
+/// The sides of a picture, in pixels.
+fn pixels() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=16_384)
 }

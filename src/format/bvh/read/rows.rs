@@ -158,7 +158,8 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
                 }
                 continue;
             }
-            if self.rows >= self.header.frames && !self.is_number_ahead() {
+            // A second take begins before the rows that the first one declares, or text follows the last row.
+            if self.is_take_ahead() || self.rows >= self.header.frames && !self.is_number_ahead() {
                 break;
             }
             let layout = match self.layout {
@@ -318,6 +319,11 @@ impl<'a, S: Sink> Rows<'a, '_, S> {
         }
         let word = self.cursor.take_while(|byte| !is_space(byte));
         (!word.bytes.is_empty()).then_some(word)
+    }
+
+    fn is_take_ahead(&self) -> bool {
+        let next = self.cursor.peek_word();
+        next.is_some_and(|word| word.is("HIERARCHY") || word.is("MOTION"))
     }
 
     fn is_number_ahead(&self) -> bool {

@@ -35,6 +35,7 @@ impl Reader<'_, '_> {
             self.decimals.note(word, number, joint);
             offset[axis] = number.value as f32;
         }
+        self.skip_more_of_offset();
         self.joints[joint].offset = offset;
         self.joints[joint].source.offset = Some(keyword.offset);
         if repeated {
@@ -45,6 +46,20 @@ impl Reader<'_, '_> {
             );
         }
         Ok(())
+    }
+
+    /// Some programs write a rotation behind the offset, which no reader knows.
+    fn skip_more_of_offset(&mut self) {
+        let is_number =
+            |word: &Word<'_>| number::parse(word.bytes).is_some_and(|found| found.length == word.bytes.len());
+        let Some(first) = self.cursor.peek_word().filter(is_number) else {
+            return;
+        };
+        while self.cursor.peek_word().is_some_and(|word| is_number(&word)) {
+            self.cursor.next_word();
+        }
+        let message = "OFFSET has more than three numbers; the first three were used";
+        self.warn(Code::LongOffset, first, message);
     }
 
     /// `"CHANNELS" n name{n}`; a second line continues the first.

@@ -1,0 +1,62 @@
+//! Options beyond any measure, and what cannot be said: an error, and no signal that ends the program.
+
+use std::fs::OpenOptions;
+use std::process::Stdio;
+
+use crate::program::{Folder, command, words};
+
+#[test]
+fn sizes_of_pictures_are_looked_at_before_memory_is_asked_for() {
+    let folder = Folder::with(&["w.bvh"]);
+    for (arguments, status) in [
+        ("gif w.bvh -o w.gif --width 0", 2),
+        ("gif w.bvh -o w.gif --width 100000", 2),
+        ("gif w.bvh -o w.gif --width 16384 --height 16384", 1),
+        ("sheet w.bvh -o w.png --width 4000000000", 2),
+        ("plot w.bvh --joint Wrist -o w.svg --width 4000000000", 2),
+        ("plot w.bvh --joint Wrist -o w.png --width 0", 2),
+    ] {
+        folder.ends_with(status, arguments);
+    }
+}
+
+#[test]
+fn more_threads_than_a_system_has_are_fewer() {
+    let folder = Folder::with(&["a.bvh", "b.bvh"]);
+    folder.succeeds("convert a.bvh b.bvh -o out --threads 99999999999");
+    folder.succeeds("convert a.bvh a.glb --threads 99999999999");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn help_for_a_full_disk_is_a_failure() {
+    for arguments in [&["--help"][..], &["--version"], &["convert", "--help"]] {
+        let full = OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let status = command(arguments).stdout(full).stderr(Stdio::null()).status().unwrap();
+        assert_eq!(status.code(), Some(1), "{arguments:?}");
+        assert!(command(arguments).output().unwrap().status.success(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn control_characters_of_arguments_reach_no_terminal() {
+    for arguments in [
+        &["convert", "a.bvh", "b.glb", "--unit", "\u{1b}]0;T\u{7}\r\u{8}"][..],
+        &["convert", "a.bvh", "b.glb", "--\u{1b}[2J\u{8}"],
+        &["conv\u{8}ert"],
+        &["info", "\u{1b}]0;T\u{7}.bvh"],
+        &[
+            "plot",
+            "fixtures/real/lecture_Test.bvh",
+            "-o",
+            "a.svg",
+            "--joint",
+            "\u{1b}[2J",
+        ],
+    ] {
+        let output = command(arguments).output().unwrap();
+        let said = words(&output);
+        assert!(!output.status.success(), "{arguments:?}");
+        assert!(said.chars().all(|c| c == '\n' || !c.is_control()), "{said:?}");
+    }
+}
