@@ -155,7 +155,7 @@ pub struct Figure {
     pub facing: Guess<Axis>,
     /// The kind of the rest pose.
     pub rest_pose: Guess<RestPose>,
-    /// The largest difference between the lengths of a left and a right bone, as a share, and which bones differ so.
+    /// The largest difference between the lengths of a left and a right bone, as a fraction, and which bones differ so.
     pub asymmetry: Option<Guess<f64>>,
     /// Which joint is which bone.
     pub humanoid: Humanoid,

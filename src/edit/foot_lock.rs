@@ -96,7 +96,7 @@ pub struct FootLockReport {
     pub contacts: usize,
     /// The largest shift of a foot.
     pub largest_shift: f32,
-    /// The deepest place of a foot below the floor before.
+    /// The deepest point of a foot below the floor before.
     pub deepest_before: f32,
     /// The most by which the hips were lowered.
     pub hips_lowered: f32,

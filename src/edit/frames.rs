@@ -15,7 +15,7 @@ pub(super) struct Frames {
     pub(super) ticks: Vec<f64>,
     /// Frames per second.
     pub(super) rate: f64,
-    /// The place of each node of the scene among those that are held; `None` for nodes that never move.
+    /// The index of each node of the scene among the held ones; `None` for nodes that never move.
     columns: Vec<Option<usize>>,
     /// The held nodes.
     nodes: Vec<NodeId>,
@@ -245,7 +245,7 @@ impl Frames {
     }
 }
 
-/// The transform at a share of the way from one to another.
+/// The transform at a fraction of the change from one to another.
 pub(super) fn between(from: Trs, to: Trs, share: f32) -> Trs {
     Trs {
         translation: from.translation.lerp(to.translation, share),

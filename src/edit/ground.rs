@@ -10,7 +10,7 @@ use crate::scene::Scene;
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
-    /// Its place among the held nodes.
+    /// Its index among the held nodes.
     pub(super) column: usize,
     /// Its parent to the world; nothing above it moves.
     parent: Mat4,

@@ -146,7 +146,7 @@ struct Squad {
     /// Rotations at both ends, and the two that pull the curve aside between them.
     rotations: [Quat; 2],
     controls: [Quat; 2],
-    /// Positions at both ends, and the way that the speed there is over the length of the curve.
+    /// Positions at both ends, and the distance that the speed there covers over the length of the curve.
     positions: [Vec3; 2],
     ways: [Vec3; 2],
     scales: [Vec3; 2],
@@ -155,7 +155,7 @@ struct Squad {
 impl Squad {
     fn new(values: [Trs; 4], keys: [usize; 4]) -> Self {
         let q = values.map(|value| value.rotation);
-        // On the shorter way from each to the next.
+        // On the shorter arc from each to the next.
         let q1 = q[1];
         let (q0, q2) = (in_hemisphere_of(q1, q[0]), in_hemisphere_of(q1, q[2]));
         let q3 = in_hemisphere_of(q2, q[3]);

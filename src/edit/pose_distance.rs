@@ -57,7 +57,7 @@ impl Poses {
         poses
     }
 
-    /// The distances of one pose, the place among the chosen frames of `from`, which is of the same joints, to all of
+    /// The distances of one pose, an index among the chosen frames of `from`, which is of the same joints, to all of
     /// these.
     pub(super) fn distances(&self, from: &Self, place: usize) -> Vec<f32> {
         let mut sums = vec![0.0; self.count];

@@ -298,7 +298,7 @@ fn change(padded: &Padded, kernel: &[f32]) -> [Vec<f32>; 3] {
 }
 
 wide::dispatch! {
-    /// The differences of `count` rotations from one place on from those from another on.
+    /// The differences of `count` rotations from one index on from as many from another index on.
     fn differences(turns: &mut [Vec<f32>; 3], padded: &Padded, here: usize, there: usize, count: usize) {
         let [turn_x, turn_y, turn_z] = turns;
         let (turn_x, turn_y, turn_z) = (&mut turn_x[..count], &mut turn_y[..count], &mut turn_z[..count]);

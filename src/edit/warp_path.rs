@@ -200,7 +200,7 @@ fn ground_axes(up: DVec3) -> [DVec3; 2] {
     [axes.next().unwrap_or(DVec3::X), axes.next().unwrap_or(DVec3::Z)]
 }
 
-/// The frame of each point: the nearest to its time, or to its share of the way.
+/// The frame of each point: the nearest to its time, or to its fraction of the path.
 fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<usize>> {
     let last = was_at.len() - 1;
     let mut gone = vec![0.0];
@@ -236,7 +236,7 @@ fn frames_of(points: &[PathPoint], was_at: &[DVec2], rate: f64) -> Result<Vec<us
             None => at_share(place as f64 / (points.len() - 1).max(1) as f64),
         };
         let least = frames.last().map_or(0, |last| last + 1);
-        // The way of a figure that stands for a while has several moments, and two points cannot have one.
+        // The point at which a figure stands for a while has several moments, and two points cannot have one.
         let frame = if point.seconds.is_some() {
             frame
         } else {

@@ -296,7 +296,7 @@ fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
     sides.filter_map(hand).collect()
 }
 
-/// The joints whose average against the trunk is taken, each with its share of the way from hips to shoulders.
+/// The joints whose average against the trunk is taken, each with its fraction of the distance from hips to shoulders.
 fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<(NodeId, f32, Mean)> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));
@@ -341,7 +341,7 @@ impl Lines {
         })
     }
 
-    /// Left, up and forward at a share of the way from hips to shoulders, as a rotation to the world.
+    /// Left, up and forward at a fraction of the distance from hips to shoulders, as a rotation to the world.
     fn frame(&self, share: f32) -> Option<Quat> {
         let left = self.hips.lerp(self.shoulders, share).try_normalize()?;
         let up = self.up.reject_from_normalized(left).try_normalize()?;

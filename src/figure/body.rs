@@ -130,7 +130,7 @@ impl Body {
         self.hierarchy.is_below(node, ancestor)
     }
 
-    /// The joints that make up a bone: its own, and those on the way to the next bone.
+    /// The joints that make up a bone: its own, and those between it and the next bone.
     pub(crate) fn segment(&self, bone: Bone) -> Vec<NodeId> {
         let Some(joint) = self.joint(bone) else {
             return Vec::new();
@@ -152,7 +152,7 @@ impl Body {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
     }
 
-    /// The place of a node in the reference pose, before any limb is turned to the T-pose.
+    /// The position of a node in the reference pose, before any limb is rotated to the T-pose.
     pub(crate) fn position(&self, node: NodeId) -> Vec3 {
         self.t_pose.positions[node.index()]
     }

@@ -4,7 +4,7 @@ use super::extent::extent;
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, NodeId, Scene};
 
-/// A jump moves some node by at least this share of the skeleton's size from one frame to the next.
+/// A jump moves some node by at least this fraction of the skeleton's size from one frame to the next.
 const SHARE_OF_SIZE: f32 = 0.05;
 
 /// And by at least this many times its usual motion per frame around that time.
@@ -17,7 +17,7 @@ const NEIGHBOURS: usize = 4;
 /// A joint rotated by less than half a degree is at rest; this is the cosine of half that angle.
 const RESTING: f32 = 0.999_990_5;
 
-/// Share of the joints that rest in a rest pose. CMU's has the legs a little apart.
+/// Fraction of the joints that rest in a rest pose. CMU's has the legs a little apart.
 const RESTING_SHARE: f32 = 0.75;
 
 /// The frames from which `animation` (an index into [`Scene::animations`]) jumps to the next, in order.

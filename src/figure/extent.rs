@@ -17,7 +17,7 @@ const TYPICAL_HEIGHT: f64 = 1.7;
 const SURE_WITHIN: f64 = 1.25;
 const LIKELY_WITHIN: f64 = 1.4;
 
-/// The largest variation of the floor's height, as a share of the figure's size: a jump, or stairs.
+/// The largest variation of the floor's height, as a fraction of the figure's size: a jump, or stairs.
 const FLOOR_SPREAD: f64 = 0.4;
 
 /// Parts whose names indicate a whole body.
@@ -149,9 +149,9 @@ impl Extent {
     }
 }
 
-/// Along X there is no answer, and what is left of the way is noise.
+/// Along X there is no answer, and what is left of the path is noise.
 fn longer_axis(way: Vec3) -> UpAxis {
-    /// Of the way's length.
+    /// Of the length of the path.
     const NOISE: f32 = 0.3;
     if way.z.abs() > way.y.abs() && way.z.abs() > NOISE * way.length() {
         UpAxis::Z

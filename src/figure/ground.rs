@@ -16,14 +16,14 @@ use crate::scene::{NodeId, Scene};
 /// Frames of an animation that are examined at most, evenly spaced.
 const FRAMES: usize = 600;
 
-/// The share of frames in which the lower foot is below its level of rest: a twentieth. The minimum would be that of a
-/// rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
+/// The fraction of frames in which the lower foot is below its level of rest: a twentieth. The minimum would be that of
+/// a rest pose in the first frame, in which CMU's files have the hips at the origin and the feet far below.
 const BELOW: usize = 20;
 
-/// How far from the ground the lowest joint of a rest pose may be that stands on it, as a share of the leg.
+/// How far from the ground the lowest joint of a rest pose may be that stands on it, as a fraction of the leg.
 const STANDS: f32 = 0.1;
 
-/// How much higher than those of a standing body the ankles of a motion may be, as a share of the leg. If they are
+/// How much higher than those of a standing body the ankles of a motion may be, as a fraction of the leg. If they are
 /// still higher, the body does not stand in this motion.
 const HIGHEST: f32 = 0.2;
 

@@ -12,7 +12,7 @@ use super::{Confidence, Guess};
 use crate::pose::Pose;
 use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
-/// A humanoid with the places of its joints at rest.
+/// A humanoid with the positions of its joints at rest.
 pub(super) struct Measures<'a> {
     pub(super) scene: &'a Scene,
     pub(super) humanoid: &'a Humanoid,
@@ -20,8 +20,8 @@ pub(super) struct Measures<'a> {
     poses: OnceCell<Vec<Pose>>,
 }
 
-/// The heights of the ground, as shares of the length of a body's bones from ankle to head, that are those of feet on a
-/// floor at height 0: an ankle or the ball of a foot is that far above the sole.
+/// The heights of the ground, as fractions of the length of a body's bones from ankle to head, that are those of feet
+/// on a floor at height 0: an ankle or the ball of a foot is that far above the sole.
 const ON_FLOOR: std::ops::RangeInclusive<f64> = -0.03..=0.12;
 
 /// What a height of the ground says of a body whose bones are so long from ankle to head.
@@ -48,7 +48,7 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// The same figure in another pose, given by the places of its nodes.
+    /// The same figure in another pose, given by the positions of its nodes.
     pub(super) fn with_places(scene: &'a Scene, humanoid: &'a Humanoid, places: Vec<Vec3>) -> Self {
         Self {
             scene,
@@ -71,7 +71,7 @@ impl<'a> Measures<'a> {
         self.joint(bone).map(|joint| self.rest[joint])
     }
 
-    /// The length of the way between two joints through the tree.
+    /// The length of the path between two joints through the tree.
     fn way(&self, from: Bone, to: Bone) -> Option<f64> {
         let above = |node: usize| -> Vec<usize> {
             let parent = |node: &usize| self.scene.nodes[*node].parent.map(NodeId::index);
@@ -135,7 +135,7 @@ impl<'a> Measures<'a> {
         Some([left, right])
     }
 
-    /// The largest difference between the lengths of a left and a right bone of arms and legs, as a share.
+    /// The largest difference between the lengths of a left and a right bone of arms and legs, as a fraction.
     pub(super) fn asymmetry(&self) -> Option<Guess<f64>> {
         const PAIRS: [(Bone, Bone); 4] = [
             (Bone::LeftUpperArm, Bone::LeftLowerArm),
@@ -177,14 +177,14 @@ impl<'a> Measures<'a> {
         };
         let across = self.at(Bone::LeftUpperLeg).zip(self.at(Bone::RightUpperLeg));
         let Some(across) = across.and_then(|(left, right)| (left - right).try_normalize()) else {
-            return unknown("both hip joints are at one place");
+            return unknown("both hip joints are at one point");
         };
         let by_names = across.cross(up);
         let (forward, confidence, reason) = match self.humanoid.sides {
             Sides::Opposite => (
                 -by_names,
                 Confidence::Likely,
-                "feet and knees point there, although left and right are named the other way",
+                "feet and knees point there, although left and right are named the other way around",
             ),
             Sides::Agree => (
                 by_names,

@@ -33,7 +33,7 @@ pub struct RobotBone {
     pub at: DVec3,
 }
 
-/// How far the ends of a pair may differ in height, as a share of the height of the robot.
+/// How far the ends of a pair may differ in height, as a fraction of the height of the robot.
 const LEVEL: f64 = 0.03;
 
 /// The joints of a limb at least.
@@ -48,7 +48,7 @@ struct Limb {
 }
 
 impl Robot {
-    /// The bones of the humanoid that the robot has, with those of `map` in place of what is found.
+    /// The bones of the humanoid that the robot has, with those of `map` instead of what is found.
     ///
     /// # Errors
     /// [`Code::NotHumanoid`] where there are no two legs; [`Code::InvalidValue`] where no link has a name of the map.
@@ -342,7 +342,7 @@ impl<'a> Tree<'a> {
         Ok(bones)
     }
 
-    /// The place of the knee or elbow in a limb: the last joint of that name, else the fourth, or the middle of few.
+    /// The index of the knee or elbow in a limb: the last joint of that name, else the fourth, or the middle of few.
     fn middle(&self, limb: &Limb, word: &str) -> usize {
         let named = limb.links.iter().rposition(|link| self.has_word(*link, word));
         let usual = match limb.links.len() {

@@ -27,7 +27,7 @@ use crate::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene, Side
 /// as inexact. Above it the figure is turned to face along the axis.
 const FACING_IS_INEXACT: f32 = 0.09;
 
-/// A foot that points further down than this, as a share of its length, does not stand on its sole at rest.
+/// A foot that points further down than this, as a fraction of its length, does not stand on its sole at rest.
 const POINTED_FOOT: f32 = 0.9;
 
 /// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the

@@ -9,7 +9,7 @@ use super::t_pose::{direction, limb_end};
 use super::watched::{Seen, Watched};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
-/// The rotation of a source joint in the frames of the T-pose. Joints are places in [`Watched`].
+/// The rotation of a source joint in the frames of the T-pose. Joints are indices into [`Watched`].
 #[derive(Clone, Debug)]
 pub(crate) struct Track {
     joint: usize,
@@ -74,7 +74,7 @@ pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
     } else {
         segment.first()
     };
-    // Where the bone points now, not where its joint turns it: joints on the way may bend it, and its end may move.
+    // Where the bone points now, not where its joint turns it: joints in between may bend it, and its end may move.
     match (twisted, end, direction(bone)) {
         (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
         _ => Some((joint, None)),

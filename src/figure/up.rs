@@ -26,7 +26,7 @@ impl Measures<'_> {
         };
         let way = motion.mean;
         let words = format!(
-            "from the feet to the head it is {:.2} {:.2} {:.2} of the way",
+            "from the feet to the head it is {:.2} {:.2} {:.2} of the distance",
             way.x, way.y, way.z
         );
         let (axis, cosine) = Axis::nearest(way);
@@ -85,7 +85,7 @@ impl Measures<'_> {
             }
             None if is_vertical && cosine > 0.7 => guess(axis, Confidence::Likely, words),
             None => {
-                // What is left of a way along X is noise.
+                // What is left of a path along X is noise.
                 let is_z = way.z.abs() > way.y.abs() && way.z.abs() > 0.3 * way.length();
                 let axis = if is_z { Axis::Z } else { Axis::Y };
                 guess(axis, Confidence::Unsure, words)
@@ -125,7 +125,7 @@ impl Measures<'_> {
 struct Motion {
     /// The mean of the directions from the feet to the head.
     mean: Vec3,
-    /// The distance from the feet to the head, as a share of the length of bone.
+    /// The distance from the feet to the head, as a fraction of the length of bone.
     extended: f32,
     lowest: Vec<Vec3>,
     highest: Vec<Vec3>,
@@ -134,7 +134,7 @@ struct Motion {
 }
 
 impl Motion {
-    /// The height of the lowest joint along an axis, in the median, as a share of the figure.
+    /// The height of the lowest joint along an axis, in the median, as a fraction of the figure.
     fn floor(&self, axis: Axis) -> f32 {
         let mut heights: Vec<f32> = std::iter::zip(&self.lowest, &self.highest)
             .map(|(low, high)| match axis {

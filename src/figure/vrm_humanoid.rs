@@ -14,7 +14,7 @@ use crate::figure::{Humanoid, HumanoidBone as Bone};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
-/// Bones whose rotation is no part of a VRM animation, which has a point to look at in their place.
+/// Bones whose rotation is no part of a VRM animation, which has a point to look at instead.
 const EYES: [Bone; 2] = [Bone::LeftEye, Bone::RightEye];
 
 /// Bones that VRM requires and that end a chain. Where the source has none, it is put where the bone above ends, and
@@ -28,7 +28,7 @@ const ENDS: [Bone; 5] = [
 ];
 
 /// The motions of `scene`, which is in metres with +Y up, on a skeleton that has a node for each bone of the humanoid:
-/// the bones and the way of the source, in a T-pose that faces +Z with its feet on the ground. In it no node has a
+/// the bones and the path of the source, in a T-pose that faces +Z with its feet on the ground. In it no node has a
 /// rotation, so that the rotations of the motion are those that VRM calls normalized. Only the hips move otherwise than
 /// by rotation. `known` has the bones, where they are not to be searched for.
 ///

@@ -8,7 +8,7 @@ use crate::math::directions::rotation_of;
 use crate::pose::Pose;
 use crate::scene::NodeId;
 
-/// The joints of the source on which a pose of the target depends. Others refer to them by their place in this list.
+/// The joints of the source on which a pose of the target depends. Others refer to them by their index in this list.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Watched {
     pub(crate) joints: Vec<Joint>,
@@ -50,7 +50,8 @@ impl Watched {
     }
 }
 
-/// What is seen in `N` poses: rotations and places of the watched joints, from their axes to the frame of the T-pose.
+/// What is seen in `N` poses: rotations and positions of the watched joints, from their axes to the frame of the
+/// T-pose.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen<const N: usize> {
     pub(crate) rotations: Vec<Rotations<N>>,

@@ -48,7 +48,7 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub strict: bool,
-    /// Frames per second, in place of the file's own
+    /// Frames per second, instead of the file's own
     // Not an argument of its own: `--fps` means this only in commands that do not resample.
     #[cfg_attr(feature = "cli", arg(skip))]
     #[serde(skip_serializing_if = "is_default")]

@@ -1,6 +1,6 @@
 //! Whole animations, a block of frames at a time.
 //!
-//! The watched joints of the source and those above them are posed as rotations and places: structures of arrays, a
+//! The watched joints of the source and those above them are posed as rotations and positions: structures of arrays, a
 //! frame for each lane. Where a skeleton is stretched along one axis, a product of its matrices is no rotation and
 //! place; then its frames are posed one by one.
 
@@ -21,7 +21,8 @@ use crate::math::wide;
 use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
-/// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a share.
+/// How much scales along the three axes may differ, and a matrix from its translation, rotation and scale: as a
+/// fraction.
 const SAME: f32 = 1e-5;
 
 /// An animation of `source` on the target, with a key at every tick.
@@ -102,7 +103,7 @@ fn append(keys: &mut Vec<Quat>, block: &mut Rotations<LANES>, frames: usize) {
 
 /// Poses the source.
 enum Poses<'a> {
-    /// As rotations and places.
+    /// As rotations and positions.
     Chains(Chains<'a>),
     /// As matrices, one pose after the other.
     Matrices {
@@ -161,16 +162,16 @@ impl<'a> Poses<'a> {
 struct Chains<'a> {
     /// Parents before children.
     links: Vec<Link<'a>>,
-    /// The number of places in [`Seen`].
+    /// The number of entries in [`Seen`].
     joints: usize,
     /// From the world to the frame of the T-pose.
     world_to_frame: Quat,
 }
 
 struct Link<'a> {
-    /// Its place in [`Seen`]; the first ones are those of the watched joints.
+    /// Its index in [`Seen`]; the first ones are those of the watched joints.
     joint: usize,
-    /// The place of its parent.
+    /// The index of its parent.
     parent: Option<usize>,
     rotation: Values<'a, Quat>,
     /// None where nobody asks where it is.

@@ -11,13 +11,13 @@ use crate::figure::{HumanoidBone as Bone, Side};
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene};
 
-/// How far from its height in a standing body an ankle may rest, as a share of the leg. Otherwise the body does not
+/// How far from its height in a standing body an ankle may rest, as a fraction of the leg. Otherwise the body does not
 /// stand.
 const STANDS: f32 = 0.05;
 
-/// From the joint of the toes to their tip, and from the ankle back to the heel, as shares of the way over the ground
-/// from the ankle to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two thirds
-/// of it in front of the heel.
+/// From the joint of the toes to their tip, and from the ankle back to the heel, as fractions of the distance over the
+/// ground from the ankle to the toes. In a foot, the heel is a quarter of its length behind the ankle, and the ball two
+/// thirds of it in front of the heel.
 const TIP: f32 = 0.5;
 const HEEL: f32 = 0.4;
 

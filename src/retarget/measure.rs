@@ -20,7 +20,7 @@ const BELOW: f32 = 0.01;
 /// How much faster the feet of the target may slide than those of the source, in metres a second.
 const MORE_SKATE: f64 = 0.005;
 
-/// The share of frames in which they may be below the floor.
+/// The fraction of frames in which they may be below the floor.
 const MOST_BELOW: f64 = 0.01;
 
 /// The largest differences between feet that move alike, in metres a second and in metres.
@@ -51,7 +51,7 @@ pub struct LimbError {
 pub struct FootMotion {
     /// The mean speed over the ground of feet that stand, in metres a second.
     pub skate: f64,
-    /// The share of frames in which a joint of a foot, or a sole of the skin, is more than 1 cm below the floor.
+    /// The fraction of frames in which a joint of a foot, or a sole of the skin, is more than 1 cm below the floor.
     pub share_below_floor: f64,
     /// How far below the floor one of them is at most, in metres.
     pub deepest: f64,
@@ -286,7 +286,7 @@ pub(super) struct Track {
     limbs: Vec<(Bone, Vec<Vec3>)>,
     /// The joints of both feet in metres in the axes of the figure; +Y is up.
     feet: Vec<(Bone, Vec<Vec3>)>,
-    /// How high the lowest place of the soles is over where it stands, in metres; infinite without a skin.
+    /// How high the lowest point of the soles is over where it stands, in metres; infinite without a skin.
     soles: Vec<f32>,
 }
 

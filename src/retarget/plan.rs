@@ -72,7 +72,7 @@ impl Plan {
     }
 }
 
-/// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their places by node.
+/// What the parent of `node` follows: the nearest joint above that is one of `drives`, which has their indices by node.
 fn above(to: &Body, node: NodeId, drives: &HashMap<usize, usize>) -> Above {
     let mut between = Quat::IDENTITY;
     let mut next = to.hierarchy.parents[node.index()];

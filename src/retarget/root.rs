@@ -23,7 +23,7 @@ pub(super) struct Root {
     /// How many times as long the steps are, and how many times as high.
     pub(super) scale: f32,
     pub(super) height_scale: f32,
-    /// The hip joints of the source, places in [`Watched`].
+    /// The hip joints of the source, indices into [`Watched`].
     source_legs: [usize; 2],
     /// The height of the ankles of a body that stands.
     pub(super) source_ankle: f32,

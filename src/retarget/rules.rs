@@ -21,17 +21,17 @@ pub(super) struct Drive {
 pub(super) enum Above {
     /// Nothing: the rotation from the axes of the figure to the parent.
     Still(Quat),
-    /// A joint that is moved, a place in `Plan::drives`; and the rotation from there to the parent, where that is
+    /// A joint that is moved, an index into `Plan::drives`; and the rotation from there to the parent, where that is
     /// another.
     Drive { drive: usize, between: Option<Quat> },
 }
 
-/// How a joint follows; numbers are places in `Plan::tracks`.
+/// How a joint follows; numbers are indices into `Plan::tracks`.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Rule {
     /// A rotation between two of the source.
     Between { from: usize, to: usize, share: f32 },
-    /// The rotation of a bone, twisted about its axis by a share of its [`Twist`], a place in `Plan::twists`.
+    /// The rotation of a bone, twisted about its axis by a fraction of its [`Twist`], an index into `Plan::twists`.
     Twisted { twist: usize, share: f32 },
 }
 
@@ -43,8 +43,8 @@ pub(super) struct Twist {
     pub(super) other: usize,
     /// Where the bone points in the T-pose.
     pub(super) axis: Vec3,
-    /// Its joints: the share of each, and the way from there to the next in the frame of the T-pose. They are not quite
-    /// on one line, so the twist of one moves the end.
+    /// Its joints: the fraction of each, and the vector from there to the next in the frame of the T-pose. They are not
+    /// quite on one line, so the twist of one moves the end.
     pub(super) joints: Vec<(f32, Vec3)>,
 }
 

@@ -9,7 +9,7 @@ use crate::figure::body::Body;
 use crate::pose::Pose;
 use crate::scene::{Mesh, NodeId, Scene};
 
-/// The highest that a vertex of a sole is above the floor, as a share of the leg.
+/// The highest that a vertex of a sole is above the floor, as a fraction of the leg.
 const SOLE: f32 = 0.025;
 
 /// The directions over the ground in which the outermost vertices are looked for, and how steeply they point down: the
@@ -17,7 +17,7 @@ const SOLE: f32 = 0.025;
 const DIRECTIONS: usize = 36;
 const SLOPES: [f32; 3] = [0.0, 0.5, 1.5];
 
-/// The least share of a vertex that moves with the foot.
+/// The least fraction of a vertex that moves with the foot.
 const OF_FOOT: f32 = 0.9;
 
 /// A foot in a skin.
@@ -34,7 +34,7 @@ pub(super) struct Skin {
 pub(super) struct Vertex {
     /// Where it is at rest.
     pub(super) place: Vec3,
-    /// The nodes with which it moves: the share of each, and where the vertex is in its space.
+    /// The nodes with which it moves: the fraction of each, and where the vertex is in its space.
     pub(super) parts: Vec<(NodeId, f32, Vec3)>,
     /// The joint with which it moves for the most part: the ankle or the toes.
     pub(super) of: NodeId,

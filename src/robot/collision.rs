@@ -13,7 +13,7 @@ const DEEP: f64 = 0.01;
 /// A shape that is thinner than twice this is a mark where the foot touches the floor, not the link, in metres.
 const THIN: f64 = 0.011;
 
-/// The radius of a link without a shape, as a share of its length.
+/// The radius of a link without a shape, as a fraction of its length.
 const THICKNESS: f64 = 0.125;
 
 /// Capsules side by side in one shape.
@@ -29,7 +29,7 @@ pub struct LinkCollision {
     pub link: String,
     /// The other one.
     pub other: String,
-    /// The share of frames in which they penetrate each other by more than 1 cm.
+    /// The fraction of frames in which they penetrate each other by more than 1 cm.
     pub share: f64,
     /// How deep at most, in metres.
     pub deepest: f64,
@@ -38,7 +38,7 @@ pub struct LinkCollision {
 /// Which links of a robot collide.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct SelfCollision {
-    /// The share of frames in which two links penetrate each other by more than 1 cm.
+    /// The fraction of frames in which two links penetrate each other by more than 1 cm.
     pub(super) share: f64,
     /// The links, the deepest first.
     pub(super) links: Vec<LinkCollision>,

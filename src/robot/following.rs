@@ -10,8 +10,8 @@ use crate::pose::Pose;
 use crate::scene::robot::Robot;
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
-/// Squares of weights: of directions of limbs, of turns about limbs, of what no joint of an ankle does, and of places,
-/// of a metre against a radian.
+/// Squares of weights: of directions of limbs, of rotations about limbs, of what no joint of an ankle does, and of
+/// positions, of a metre against a radian.
 const DIRECTION: f64 = 1.0;
 const TWIST: f64 = 0.01;
 const NOT_DRIVEN: f64 = 0.01;
@@ -197,7 +197,7 @@ impl Following {
         }
     }
 
-    /// The ankle of a side: its place among the reaches, the turn of the foot, and the sole.
+    /// The ankle of a side: its index among the reaches, the rotation of the foot, and the sole.
     fn ankle(&self, side: usize) -> Option<(usize, usize, &[SoleBall])> {
         let feet = self.reaches.iter().enumerate();
         let mut feet = feet.filter_map(|(reach, reached)| reached.foot.as_ref().map(|foot| (reach, foot)));
@@ -263,7 +263,7 @@ impl Following {
     }
 }
 
-/// The share of the way back to where the twin has a foot that is left after a frame.
+/// The fraction of the distance back to where the twin has a foot that is left after a frame.
 pub(super) fn returned(fps: f64) -> f64 {
     (-1.0 / (RETURN * fps)).exp()
 }

@@ -13,8 +13,8 @@ const BELOW: f64 = 0.01;
 /// A joint within this of its limit is at it, in radians or metres.
 const AT_LIMIT: f64 = 1e-9;
 
-/// What a motion may do and be good: the mean angle of its limbs in degrees, the share of frames with a sole below the
-/// floor, how much faster than in the source feet on the ground may slide, in metres a second.
+/// What a motion may do and be good: the mean angle of its limbs in degrees, the fraction of frames with a sole below
+/// the floor, how much faster than in the source feet on the ground may slide, in metres a second.
 const GOOD_DEGREES: f64 = 5.0;
 const FAIR_DEGREES: f64 = 10.0;
 const MOST_BELOW: f64 = 0.01;
@@ -28,7 +28,7 @@ const MORE_SKATE: f64 = 0.005;
 pub struct ClampedJoint {
     /// Its name.
     pub joint: String,
-    /// The share of frames in which it is at its limit.
+    /// The fraction of frames in which it is at its limit.
     pub share: f64,
 }
 
@@ -59,12 +59,12 @@ pub struct RobotReport {
     pub skate: Option<f64>,
     /// The mean speed of the slowest joint of a foot that stands in the source.
     pub source_skate: Option<f64>,
-    /// The share of frames in which a sole is more than 1 cm below the floor.
+    /// The fraction of frames in which a sole is more than 1 cm below the floor.
     pub share_below_floor: f64,
     /// How far below the floor a sole is at most, in metres.
     pub deepest: f64,
-    /// The share of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules within
-    /// their shapes.
+    /// The fraction of frames in which two links of the robot penetrate each other by more than 1 cm, by capsules
+    /// within their shapes.
     pub share_in_self_collision: f64,
     /// Which links, the deepest first.
     pub self_collisions: Vec<LinkCollision>,
@@ -72,7 +72,7 @@ pub struct RobotReport {
     pub max_velocity: f64,
     /// The joint.
     pub fastest_joint: String,
-    /// The share of samples in which a joint is faster than the robot's file allows.
+    /// The fraction of samples in which a joint is faster than the robot's file allows.
     pub share_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,

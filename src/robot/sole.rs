@@ -11,10 +11,11 @@ pub(super) struct SoleBall {
     pub(super) radius: f64,
 }
 
-/// How far the corners of a sole may differ in height, as a share of the leg.
+/// How far the corners of a sole may differ in height, as a fraction of the leg.
 const SOLE: f64 = 0.03;
 
-/// From the ankle to the floor where nothing shows a sole, as a share of the leg, and to the front and the back of it.
+/// From the ankle to the floor where nothing shows a sole, as a fraction of the leg, and to the front and the back of
+/// it.
 const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 
 /// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the

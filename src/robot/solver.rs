@@ -1,16 +1,17 @@
 //! Floating-base inverse kinematics: the pose whose links are where they should be, within the limits of the joints.
 //!
-//! Damped Gauss-Newton on the rotation vectors of links and the places of points, each step the solution of the normal
-//! equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at the
-//! limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for optimization
-//! problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame before.
+//! Damped Gauss-Newton on the rotation vectors of links and the positions of points, each step the solution of the
+//! normal equations by Cholesky's decomposition. Limits are a box: joints that a step would bring beyond are held at
+//! the limit, and the others are solved again (projected, as in D. Bertsekas, "Projected Newton methods for
+//! optimization problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame
+//! before.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
 use crate::scene::robot::{JointKind, Placement};
 
-/// The unknowns of the base: three of its place and three of its rotation.
+/// The unknowns of the base: three of its position and three of its rotation.
 const ROOT: usize = 6;
 
 /// How much a joint is held where it was in the frame before, against a turn of a link by the same angle.

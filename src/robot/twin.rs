@@ -35,7 +35,7 @@ pub(super) struct Twin {
     /// Its figure, in which every bone is known.
     pub(super) figure: Figure,
     pub(super) bones: Vec<TwinBone>,
-    /// The tips of forearms without a hand: the node, and the link that it is fixed to with its place there.
+    /// The tips of forearms without a hand: the node, and the link that it is fixed to with its position there.
     pub(super) tips: Vec<(NodeId, usize, DVec3)>,
     /// The figure's axes to the robot's world.
     pub(super) figure_to_world: DQuat,
@@ -66,7 +66,7 @@ impl Twin {
         let place = |bone: Bone| found[&bone].at;
         let across = place(Bone::LeftUpperLeg) - place(Bone::RightUpperLeg);
         let left = across.reject_from_normalized(DVec3::Z).try_normalize().ok_or_else(|| {
-            let message = "the robot is not a humanoid: both legs begin at one place";
+            let message = "the robot is not a humanoid: both legs begin at one point";
             Diagnostic::new(Code::NotHumanoid, message)
         })?;
         let forward = left.cross(DVec3::Z);
@@ -190,7 +190,7 @@ impl Builder<'_> {
         if let Some((axis, middle)) = hinge
             && way.length() > 1e-3
         {
-            // The position at which the arm is straight, and the way in which it bends from there.
+            // The position at which the arm is straight, and the direction in which it bends from there.
             let along = arc(way, elbow - shoulder, axis);
             let straight = along.to_scaled_axis().dot(axis);
             let bends = if middle >= straight { axis } else { -axis };

@@ -31,7 +31,7 @@ const MOST_OF_TRUNK: f32 = HEAD.log_odds
 /// How many ratios say how well the lengths of a trunk fit: of its head, the tip of that, and the shoulders.
 const LENGTHS_OF_TRUNK: f32 = 3.0;
 
-/// A tip that is nearer than this, as a share of the leg, does not count: some writers put it a millimetre off.
+/// A tip that is nearer than this, as a fraction of the leg, does not count: some writers put it a millimetre off.
 const SHORTEST_TIP: f32 = 0.03;
 
 /// The middle of a body.
@@ -47,7 +47,7 @@ pub(super) struct Trunk {
     pub(super) score: f32,
     /// Where it was read.
     path: TrunkPath,
-    /// The places of head and neck in it.
+    /// The indices of head and neck in it.
     places: [Option<usize>; 2],
 }
 
@@ -232,7 +232,7 @@ struct TrunkPath {
     are_joints: Vec<bool>,
     /// Where the head's chain branches off.
     branch_at: usize,
-    /// The place of the joint that carries the arms, 0 where there are none.
+    /// The index of the joint that carries the arms, 0 where there are none.
     shoulders_at: usize,
 }
 
@@ -249,7 +249,7 @@ impl TrunkPath {
         }
     }
 
-    /// The first place at which a head can be.
+    /// The first index at which a head can be.
     fn first_head(&self) -> usize {
         if self.shoulders_at > 0 { self.branch_at + 1 } else { 1 }
     }
@@ -297,7 +297,7 @@ impl TrunkPath {
         })
     }
 
-    /// The places of the spine. Without arms it ends at the neck.
+    /// The indices of the spine. Without arms it ends at the neck.
     fn spine(&self, tree: &Tree, [head, neck]: [Option<usize>; 2]) -> Vec<usize> {
         let end = head.unwrap_or(self.nodes.len());
         let last = if self.shoulders_at > 0 {
@@ -312,7 +312,7 @@ impl TrunkPath {
             .collect()
     }
 
-    /// Tells `tally` all that speaks for and against a head and a neck at these places. `leg` is the length of thigh
+    /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of thigh
     /// and shin.
     fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
         let fit = |place: usize, part| tree.names[self.nodes[place]].fits(part);

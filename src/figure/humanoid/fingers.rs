@@ -54,7 +54,7 @@ const KINDS: [FingerKind; 5] = [
 /// Chains that are looked at on one hand.
 const MOST_CHAINS: usize = 16;
 
-/// How far the knuckles are from the wrist, as a share of the forearm.
+/// How far the knuckles are from the wrist, as a fraction of the forearm.
 const KNUCKLES: f32 = 0.36;
 
 /// The fingers on `hand`, whose forearm is `forearm` long.

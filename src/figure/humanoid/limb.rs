@@ -8,18 +8,18 @@ use super::tables::{
 use super::topology::{Pair, Tree};
 use crate::figure::names::words::Part;
 
-/// What is behind hand or foot and shorter than this share of the bone before does not count as a bone: some writers
+/// What is behind hand or foot and shorter than this fraction of the bone before does not count as a bone: some writers
 /// put the tip a millimetre off.
 const SHORTEST_TIP: f32 = 0.05;
 
-/// The largest detour that counts, as a share of the bone.
+/// The largest detour that counts, as a fraction of the bone.
 const MOST_DETOUR: f32 = 0.15;
 
 /// The cosine of the largest angle between foot and shin that counts: a foot in a T-pose is at right angles, some are
 /// drawn at 73 degrees.
 const STANDS_OFF: f32 = 0.3;
 
-/// How far behind the wrist the joint is from which fingers spring, at most, as a share of the forearm.
+/// How far behind the wrist the joint is from which fingers spring, at most, as a fraction of the forearm.
 const PALM: f32 = 0.35;
 
 /// How a chain of joints is read.
@@ -133,7 +133,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// How well the names at these places fit, in the sum.
+    /// How well the names of these joints fit, in the sum.
     fn names(&self, places: [Option<usize>; 4]) -> f32 {
         let fits = places
             .iter()
@@ -142,7 +142,7 @@ impl<'a> Chain<'a> {
         fits.sum()
     }
 
-    /// The place of a node in the chain.
+    /// The index of a node in the chain.
     fn place(&self, node: usize) -> Option<usize> {
         self.nodes.iter().position(|other| *other == node)
     }
@@ -189,7 +189,7 @@ impl<'a> Chain<'a> {
         self.along[to] - self.along[from]
     }
 
-    /// How much longer the path between two nodes is than the straight line, as a share: 0 on one bone.
+    /// How much longer the path between two nodes is than the straight line, as a fraction: 0 on one bone.
     fn detour(&self, from: usize, to: usize) -> f32 {
         let length = self.length(from, to);
         let straight = self.tree.at[self.nodes[from]].distance(self.tree.at[self.nodes[to]]);
@@ -225,8 +225,8 @@ struct Reading {
 
 /// The best reading of chains that are alike.
 ///
-/// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all places of the
-/// fourth, and only where the fourth can still make it the best.
+/// A chain of 16 joints has thousands of readings. What three of the bones cost is computed once for all positions of
+/// the fourth, and only where the fourth can still make it the best.
 fn best(chains: &[&Chain<'_>], kind: Kind, but: Option<[Option<usize>; 4]>) -> Option<Reading> {
     let fourth = if kind == Kind::Leg { Part::Toes } else { Part::Shoulder };
     let most_of_fourth = OPTIONAL_BONE.log_odds + weight_of_name(fourth);

@@ -20,7 +20,7 @@ const SAYS_A_SIDE: f32 = 0.25;
 /// A rest pose stands where the legs point this much against the trunk: the cosine.
 const STANDS: f32 = -0.6;
 
-/// How far a knee or an elbow has to be off the straight line to say anything, as a share of the limb.
+/// How far a knee or an elbow has to be off the straight line to say anything, as a fraction of the limb.
 const BENT: f32 = 0.015;
 
 /// A foot that turns off from the shin by less than 26 degrees points nowhere: the cosine.
@@ -43,7 +43,7 @@ impl Evidence {
     }
 }
 
-/// What a pose of the body says. `at` gives the place of a node in it.
+/// What a pose of the body says. `at` gives the position of a node in it.
 pub(super) fn evidence(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> Evidence {
     let Some(axes) = Axes::new(body, &at) else {
         return Evidence::default();

@@ -109,7 +109,7 @@ pub(super) const NECK_TO_LEG: Ratio = Ratio::new("neck to head, to leg", 0.13, 0
     .optional();
 
 /// What a name adds that says the part for sure, and takes away that says another: exp(2.5) is 12 to 1. A name that can
-/// mean several parts adds its share, as `names/words.rs` has it.
+/// mean several parts adds its fraction, as `names/words.rs` has it.
 pub(super) const fn weight_of_name(part: Part) -> f32 {
     match part {
         // In the mean over all joints of the spine.
@@ -150,7 +150,7 @@ pub(super) const NO_FOOT: Sign = Sign::new("no joint at the ankle", -3.0);
 pub(super) const NO_HAND: Sign = Sign::new("no joint at the wrist", -3.0);
 /// Times 1 less the cosine of the angle.
 pub(super) const FOOT_STANDS_OFF: Sign = Sign::new("a foot stands off from the shin", 1.0);
-/// Times the share by which the path is longer than the straight line.
+/// Times the fraction by which the path is longer than the straight line.
 pub(super) const DETOUR: Sign = Sign::new("joints within a bone are beside its line", -20.0).of_lengths();
 pub(super) const FINGERS_AT_HAND: Sign = Sign::new("fingers spring from the hand", 2.0);
 pub(super) const FINGERS_ELSEWHERE: Sign = Sign::new("fingers spring from something else than the hand", -2.0);

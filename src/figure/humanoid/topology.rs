@@ -12,13 +12,13 @@ const MOST_IN_A_CHAIN: usize = 16;
 /// Children of one node among which pairs are looked for. Hands and faces have fewer; hundreds are markers.
 const MOST_CHILDREN: usize = 64;
 
-/// Share by which the two limbs of a pair may differ in length. Solvers fit each side on its own.
+/// Fraction by which the two limbs of a pair may differ in length. Solvers fit each side on its own.
 const PAIR_TOLERANCE: f32 = 0.2;
 
-/// A limb is at least this share of the longest chain of the skeleton, from its root on.
+/// A limb is at least this fraction of the longest chain of the skeleton, from its root on.
 const SHORTEST_LIMB: f32 = 0.12;
 
-/// Share of joints without a length from which on the OFFSETs are taken to be left out.
+/// Fraction of joints without a length from which on the OFFSETs are taken to be left out.
 const NO_LENGTHS: f32 = 0.8;
 
 /// The nodes of a scene with their names read and their bones measured.

@@ -12,7 +12,7 @@ use crate::scene::{Animation, NodeId, Scene};
 /// Frames of all animations that are examined at most.
 const FRAMES: usize = 400;
 
-/// The share of frames in which a foot is lowest and slowest.
+/// The fraction of frames in which a foot is lowest and slowest.
 const SHARE: f32 = 0.4;
 
 /// The fewest frames that show how a foot stands.

@@ -113,7 +113,7 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, shown: &
     pose
 }
 
-/// Turns a node about its place in the world, with all below it.
+/// Rotates a node about its position in the world, with all below it.
 fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
     if rotation == Quat::IDENTITY {
         return;

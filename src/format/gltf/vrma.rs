@@ -1,9 +1,9 @@
 //! VRM animations, `.vrma`: glTF with the motion of a humanoid, and with the extension `VRMC_vrm_animation` 1.0, which
 //! says which node is which bone. Its rest pose is the T-pose, so a player poses any VRM character without more.
 //!
-//! [`Exporter`](crate::Exporter) writes the motion of any humanoid. The format is that of the VRM Consortium's vrm-specification,
-//! `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones that it states.
-//! Expressions and the point to look at are left out, with a warning.
+//! [`Exporter`](crate::Exporter) writes the motion of any humanoid. The format is that of the VRM Consortium's
+//! vrm-specification, `VRMC_vrm_animation-1.0`. [`import`](crate::import()) reads it as it reads glTF, with the bones
+//! that it states. Expressions and the point to look at are left out, with a warning.
 //!
 //! ```
 //! use mocap::{Conversion, Exporter};
