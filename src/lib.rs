@@ -24,7 +24,7 @@
 //! | play it in an app | [`Pose`], [`Updater`]: node matrices at a tick; [`Player`]: the tick at a time |
 //! | put it on a character, a skeleton, or a robot of URDF or MJCF | [`Retargeting`] |
 //! | move single poses as they come | [`retarget`], [`robot`] |
-//! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] turns limbs to a goal |
+//! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] bends limbs to a goal |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
 //! | know unit, up axis, and which joint is which bone | [`figure`] |

@@ -34,72 +34,59 @@ pub struct Metadata {
     pub steps: Vec<AppliedStep>,
 }
 
-/// A file format, by the name that users type.
-///
-/// ```
-/// use mocap::Format;
-///
-/// assert_eq!("asf-amc".parse::<Format>()?, Format::AsfAmc);
-/// assert_eq!(Format::Gltf.to_string(), "gltf");
-/// # Ok::<(), mocap::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub enum Format {
-    /// Biovision Hierarchy: `bvh`.
-    Bvh,
-    /// glTF 2.0, `.glb` and `.gltf`: `gltf`.
-    Gltf,
-    /// VRM animation: `vrma`.
-    Vrma,
-    /// Acclaim skeleton and motion: `asf-amc`.
-    AsfAmc,
-    /// C3D, markers over time: `c3d`.
-    C3d,
-    /// Autodesk FBX: `fbx`.
-    Fbx,
-    /// Biped of 3ds Max: `bip`.
-    Bip,
-    /// Unified Robot Description Format: `urdf`.
-    Urdf,
-    /// The model of a robot for MuJoCo: `mjcf`.
-    Mjcf,
-    /// Packed clip of this crate: `mclip`.
-    Mclip,
+/// Declares [`Format`] from one line for each: its documentation, the variant, and the name that users type.
+macro_rules! formats {
+    ($(#[$about:meta] $variant:ident $name:literal)*) => {
+        /// A file format, by the name that users type.
+        ///
+        /// ```
+        /// use mocap::Format;
+        ///
+        /// assert_eq!("asf-amc".parse::<Format>()?, Format::AsfAmc);
+        /// assert_eq!(Format::Gltf.to_string(), "gltf");
+        /// # Ok::<(), mocap::Error>(())
+        /// ```
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[non_exhaustive]
+        pub enum Format {
+            $(#[$about] #[doc = concat!("`", $name, "`.")] $variant,)*
+        }
+
+        impl Format {
+            /// Every format.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// The name that users type.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+        }
+    };
 }
 
-impl Format {
-    /// Every format.
-    pub const ALL: [Self; 10] = [
-        Self::Bvh,
-        Self::Gltf,
-        Self::Vrma,
-        Self::AsfAmc,
-        Self::C3d,
-        Self::Fbx,
-        Self::Bip,
-        Self::Urdf,
-        Self::Mjcf,
-        Self::Mclip,
-    ];
-
-    /// The name that users type.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Bvh => "bvh",
-            Self::Gltf => "gltf",
-            Self::Vrma => "vrma",
-            Self::AsfAmc => "asf-amc",
-            Self::C3d => "c3d",
-            Self::Fbx => "fbx",
-            Self::Bip => "bip",
-            Self::Urdf => "urdf",
-            Self::Mjcf => "mjcf",
-            Self::Mclip => "mclip",
-        }
-    }
+formats! {
+    /// Biovision Hierarchy:
+    Bvh "bvh"
+    /// glTF 2.0, `.glb` and `.gltf`:
+    Gltf "gltf"
+    /// VRM animation:
+    Vrma "vrma"
+    /// Acclaim skeleton and motion:
+    AsfAmc "asf-amc"
+    /// C3D, markers over time:
+    C3d "c3d"
+    /// Autodesk FBX:
+    Fbx "fbx"
+    /// Biped of 3ds Max:
+    Bip "bip"
+    /// Unified Robot Description Format:
+    Urdf "urdf"
+    /// The model of a robot for MuJoCo:
+    Mjcf "mjcf"
+    /// Packed clip of this crate:
+    Mclip "mclip"
 }
 
 impl fmt::Display for Format {
