@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::files::Files;
 use super::form::Form;
+use super::said::{Hear, Said, clip_taken, say_all, say_warnings, tell_of_skeleton};
 use super::{Job, Onto};
 use crate::convert::{Conversion, FirstFrame};
-use crate::edit::{EditReport, EditStep};
+use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::figure::{HumanoidMap, humanoid};
 use crate::files::ReplacePolicy;
@@ -16,38 +17,6 @@ use crate::import::{Importer, MemoryFile};
 use crate::process::SkeletonMesh;
 use crate::retargeting::{Report, Retargeting, Target};
 use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
-
-/// What comes to light while a job is done.
-///
-/// ```
-/// use mocap::job::{Job, Maker, Said};
-///
-/// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;
-/// let job = Job::from_json(job)?;
-/// let mut notes = Vec::new();
-/// let mut hear = |said: Said<'_>| {
-///     if let Said::Note(note) = said {
-///         notes.push(note.to_owned());
-///     }
-/// };
-/// let maker = Maker::new(&job, &[], &mut hear)?;
-/// maker.make(&job.source.inputs, &job.write.output, &mut hear)?;
-/// assert!(notes.iter().any(|note| note.starts_with("unit: cmu, because")));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum Said<'a> {
-    /// What may be wrong with a file.
-    Warnings(&'a Path, &'a [Diagnostic]),
-    /// What was decided, chosen or left out.
-    Note(&'a str),
-    /// What a step has changed.
-    Step(&'a EditReport),
-}
-
-/// Who hears what is said.
-pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -419,41 +388,6 @@ fn mesh(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
         None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
         None => SkeletonMesh::Skinned,
     }
-}
-
-/// What is to be known of a skeleton onto which motions go. It need not move.
-fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
-    let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
-    hear(Said::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
-    let left_out = scene.metadata.assumptions.iter();
-    let left_out = left_out.filter(|assumption| assumption.topic == Topic::Meshes);
-    left_out.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
-}
-
-/// Says the warnings of a scene, which are then not said again.
-fn say_warnings(scene: &mut Scene, file: &Path, hear: Hear<'_>) {
-    let warnings = std::mem::take(&mut scene.warnings);
-    if !warnings.is_empty() {
-        hear(Said::Warnings(file, &warnings));
-    }
-}
-
-fn say_all(assumptions: &[Assumption], hear: Hear<'_>) {
-    let sentences = assumptions.iter().map(Assumption::to_string);
-    sentences.for_each(|sentence| hear(Said::Note(&sentence)));
-}
-
-/// Which animation of several is taken, the first; `only` is a format that has one.
-fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
-    let [first, _, ..] = scene.animations.as_slice() else {
-        return None;
-    };
-    let (name, count) = (&first.name, scene.animations.len());
-    let because = only.map(|format| format!(", because {format} has one"));
-    Some(format!(
-        "clip: 0 \"{name}\" of {count}{}; --clip takes another",
-        because.unwrap_or_default()
-    ))
 }
 
 fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {

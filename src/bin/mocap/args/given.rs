@@ -70,12 +70,7 @@ impl Args {
             && let Some(subcommand) = command.find_subcommand(name)
         {
             let batch = BatchArgs::augment_args(clap::Command::default());
-            let is_of_batch = |arg: &clap::Arg| {
-                ["force", "output", "report", "require", "max_angle"]
-                    .iter()
-                    .any(|id| arg.get_id() == id)
-                    || batch.get_arguments().any(|other| other.get_id() == arg.get_id())
-            };
+            let is_of_batch = |arg: &clap::Arg| batch.get_arguments().any(|other| other.get_id() == arg.get_id());
             for arg in subcommand.get_arguments().filter(|arg| !arg.is_positional()) {
                 let id = arg.get_id().as_str();
                 if matches.try_contains_id(id).is_ok()

@@ -124,6 +124,11 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     if !to_stream {
         streams::save(&mut made.written, output, &policy)?;
     }
+    let bytes = made.written.len();
+    // The bytes of a long take are better gone before what follows.
+    if !to_stream {
+        made.written.files.clear();
+    }
     heard.warnings.append(&mut made.written.warnings);
     report::warnings(Some(input), &heard.warnings);
     heard.notes.append(&mut made.written.notes);
@@ -131,14 +136,12 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
         let choice = choice(&args.write.smaller, format.row()).filter(|_| !to_stream);
         choice.iter().chain(&heard.notes).for_each(|note| report::say(note));
         if !to_stream {
-            tell(args, input, output, &made)?;
+            tell(args, input, output, &made, bytes)?;
         }
     }
     if to_stream {
         return streams::save(&mut made.written, output, &policy);
     }
-    // The bytes of a long take are better gone before what follows.
-    made.written.files.clear();
     match args.verify {
         true => {
             let verification = job.verify(made.scene, output)?;
@@ -166,17 +169,13 @@ fn choice(smaller: &Smaller, row: &FormatInfo) -> Option<String> {
     }
 }
 
-fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &Made) -> Result<(), Failure> {
+fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &Made, bytes: usize) -> Result<(), Failure> {
     let (written, scene) = (&made.written, made.scene.as_ref());
     for renamed in &written.renamed {
         report::say(&renamed.to_string());
     }
     let animation = scene.and_then(|scene| scene.animations.first());
-    let (nodes, frames, bytes) = (
-        written.nodes,
-        animation.map_or(0, Animation::frame_count),
-        written.len(),
-    );
+    let (nodes, frames) = (written.nodes, animation.map_or(0, Animation::frame_count));
     report::say(&format!(
         "{} -> {}: {nodes} nodes, {frames} frames, {bytes} bytes",
         input.display(),

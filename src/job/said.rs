@@ -1,0 +1,74 @@
+//! What is said while a job is done.
+
+use std::path::Path;
+
+use crate::edit::EditReport;
+use crate::error::{Code, Diagnostic};
+use crate::scene::{Assumption, Scene, Topic};
+
+/// What comes to light while a job is done.
+///
+/// ```
+/// use mocap::job::{Job, Maker, Said};
+///
+/// let job = r#"{"source": {"inputs": ["fixtures/real/cmu_short.bvh"]}, "write": {"output": "walk.glb"}}"#;
+/// let job = Job::from_json(job)?;
+/// let mut notes = Vec::new();
+/// let mut hear = |said: Said<'_>| {
+///     if let Said::Note(note) = said {
+///         notes.push(note.to_owned());
+///     }
+/// };
+/// let maker = Maker::new(&job, &[], &mut hear)?;
+/// maker.make(&job.source.inputs, &job.write.output, &mut hear)?;
+/// assert!(notes.iter().any(|note| note.starts_with("unit: cmu, because")));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Said<'a> {
+    /// What may be wrong with a file.
+    Warnings(&'a Path, &'a [Diagnostic]),
+    /// What was decided, chosen or left out.
+    Note(&'a str),
+    /// What a step has changed.
+    Step(&'a EditReport),
+}
+
+/// Who hears what is said.
+pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
+
+/// What is to be known of a skeleton onto which motions go. It need not move.
+pub(super) fn tell_of_skeleton(scene: &Scene, file: &Path, hear: Hear<'_>) {
+    let warnings = scene.warnings.iter().filter(|warning| warning.code != Code::NoMotion);
+    hear(Said::Warnings(file, &warnings.cloned().collect::<Vec<_>>()));
+    let left_out = scene.metadata.assumptions.iter();
+    let left_out = left_out.filter(|assumption| assumption.topic == Topic::Meshes);
+    left_out.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
+}
+
+/// Says the warnings of a scene, which are then not said again.
+pub(super) fn say_warnings(scene: &mut Scene, file: &Path, hear: Hear<'_>) {
+    let warnings = std::mem::take(&mut scene.warnings);
+    if !warnings.is_empty() {
+        hear(Said::Warnings(file, &warnings));
+    }
+}
+
+pub(super) fn say_all(assumptions: &[Assumption], hear: Hear<'_>) {
+    let sentences = assumptions.iter().map(Assumption::to_string);
+    sentences.for_each(|sentence| hear(Said::Note(&sentence)));
+}
+
+/// Which animation of several is taken, the first; `only` is a format that has one.
+pub(super) fn clip_taken(scene: &Scene, only: Option<&str>) -> Option<String> {
+    let [first, _, ..] = scene.animations.as_slice() else {
+        return None;
+    };
+    let (name, count) = (&first.name, scene.animations.len());
+    let because = only.map(|format| format!(", because {format} has one"));
+    Some(format!(
+        "clip: 0 \"{name}\" of {count}{}; --clip takes another",
+        because.unwrap_or_default()
+    ))
+}
