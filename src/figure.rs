@@ -39,7 +39,7 @@ pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 use self::ground::Ground;
 pub use self::humanoid::{
-    ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, explain, humanoid,
+    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, explain, humanoid,
 };
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;

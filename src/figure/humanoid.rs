@@ -6,6 +6,7 @@
 //! two clips of one skeleton get one map; only where names and rest pose do not tell left from right the motion does.
 
 mod body;
+mod creature;
 mod explain;
 mod fingers;
 mod limb;
@@ -19,6 +20,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+pub use self::creature::Creature;
 pub use self::explain::{ExplainedPart, ExplainedRow, Explanation};
 use self::sides::Found;
 use self::topology::Tree;
@@ -95,6 +97,9 @@ pub struct Humanoid {
     pub found: bool,
     /// Why it is one, or why not, as one phrase.
     pub reason: String,
+    /// What it is instead, where its skeleton shows that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub creature: Option<Creature>,
     /// The bones; empty where the skeleton is not a humanoid.
     pub bones: BTreeMap<HumanoidBone, HumanoidJoint>,
     /// Whether the names of the sides are those of the body's sides.
@@ -143,6 +148,7 @@ impl Humanoid {
         if !self.found && self.missing().is_empty() {
             self.found = true;
             self.reason = "the map says so".to_owned();
+            self.creature = None;
         }
         Ok(self)
     }
@@ -157,6 +163,7 @@ impl Humanoid {
         Self {
             found: true,
             reason: reason.to_owned(),
+            creature: None,
             bones: bones.into_iter().map(|(bone, node)| (bone, joint(node))).collect(),
             sides: Sides::Agree,
             sides_confidence: Confidence::Sure,
@@ -182,6 +189,7 @@ impl Humanoid {
             found: false,
             sides_reason: reason.clone(),
             reason,
+            creature: None,
             bones: BTreeMap::new(),
             sides: Sides::Unknown,
             sides_confidence: Confidence::Unsure,
@@ -221,6 +229,12 @@ pub fn humanoid(scene: &Scene) -> Humanoid {
     let Some(mut body) = body::find(&tree) else {
         return Humanoid::refused(refusal::why_there_are_no_legs(&tree));
     };
+    if let Some((kind, reason)) = creature::find(scene, &tree, &body) {
+        return Humanoid {
+            creature: Some(kind),
+            ..Humanoid::refused(reason)
+        };
+    }
     let named = refusal::is_named(&tree, &body);
     if let Some(reason) = refusal::refusal(scene, &tree, &body, named) {
         return Humanoid::refused(reason);
@@ -236,6 +250,7 @@ pub fn humanoid(scene: &Scene) -> Humanoid {
     Humanoid {
         found: true,
         reason,
+        creature: None,
         bones,
         sides: sides.value,
         sides_confidence: sides.confidence,

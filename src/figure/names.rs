@@ -3,7 +3,7 @@
 
 pub(crate) mod words;
 
-use self::words::{FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
+use self::words::{AnimalPart, FINGER_WORDS, FINGERS_WITHIN, FingerKind, HELPERS, Meaning, NOISE, Part, meaning};
 use crate::scene::Side;
 
 /// What a name says.
@@ -19,6 +19,8 @@ pub(crate) struct Name {
     pub(crate) is_helper: bool,
     /// Whether it is a joint beside a bone that takes a part of the bone's twist.
     pub(crate) is_twist: bool,
+    /// The part of an animal that it names, which people do not have.
+    pub(crate) animal: Option<AnimalPart>,
     /// The name without its side, to find the joint of the other side by.
     pub(crate) without_side: String,
     /// The numbers in it, as they are written.
@@ -59,6 +61,8 @@ impl Name {
         }
         let joined = letters.concat();
         let is_twist = letters.iter().any(|word| is_twist(word));
+        is_helper |= is_twist;
+        let animal = letters.iter().find_map(|word| AnimalPart::of(word));
         let is_of_foot = ["foot", "toe"].iter().any(|word| joined.contains(word));
         let mut finger = finger_of(&joined, &letters).filter(|_| !is_of_foot);
         let mut found = meaning_of(&letters);
@@ -104,6 +108,7 @@ impl Name {
             finger,
             is_helper,
             is_twist,
+            animal,
             without_side: joined,
             numbers,
         }
@@ -117,7 +122,7 @@ impl Name {
             .find(|(other, _)| *other == part)
             .map(|(_, weight)| *weight);
         match weight {
-            Some(weight) if self.is_helper => 0.3 * weight,
+            Some(_) if self.is_helper => 0.0,
             Some(weight) => weight,
             None if self.is_helper => -0.7,
             None if self.meaning.is_empty() => 0.0,

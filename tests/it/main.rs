@@ -10,11 +10,13 @@ mod batch;
 mod broken;
 mod bvh_out;
 mod c3d;
+mod changed_skeletons;
 mod compressed_characters;
 mod compression;
 mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
+mod creatures;
 mod dialects;
 #[cfg(all(feature = "cli", feature = "fbx", feature = "npz"))]
 mod doors;

@@ -315,7 +315,7 @@ impl TrunkPath {
     /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of thigh
     /// and shin.
     fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
-        let fit = |place: usize, part| tree.names[self.nodes[place]].fits(part);
+        let fit = |place: usize, part| tree.fits(self.nodes[place], part);
         let along = |place: usize| self.along[place];
         let tip = self.nodes.len() - 1;
         if let Some(head) = head {
@@ -331,7 +331,7 @@ impl TrunkPath {
                 let children = tree.children[self.nodes[place]].iter();
                 children.filter(|child| tree.is_joint[**child]).count() >= 2
             };
-            if fans(head) {
+            if fans(head) && !tree.names[self.nodes[head]].is_helper {
                 tally.sign(&FACE, 1.0);
             }
             if (self.first_head()..head).any(fans) {

@@ -225,6 +225,10 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
     if helpers < joints.len() {
         joints.drain(..helpers);
     }
+    // Among joints with the names of fingers, one that says nothing is a tip, or carries another.
+    if joints.iter().any(|node| tree.names[*node].says(Part::Finger)) {
+        joints.retain(|node| !tree.names[*node].meaning.is_empty());
+    }
     let from_wrist = |node: usize| tree.between(hand, node) / forearm.max(f32::MIN_POSITIVE);
     // Four joints: one of the palm, or a tip. The knuckle is at a third of the forearm.
     while joints.len() > 3 && kind != FingerKind::Thumb {

@@ -124,7 +124,7 @@ impl<'a> Chain<'a> {
             fan: nodes.iter().position(fans),
             fits: nodes
                 .iter()
-                .map(|node| kind.parts().map(|part| tree.names[*node].fits(part)))
+                .map(|node| kind.parts().map(|part| tree.fits(*node, part)))
                 .collect(),
             are_joints: nodes.iter().map(|node| tree.is_joint[*node]).collect(),
             tree,

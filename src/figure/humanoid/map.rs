@@ -97,7 +97,9 @@ impl Map<'_> {
         self.enter(HumanoidBone::Hips, Some(trunk.hips), Part::Hips, legs);
         // Where some have names of the spine, the others between them are helpers.
         let names = &self.tree.names;
-        let is_other = |node: &usize| names[*node].is_helper || names[*node].says(Part::Hips);
+        let is_named = trunk.spine.iter().any(|node| names[*node].says(Part::Spine));
+        let says_nothing = |node: &usize| is_named && names[*node].meaning.is_empty();
+        let is_other = |node: &usize| names[*node].is_helper || names[*node].says(Part::Hips) || says_nothing(node);
         let mut spine: Vec<usize> = trunk.spine.iter().copied().filter(|node| !is_other(node)).collect();
         if spine.is_empty() {
             spine.clone_from(&trunk.spine);

@@ -1,14 +1,11 @@
 //! Why the best reading of a skeleton is not a humanoid.
 
-use glam::Vec3;
-
-use super::super::poses::poses;
 use super::body::Body;
 use super::limb::{Fit, Kind};
 use super::map::LENGTHS_MAY_FIT;
 use super::topology::Tree;
 use crate::figure::names::words::Part;
-use crate::scene::{NodeId, Scene};
+use crate::scene::Scene;
 
 /// A body is named where the bones of its limbs are, in the mean, at least this well.
 const NAMED: f32 = 0.5;
@@ -50,9 +47,6 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
             limbs(legs)
         ));
     }
-    if is_on_four_legs(scene, tree, body) {
-        return Some("the limbs at both ends of the trunk stand below it: an animal on four legs".to_owned());
-    }
     if named {
         return None;
     }
@@ -83,42 +77,4 @@ pub(super) fn refusal(scene: &Scene, tree: &Tree, body: &Body, named: bool) -> O
         return Some("the trunk has not the length of one that is between such legs and arms".to_owned());
     }
     None
-}
-
-/// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and
-/// are of nearly one length.
-fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
-    let Some(arms) = &body.arms else { return false };
-    let ratio = arms.long_bones / body.legs.long_bones;
-    let stands_on_four = |at: &dyn Fn(usize) -> Vec3| {
-        let direction = |fit: &Fit, start: usize, end: usize| {
-            let ways = fit.joints.map(|joints| {
-                let end = joints[end].or(joints[end - 1]);
-                joints[start]
-                    .zip(end)
-                    .map(|(start, end)| (at(end) - at(start)).normalize_or_zero())
-            });
-            let [Some(a), Some(b)] = ways else { return Vec3::ZERO };
-            0.5 * (a + b)
-        };
-        let legs = direction(&body.legs, 0, 2);
-        let arms = direction(arms, 1, 3);
-        let trunk = at(arms_branch(body)) - at(body.trunk.hips);
-        let trunk = trunk.normalize_or_zero();
-        legs.dot(arms) > 0.75 && legs.dot(trunk).abs() < 0.5 && arms.dot(trunk).abs() < 0.5
-    };
-    if ratio < 0.78 || !stands_on_four(&|node| tree.at[node]) {
-        return false;
-    }
-    // A body whose bones are laid along axes may look like it at rest, but not in motion.
-    let poses = poses(scene);
-    let in_motion = poses
-        .iter()
-        .filter(|pose| stands_on_four(&|node| pose.position(NodeId::new(node))))
-        .count();
-    2 * in_motion >= poses.len()
-}
-
-fn arms_branch(body: &Body) -> usize {
-    body.arms.as_ref().map_or(body.trunk.hips, |arms| arms.pair.branch)
 }

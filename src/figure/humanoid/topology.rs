@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::figure::names::Name;
+use crate::figure::names::words::Part;
 use crate::pose::{Binding, Pose};
 use crate::scene::{NodeId, NodeKind, Scene};
 
@@ -21,6 +22,14 @@ const SHORTEST_LIMB: f32 = 0.12;
 /// Fraction of joints without a length from which on the OFFSETs are taken to be left out.
 const NO_LENGTHS: f32 = 0.8;
 
+/// The joints with names of parts of a body from which on a skeleton names its bones: hips, two legs and two arms of
+/// three joints each, less one.
+const NAMED_JOINTS: usize = 12;
+
+/// How well the name of a joint without a meaning fits a part of such a skeleton. It takes away as much as the lengths
+/// of an optional bone add.
+const NAMELESS: f32 = -0.4;
+
 /// The nodes of a scene with their names read and their bones measured.
 pub(super) struct Tree {
     /// What each name says.
@@ -37,6 +46,8 @@ pub(super) struct Tree {
     pub(super) bone: Vec<f32>,
     /// Length of the longest chain from the node down.
     pub(super) reach: Vec<f32>,
+    /// Whether the skeleton names its bones, so that a joint without a meaning is less likely one.
+    is_named: bool,
 }
 
 impl Tree {
@@ -60,14 +71,29 @@ impl Tree {
                 reach[parent] = reach[parent].max(reach[index] + bone[index]);
             }
         }
+        let names: Vec<Name> = scene.nodes.iter().map(|node| Name::read(&node.name)).collect();
+        let with_part = names.iter().filter(|name| !name.meaning.is_empty() && !name.is_helper);
         Self {
-            names: scene.nodes.iter().map(|node| Name::read(&node.name)).collect(),
+            is_named: with_part.count() >= NAMED_JOINTS,
+            names,
             at,
             parent,
             children,
             is_joint: scene.nodes.iter().map(|node| node.kind == NodeKind::Joint).collect(),
             bone,
             reach,
+        }
+    }
+
+    /// How well the name of a node fits a part, as [`Name::fits`]; among joints with names, one without a meaning fits
+    /// less.
+    pub(super) fn fits(&self, node: usize, part: Part) -> f32 {
+        let name = &self.names[node];
+        let says_nothing = name.meaning.is_empty() && !name.is_helper;
+        if self.is_named && says_nothing {
+            NAMELESS
+        } else {
+            name.fits(part)
         }
     }
 
@@ -151,7 +177,7 @@ pub(super) struct Pair {
 /// Pairs of limbs that can be arms or legs, the longest first.
 pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     let mut pairs = Vec::new();
-    let longest = tree.reach.iter().copied().fold(0.0, f32::max);
+    let longest = tree.reach.get(trunk_of(tree)).copied().unwrap_or(0.0);
     for (branch, children) in tree.children.iter().enumerate() {
         if children.len() < 2 || children.len() > MOST_CHILDREN {
             continue;
@@ -178,6 +204,30 @@ pub(super) fn pairs(tree: &Tree, most: usize) -> Vec<Pair> {
     pairs.sort_by(|a, b| b.reach.total_cmp(&a.reach));
     pairs.truncate(most);
     pairs
+}
+
+/// The share of all nodes that are below one child of a node, from which on the node only carries it.
+const CARRIES: f32 = 0.9;
+
+/// The topmost node that more hangs on than one other with all that is below it. Those above it only place the figure:
+/// some have an OFFSET of many metres.
+fn trunk_of(tree: &Tree) -> usize {
+    let mut below = vec![1_usize; tree.parent.len()];
+    for node in (0..below.len()).rev() {
+        if let Some(parent) = tree.parent[node] {
+            below[parent] += below[node];
+        }
+    }
+    let most = CARRIES * below.first().copied().unwrap_or(0) as f32;
+    let carried = |node: usize| {
+        let mut children = tree.children.get(node)?.iter().copied();
+        children.find(|child| below[*child] as f32 >= most)
+    };
+    let mut node = 0;
+    while let Some(child) = carried(node) {
+        node = child;
+    }
+    node
 }
 
 /// Whether two limbs can be the left and the right one of a body.

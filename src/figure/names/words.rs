@@ -299,6 +299,7 @@ const WORDS: &[(Meaning, &[&str])] = &[
             "toebase",
             "ball",
             "football",
+            "forefoot",
             "metatarsal",
             "metatarsals",
             "foottoe",
@@ -362,6 +363,7 @@ pub(crate) const NOISE: &[&str] = &[
 pub(crate) const HELPERS: &[&str] = &[
     "twist",
     "roll",
+    "split",
     "ik",
     "pole",
     "target",
@@ -447,6 +449,31 @@ pub(crate) fn meaning(word: &str) -> Meaning {
             .collect()
     });
     MEANINGS.get(word).copied().unwrap_or_default()
+}
+
+/// A part that animals have, and people do not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AnimalPart {
+    Tail,
+    Wing,
+    Beak,
+    /// A paw, a hoof, or another word of a limb that ends in one: 3ds Max calls the third bone of a hind leg horse
+    /// link.
+    Paw,
+}
+
+impl AnimalPart {
+    /// The part that a word names.
+    pub(crate) fn of(word: &str) -> Option<Self> {
+        match word {
+            "tail" | "tailbone" | "しっぽ" | "尻尾" => Some(Self::Tail),
+            "wing" | "wings" | "feather" | "feathers" => Some(Self::Wing),
+            "beak" => Some(Self::Beak),
+            "paw" | "paws" | "hoof" | "hooves" | "fetlock" | "pastern" | "hock" | "horselink" | "hindleg"
+            | "hindlegs" | "hindfoot" | "rearleg" | "backleg" | "frontleg" => Some(Self::Paw),
+            _ => None,
+        }
+    }
 }
 
 /// A finger, from the thumb on.

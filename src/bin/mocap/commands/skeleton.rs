@@ -6,7 +6,8 @@ use std::path::Path;
 
 use mocap::Scene;
 use mocap::figure::{
-    Axis, Confidence, Explanation, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone, TPoseSource, explain,
+    Axis, Confidence, Creature, Explanation, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone,
+    TPoseSource, explain,
 };
 use mocap::scene::RootOffset;
 use serde::Serialize;
@@ -96,6 +97,8 @@ struct UnitReport {
 struct HumanoidReport {
     found: bool,
     reason: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    creature: Option<Creature>,
     bones: BTreeMap<HumanoidBone, BoneReport>,
     missing: Vec<HumanoidBone>,
 }
@@ -157,6 +160,7 @@ impl Report {
             humanoid: HumanoidReport {
                 found: humanoid.found,
                 reason: humanoid.reason.clone(),
+                creature: humanoid.creature,
                 bones: humanoid
                     .bones
                     .iter()
@@ -330,7 +334,8 @@ fn print(found: &Report) -> io::Result<()> {
     }
     let humanoid = &found.humanoid;
     if !humanoid.found {
-        return writeln!(out, "no humanoid: {}", humanoid.reason);
+        let class = humanoid.creature.map(|creature| format!(" ({})", creature.as_str()));
+        return writeln!(out, "no humanoid: {}{}", humanoid.reason, class.unwrap_or_default());
     }
     let missing: Vec<&str> = humanoid.missing.iter().map(|bone| bone.as_str()).collect();
     match missing.as_slice() {

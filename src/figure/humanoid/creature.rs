@@ -1,0 +1,156 @@
+//! Creatures that have legs and a trunk, and are no humanoids.
+//!
+//! Names of parts that people do not have, a tail, and the lengths of a bird say so, which are alike in all clips of a
+//! skeleton; and so does how it stands, where its limbs have the lengths of four legs.
+
+use glam::Vec3;
+use serde::Serialize;
+
+use super::super::poses::poses;
+use super::body::Body;
+use super::limb::Fit;
+use super::sides::stands;
+use super::topology::Tree;
+use crate::figure::names::words::AnimalPart;
+use crate::scene::{NodeId, Scene};
+
+/// A kind of creature that is no humanoid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Creature {
+    /// It walks on four legs.
+    FourLegged,
+    /// It has wings, or the legs and the neck of a bird.
+    Bird,
+    /// It has a tail; its skeleton does not show that it stands on four legs.
+    Tailed,
+}
+
+impl Creature {
+    /// Its name in JSON.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::FourLegged => "four-legged",
+            Self::Bird => "bird",
+            Self::Tailed => "tailed",
+        }
+    }
+}
+
+/// The joints of a tail at least, and its length as a share of thigh and shin: less may be a part of a coat.
+const TAIL_JOINTS: usize = 2;
+const SHORTEST_TAIL: f32 = 0.3;
+
+/// From the ankle to the toes, as a share of the shin: 0.35 for people, and 0.27 is the spread of its logarithm in
+/// `tools/figure/fit`. A bird stands on its toes, with the ankle where people have a knee.
+const SOLE_OF_BIRD: f32 = 0.6;
+
+/// From the shoulders to the head, as a share of thigh and shin: 0.3 for people.
+const NECK_OF_BIRD: f32 = 0.6;
+
+/// Upper arm and forearm as a share of thigh and shin, from which on they can be legs: 0.6 for people, with a spread of
+/// 0.06, and 0.8 to 1.1 for dogs, cats and horses.
+const FRONT_LEGS: f32 = 0.78;
+
+/// What the best reading of a skeleton is instead of a humanoid, and why.
+pub(super) fn find(scene: &Scene, tree: &Tree, body: &Body) -> Option<(Creature, String)> {
+    let name = |node: usize| &scene.nodes[node].name;
+    if let Some((kind, node)) = named_part(tree, body) {
+        let words = match kind {
+            Creature::Bird => "a part of a bird",
+            _ => "a part of an animal on four legs",
+        };
+        return Some((kind, format!("{:?} is {words}", name(node))));
+    }
+    if is_on_four_legs(scene, tree, body) {
+        let reason = "the limbs at both ends of the trunk stand below it: an animal on four legs";
+        return Some((Creature::FourLegged, reason.to_owned()));
+    }
+    if has_lengths_of_bird(tree, body) {
+        let reason = "it stands on its toes, and its neck is long: a bird";
+        return Some((Creature::Bird, reason.to_owned()));
+    }
+    let tail = tail(tree, body)?;
+    Some((Creature::Tailed, format!("{:?} begins a tail: an animal", name(tail))))
+}
+
+/// A joint with the name of a part that people do not have: of a limb, or of the face.
+fn named_part(tree: &Tree, body: &Body) -> Option<(Creature, usize)> {
+    let limbs = || std::iter::once(&body.legs).chain(&body.arms);
+    let is_in_limb = |node: usize| limbs().any(|fit| fit.pair.roots.iter().any(|root| tree.is_within(node, *root)));
+    let is_in_face = |node: usize| body.trunk.head.is_some_and(|head| tree.is_within(node, head));
+    (0..tree.names.len()).find_map(|node| match tree.names[node].animal? {
+        AnimalPart::Wing if is_in_limb(node) => Some((Creature::Bird, node)),
+        AnimalPart::Beak if is_in_face(node) => Some((Creature::Bird, node)),
+        AnimalPart::Paw if is_in_limb(node) => Some((Creature::FourLegged, node)),
+        _ => None,
+    })
+}
+
+/// The first joint of a tail that springs from the trunk below the shoulders.
+fn tail(tree: &Tree, body: &Body) -> Option<usize> {
+    let is_tail = |node: usize| tree.is_joint[node] && tree.names[node].animal == Some(AnimalPart::Tail);
+    let trunk = &body.trunk;
+    let above = trunk.neck.or(trunk.head);
+    let springs_from_trunk = |node: usize| {
+        let parent = tree.parent[node]?;
+        let is_above = above.is_some_and(|above| tree.is_within(parent, above));
+        (!is_tail(parent) && !is_above).then_some(())
+    };
+    (0..tree.names.len()).filter(|&node| is_tail(node)).find(|&node| {
+        let joints = tree.chain(node).into_iter().filter(|&node| tree.is_joint[node]).count();
+        let length = tree.bone[node] + tree.reach[node];
+        springs_from_trunk(node).is_some() && joints >= TAIL_JOINTS && length >= SHORTEST_TAIL * body.legs.long_bones
+    })
+}
+
+/// Whether the legs are those of an animal that stands on its toes, and its neck is long.
+fn has_lengths_of_bird(tree: &Tree, body: &Body) -> bool {
+    let stands_on_toes = body.legs.joints.iter().all(|joints| {
+        let [_, Some(lower), Some(foot), Some(toes)] = *joints else {
+            return false;
+        };
+        let (shin, sole) = (tree.between(lower, foot), tree.between(foot, toes));
+        shin > 0.0 && sole >= SOLE_OF_BIRD * shin
+    });
+    let shoulders = body.arms.as_ref().map(|arms| arms.pair.branch);
+    let neck = shoulders.zip(body.trunk.head);
+    let neck = neck.map_or(0.0, |(shoulders, head)| tree.between(shoulders, head));
+    stands_on_toes && neck >= NECK_OF_BIRD * body.legs.long_bones
+}
+
+/// Whether the limbs at both ends of the trunk stand on the ground: they point in one direction, across the trunk, and
+/// are of nearly one length. A rest pose whose bones are laid along axes says nothing; then the motion decides alone.
+fn is_on_four_legs(scene: &Scene, tree: &Tree, body: &Body) -> bool {
+    let Some(arms) = &body.arms else { return false };
+    if arms.long_bones < FRONT_LEGS * body.legs.long_bones {
+        return false;
+    }
+    let stands_on_four = |at: &dyn Fn(usize) -> Vec3| {
+        let direction = |fit: &Fit, start: usize, end: usize| {
+            let ways = fit.joints.map(|joints| {
+                let end = joints[end].or(joints[end - 1]);
+                joints[start]
+                    .zip(end)
+                    .map(|(start, end)| (at(end) - at(start)).normalize_or_zero())
+            });
+            let [Some(a), Some(b)] = ways else { return Vec3::ZERO };
+            0.5 * (a + b)
+        };
+        let legs = direction(&body.legs, 0, 2);
+        let front = direction(arms, 1, 3);
+        let trunk = (at(arms.pair.branch) - at(body.trunk.hips)).normalize_or_zero();
+        legs.dot(front) > 0.75 && legs.dot(trunk).abs() < 0.5 && front.dot(trunk).abs() < 0.5
+    };
+    if !stands_on_four(&|node| tree.at[node]) && (stands(tree, body) || scene.animations.is_empty()) {
+        return false;
+    }
+    // A body whose bones are laid along axes may look like it at rest, but not in motion.
+    let poses = poses(scene);
+    let in_motion = poses
+        .iter()
+        .filter(|pose| stands_on_four(&|node| pose.position(NodeId::new(node))))
+        .count();
+    2 * in_motion >= poses.len()
+}
