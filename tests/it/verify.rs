@@ -546,4 +546,5 @@ mod of_arrays {
     }
 }
 
+mod truth;
 mod verdicts;
