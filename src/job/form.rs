@@ -105,6 +105,10 @@ fn row(writing: &Writing, known: &str) -> Result<&'static FormatInfo> {
 
 fn unknown(writing: &Writing, known: &str) -> Diagnostic {
     let message = match (&writing.to, writing.is_stream()) {
+        (None, _) if writing.is_folder() => format!(
+            "{}: a folder does not name the format of its outputs: --to, write.to in a job, must be {known}",
+            writing.output.display()
+        ),
         (None, false) => format!(
             "{}: the name of the output must end in {known}",
             writing.output.display()

@@ -240,6 +240,34 @@ fn a_dash_is_standard_output_in_every_command_that_writes_one_file() {
     }
 }
 
+/// A job reads and writes streams as the command that printed it.
+#[test]
+fn a_dash_in_a_job_is_standard_input_and_output() {
+    let walk = "real/cmu_short.bvh";
+    let folder = tempfile::tempdir().unwrap();
+    let job = folder.path().join("job.json");
+    for line in [
+        "convert - - --to gltf",
+        "edit - -o - --to bvh --step mirror",
+        "robot - --robot fixtures/robots/h1.urdf -o - --to csv --fps 10",
+    ] {
+        let arguments: Vec<&str> = line.split(' ').collect();
+        let made = mocap_with_input(&arguments, walk);
+        assert!(made.status.success(), "{line}: {}", words(&made));
+        let printed = mocap_with_input(&[&arguments[..], &["--print-job"]].concat(), walk);
+        fs::write(&job, printed.stdout).unwrap();
+        let ran = mocap_with_input(&["run", job.to_str().unwrap()], walk);
+        assert!(ran.status.success(), "{line}: {}", words(&ran));
+        assert!(ran.stdout == made.stdout && !made.stdout.is_empty(), "{line}");
+    }
+    // The job itself came from there.
+    let job = command(&["run", "-"])
+        .stdin(Stdio::from(File::open(&job).unwrap()))
+        .output();
+    let job = job.unwrap();
+    assert_eq!(job.status.code(), Some(2), "{}", words(&job));
+}
+
 #[test]
 fn a_pipe_among_many_files_is_a_failed_row() {
     let folder = tempfile::tempdir().unwrap();

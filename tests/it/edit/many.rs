@@ -149,6 +149,12 @@ fn what_cannot_be_done_for_many_is_refused() {
         folder.refuses(&command, 2, reason);
     }
     let job = r#"{"source": {"inputs": ["in"]}, "write": {"output": "out/"}}"#;
+    folder.write("job.json", job.as_bytes());
+    folder.refuses(
+        "run job.json",
+        2,
+        "out/: a folder does not name the format of its outputs",
+    );
     let error = mocap::job::Job::from_json(job).unwrap().run().unwrap_err();
     assert!(error.to_string().contains("mocap run"), "{error}");
 }
