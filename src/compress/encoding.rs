@@ -17,13 +17,20 @@ pub(crate) trait Encoding {
     fn rotations(&self, steps: f32) -> RotationFormat;
 
     /// How translations are stored whose components are up to `largest`, with steps of about `step`, both in one unit.
-    fn translations(&self, step: f32, largest: f32) -> TranslationFormat;
+    /// Usually as 32-bit floats.
+    fn translations(&self, _step: f32, _largest: f32) -> TranslationFormat {
+        TranslationFormat::Float32
+    }
 
-    /// Which frames may have keys.
-    fn key_frames(&self) -> KeyFrameChoice;
+    /// Which frames may have keys. Usually what is best for keys as plain numbers.
+    fn key_frames(&self) -> KeyFrameChoice {
+        KeyFrameChoice::OwnOrShared
+    }
 
     /// About the bytes of a clip, to choose between two with different key frames.
-    fn size(&self, clip: &CompressedClip) -> usize;
+    fn size(&self, clip: &CompressedClip) -> usize {
+        clip.size()
+    }
 
     /// Adds the key frames that the format needs of a clip of so many frames.
     fn with_required(&self, key_frames: KeyFrames, _frames: usize) -> KeyFrames {
@@ -78,17 +85,5 @@ pub(crate) struct Float32;
 impl Encoding for Float32 {
     fn rotations(&self, _steps: f32) -> RotationFormat {
         RotationFormat::Float32
-    }
-
-    fn translations(&self, _step: f32, _largest: f32) -> TranslationFormat {
-        TranslationFormat::Float32
-    }
-
-    fn key_frames(&self) -> KeyFrameChoice {
-        KeyFrameChoice::OwnOrShared
-    }
-
-    fn size(&self, clip: &CompressedClip) -> usize {
-        clip.size()
     }
 }

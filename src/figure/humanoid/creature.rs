@@ -15,6 +15,8 @@ use crate::figure::names::words::AnimalPart;
 use crate::scene::{NodeId, Scene};
 
 /// A kind of creature that is no humanoid.
+///
+/// [`Humanoid`](crate::figure::Humanoid) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]

@@ -85,20 +85,6 @@ setters! {
     }
 }
 
-/// What was written.
-///
-/// [`write()`] has an example.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct BvhReport {
-    /// Rows of the motion.
-    pub frames: usize,
-    /// Values in a row.
-    pub channels: usize,
-    /// Bytes of the file.
-    pub bytes: usize,
-}
-
 /// The text of a BVH file.
 ///
 /// ```
@@ -115,7 +101,7 @@ pub struct BvhReport {
 /// [`Code::Unrepresentable`](crate::Code::Unrepresentable), with the joint, where a value is not finite or a quaternion
 /// is not a rotation, and where the scene has no nodes.
 pub fn write(scene: &Scene, options: &BvhOptions) -> Result<Vec<u8>> {
-    Ok(build::text(scene, options)?.0.into_bytes())
+    Ok(build::text(scene, options)?.into_bytes())
 }
 
 impl BvhOptions {
@@ -130,7 +116,7 @@ impl BvhOptions {
 
 /// The files of the row.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
-    let (text, _) = build::text(scene, &options.bvh)?;
+    let text = build::text(scene, &options.bvh)?;
     Ok(Written {
         warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         nodes: scene.nodes.len(),

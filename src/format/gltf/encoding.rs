@@ -51,18 +51,6 @@ impl Encoding for Int16 {
         RotationFormat::Int16
     }
 
-    fn translations(&self, _step: f32, _largest: f32) -> TranslationFormat {
-        TranslationFormat::Float32
-    }
-
-    fn key_frames(&self) -> KeyFrameChoice {
-        KeyFrameChoice::OwnOrShared
-    }
-
-    fn size(&self, clip: &CompressedClip) -> usize {
-        clip.size()
-    }
-
     fn constant_step(&self) -> Option<f64> {
         self.constant_step
     }

@@ -200,7 +200,7 @@ impl Document {
         build::document(scene, &options, Content::VrmAnimation)
     }
 
-    /// The report. [`GltfReport::bytes`] is set only by [`export`].
+    /// The report. [`GltfReport::bytes`] is 0, for there is no file yet.
     pub fn report(&self) -> &GltfReport {
         &self.report
     }

@@ -6,7 +6,7 @@ use glam::{DVec3, Mat4, Quat, Vec3};
 
 use super::angles::Angles;
 use super::number::{push, push_single, shortest};
-use super::{BvhOptions, BvhReport, Channels};
+use super::{BvhOptions, Channels};
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::limits::{self, FARTHEST, is_plausible};
 use crate::pose::{Binding, Trs};
@@ -18,7 +18,7 @@ const USUAL_ORDER: RotationOrder = RotationOrder::Zxy;
 /// Frames per second of a file that holds only a rest pose.
 const POSE_FRAME_RATE: f64 = 30.0;
 
-pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, BvhReport)> {
+pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<String> {
     let motion = Motion::new(scene);
     let joints = joints(&motion, options)?;
     let frames = motion.animation.map_or(1, frame_count);
@@ -35,12 +35,7 @@ pub(super) fn text(scene: &Scene, options: &BvhOptions) -> Result<(String, BvhRe
     push(&mut text, shortest.map_or(frame_time, |[seconds]| seconds), None);
     text.push('\n');
     push_rows(&mut text, &motion, &joints, frames, options)?;
-    let report = BvhReport {
-        frames,
-        channels: joints.iter().map(Joint::channel_count).sum(),
-        bytes: text.len(),
-    };
-    Ok((text, report))
+    Ok(text)
 }
 
 /// A warning where scales move joints, for which BVH has no channel, with the largest distance.
@@ -167,12 +162,6 @@ struct Joint<'a> {
     /// Whether it has rotation channels.
     turns: bool,
     order: RotationOrder,
-}
-
-impl Joint<'_> {
-    fn channel_count(&self) -> usize {
-        3 * (usize::from(self.moves) + usize::from(self.turns))
-    }
 }
 
 /// The nodes in their order, with what each has in the hierarchy.
