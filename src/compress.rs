@@ -20,6 +20,7 @@
 //!
 //! A [`PackedClip`] is the result in a form of its own, from which a pose is computed without unpacking the rest.
 
+pub(crate) mod at_rest;
 mod bit_rate;
 mod candidates;
 mod clip;

@@ -20,11 +20,12 @@ mod space;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Code, Result};
-use crate::figure::{self, HumanoidMap};
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{self, Figure, HumanoidMap, TPose};
 use crate::limits::{self, Limits};
+use crate::pose::Pose;
 use crate::process;
-use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
+use crate::scene::{Animation, AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 pub(crate) use self::moment::part_ticks;
 pub use self::moment::{Moment, TimeRange};
@@ -65,7 +66,16 @@ pub enum RestPoseSource {
     InFile,
     /// The pose of a frame of the file, from 0.
     Frame(u64),
+    /// The T-pose of the humanoid: arms sideways, facing along an axis. In it no joint has a rotation: the frames of
+    /// all joints are along the axes of the world.
+    TPose,
+    /// The T-pose with its arms lowered by 45 degrees, likewise.
+    APose,
 }
+
+/// How far the arms of an A-pose are below horizontal, in degrees: those of MakeHuman's, Unreal's and Mixamo's are
+/// between 40 and 55.
+const A_POSE: f32 = 45.0;
 
 /// What to do with the root's motion over the ground.
 ///
@@ -117,6 +127,7 @@ pub struct Conversion {
     frame_rate: Option<f64>,
     first_frame: FirstFrame,
     rest: RestPoseSource,
+    t_pose_first: bool,
     root: RootMotion,
     limits: Limits,
 }
@@ -361,6 +372,28 @@ impl Conversion {
         self
     }
 
+    /// Whether the T-pose is put before the first frame, as programs that read BVH want it: on the floor of the motion,
+    /// where the motion begins.
+    ///
+    /// Default: `false`. The frames of the motion are then one later. The T-pose is that of the frames that are kept,
+    /// at their rate.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::convert::RestPoseSource;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let frames = scene.animations[0].frame_count();
+    /// Conversion::new().rest(RestPoseSource::TPose).t_pose_first(true).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), frames + 1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn t_pose_first(mut self, t_pose_first: bool) -> Self {
+        self.t_pose_first = t_pose_first;
+        self
+    }
+
     /// What to do with the root's motion over the ground.
     ///
     /// Default: [`RootMotion::Keep`].
@@ -437,6 +470,7 @@ impl Conversion {
     /// # Errors
     /// As [`Conversion::check`]; and [`Code::InvalidValue`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
     /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
+    /// [`Code::NotHumanoid`] where a T-pose is asked for, and no humanoid is found.
     /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits)
     /// allow; `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
@@ -455,6 +489,11 @@ impl Conversion {
             let message = "the frame of the rest pose is after the last frame";
             moment::check_within(animation, frame as f64, message)?;
         }
+        if self.t_pose_first && animation.is_none() {
+            let message = "there is no motion before which the T-pose could stand";
+            return Err(Diagnostic::new(Code::NoMotion, message).into());
+        }
+        let standing = self.standing(scene, &figure)?;
 
         let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
         if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
@@ -467,6 +506,9 @@ impl Conversion {
         let of_figure = figure.assumptions_of_figure();
         if figure.humanoid.sides == figure::Sides::Opposite {
             guesses.extend(of_figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
+        }
+        if standing.is_some() || self.t_pose_first {
+            guesses.extend(figure.t_pose(scene).map(TPose::assumption));
         }
         let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
         scene.metadata.assumptions.extend(recorded.cloned());
@@ -484,7 +526,12 @@ impl Conversion {
         if let Some(rate) = self.frame_rate {
             process::resample(scene, rate, &self.limits)?;
         }
+        let stands = standing.is_some();
+        self.stand(scene, standing)?;
         self.convert_space(scene, survey);
+        if stands {
+            process::zero_rest_rotations(scene)?;
+        }
         Ok(guesses)
     }
 
@@ -517,6 +564,54 @@ impl Conversion {
             first_frame: FirstFrame::Keep,
             ..self
         }
+    }
+
+    /// The rest pose of a figure that stands; `None` where none is asked for.
+    fn standing(&self, scene: &Scene, figure: &Figure) -> Result<Option<Pose>> {
+        let pose = |t_pose: &TPose| match self.rest {
+            RestPoseSource::APose => Some(t_pose.with_lowered_arms(scene, A_POSE)),
+            RestPoseSource::TPose => Some(t_pose.pose.clone()),
+            RestPoseSource::InFile | RestPoseSource::Frame(_) => None,
+        };
+        let is_asked_for = matches!(self.rest, RestPoseSource::TPose | RestPoseSource::APose);
+        if !(is_asked_for || self.t_pose_first) {
+            return Ok(None);
+        }
+        let t_pose = figure.t_pose(scene).ok_or_else(|| {
+            let message = format!("there is no T-pose: {}", figure.humanoid.reason);
+            Diagnostic::new(Code::NotHumanoid, message)
+                .help("name its bones in a map (--map), or take the pose of a frame: --rest frame:N")
+        })?;
+        if is_asked_for {
+            process::can_zero_rest_rotations(scene)?;
+        }
+        Ok(pose(t_pose).map(|pose| t_pose.at_rest(scene, pose)))
+    }
+
+    /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
+    fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>) -> Result<()> {
+        if self.t_pose_first {
+            // The T-pose of the frames that are there can be found again in what is written.
+            let figure = figure_of(scene, &self.bones)?;
+            standing = self.standing(scene, &figure)?;
+            for animation in 0..scene.animations.len() {
+                let first = figure
+                    .t_pose(scene)
+                    .map(|t_pose| t_pose.on_floor(scene, &figure, animation));
+                if let Some(first) = first {
+                    process::put_first(scene, animation, &first);
+                }
+            }
+            scene.metadata.steps.push(AppliedStep::Edit {
+                edit: serde_json::json!({ "step": "t-pose-first" }),
+                with: None,
+                bones: self.bones.clone(),
+            });
+        }
+        if let Some(standing) = standing {
+            process::set_rest_pose(scene, &standing);
+        }
+        Ok(())
     }
 
     /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.

@@ -53,4 +53,6 @@ self::list::steps! {
     in_place: InPlace;
     extract_root: ExtractRoot;
     reverse: Reverse;
+    rest: Rest, RestReport, StandingPose;
+    t_pose_first: TPoseFirst;
 }

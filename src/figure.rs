@@ -12,6 +12,7 @@ mod extent;
 pub(crate) mod ground;
 pub(crate) mod hierarchy;
 mod humanoid;
+pub(crate) mod knuckles;
 mod measure;
 pub(crate) mod names;
 mod poses;

@@ -35,6 +35,7 @@ mod skeleton_mesh;
 mod split;
 mod trim;
 mod validate;
+mod zero_rest_rotations;
 
 pub use self::collapse_keys::{KeyTolerance, collapse_keys};
 pub use self::convert_units::convert_units;
@@ -46,7 +47,9 @@ pub use self::reduce_keys::reduce_keys;
 pub use self::remove_sizeless_meshes::remove_sizeless_meshes;
 pub use self::resample::resample;
 pub use self::rest_pose::rest_pose;
+pub(crate) use self::rest_pose::{put_first, set_rest_pose};
 pub use self::root_motion::{in_place, root_motion};
 pub use self::skeleton_mesh::{SkeletonMesh, skeleton_mesh};
 pub use self::trim::trim;
 pub use self::validate::{Part, Rule, Violation, validate};
+pub(crate) use self::zero_rest_rotations::{can_zero_rest_rotations, zero_rest_rotations};

@@ -52,7 +52,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::format::gltf::Provenance;
 use crate::import::Importer;
 use crate::process::SkeletonMesh;
-use crate::scene::{Format, NodeKind, Origin, Scene, SecondMotion};
+use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 
 /// Compares a written file with its source file. The source is read as the conversion read it, where the written file
 /// says how that was.
@@ -217,6 +217,7 @@ impl Verifier {
         output.check_not_retargeted(source)?;
         let provenance = self.provenance_of(output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
+        let has_new_axes = steps.contains(&AppliedStep::ZeroRestRotations);
         let original = source;
         let edited = change::edited(original, steps, &|motion| self.second(motion, file))?;
         let (source, steps) = match &edited {
@@ -266,7 +267,12 @@ impl Verifier {
                 Some(path) => own_meshes.clone().import(path).ok(),
                 None => Some(original.clone()),
             };
-            let found = skin::find(original, skinned, (&change, output.keeps_axes(source)), &with_meshes);
+            let found = skin::find(
+                original,
+                skinned,
+                (&change, output.keeps_axes(source) && !has_new_axes),
+                &with_meshes,
+            );
             verification.findings.extend(found);
         }
         if let Some(provenance) = output.provenance() {
@@ -278,7 +284,7 @@ impl Verifier {
             metres: output.metres_per_unit(source, &change),
             is_gltf: output.format() == Some(Format::Gltf),
             is_packed: output.format() == Some(Format::Mclip),
-            turns: output.keeps_axes(source),
+            turns: output.keeps_axes(source) && !has_new_axes,
         };
         let (mut errors, mut lost) = (Errors::default(), Errors::default());
         let mut has_lost = false;

@@ -46,6 +46,8 @@ pub struct PackedClip<'a> {
     bytes: Cow<'a, [u8]>,
     /// The pose of what does not move; of what moves the rest pose.
     rest: Vec<Trs>,
+    /// The rest transforms of nodes whose constant ones are others.
+    at_rest: Vec<(u32, Trs)>,
     nodes: Vec<ClipNode>,
     rotations: Vec<RotationTrack>,
     translations: Vec<TranslationTrack>,

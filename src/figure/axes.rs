@@ -175,6 +175,14 @@ impl Shown {
             .then(|| (Quat::from_axis_angle(along, angle), Evidence::Average))
     }
 
+    /// The rotation of a hand in the world that it has on the average of the motion, with that of the joint of its
+    /// forearm.
+    pub(super) fn hand(&self, bone: Bone, forearm_rotation: impl Fn(NodeId) -> Quat) -> Option<Quat> {
+        let (forearm, average) = self.hands.get(&bone)?;
+        let hand = forearm_rotation(*forearm) * *average;
+        hand.is_finite().then_some(hand)
+    }
+
     /// The rotation in the world of a joint of the trunk that is turned by `rotation`, where the motion shows another:
     /// a quarter or a half turn about `up`, if that suffices.
     pub(super) fn settle(&self, node: NodeId, axes: Quat, rotation: Quat) -> Option<Quat> {

@@ -6,6 +6,7 @@ use glam::{Quat, Vec3};
 
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::hierarchy::Hierarchy;
+use crate::figure::knuckles::Knuckles;
 use crate::figure::t_pose::{self, limb_end};
 use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, TPose, TPoseSource, humanoid};
 use crate::pose::Trs;
@@ -24,6 +25,7 @@ pub(crate) struct Body {
     t_pose: TPose,
     /// The scene's nodes.
     pub(crate) hierarchy: Hierarchy,
+    knuckles: Knuckles,
     pub(crate) names: Vec<String>,
     pub(crate) rest_rotations: Vec<Quat>,
     pub(crate) rest: Vec<Trs>,
@@ -72,7 +74,9 @@ impl Body {
             .map(|node| Trs::from_matrix(node.transform))
             .collect();
         figure.humanoid = figure.humanoid.with_sides_of_the_body();
+        let hierarchy = Hierarchy::new(scene);
         let mut body = Self {
+            knuckles: Knuckles::new(scene, &hierarchy, &bones),
             axes: t_pose.axes,
             hips: bones[&Bone::Hips],
             t_pose,
@@ -84,7 +88,7 @@ impl Body {
             metres_per_unit: figure.survey.metres_per_unit,
             leg: 0.0,
             figure,
-            hierarchy: Hierarchy::new(scene),
+            hierarchy,
             bones,
         };
         body.trunk_and_neck(scene);
@@ -190,7 +194,7 @@ impl Body {
 
     /// The node towards which a bone points: the next bone, else the only child of its joint.
     pub(crate) fn next(&self, bone: Bone, joint: NodeId) -> Option<NodeId> {
-        t_pose::next(&self.hierarchy, &self.bones, bone, joint)
+        t_pose::next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint)
     }
 
     /// The joint of a foot or of its toes; for toes without a joint the first node below the ankle.

@@ -1,8 +1,10 @@
 //! Finds jumps of a motion: a rest pose as the first frame, or two takes in one file.
 
+use std::collections::HashMap;
+
 use super::extent::extent;
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, NodeId, Scene};
+use crate::pose::{Binding, Pose, Trs};
+use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 /// A jump moves some node by at least this fraction of the skeleton's size from one frame to the next.
 const SHARE_OF_SIZE: f32 = 0.05;
@@ -14,8 +16,9 @@ const TIMES_THE_USUAL: f32 = 5.0;
 /// there and back, and both jumps would count as usual.
 const NEIGHBOURS: usize = 4;
 
-/// A joint rotated by less than half a degree is at rest; this is the cosine of half that angle.
-const RESTING: f32 = 0.999_990_5;
+/// A joint that is rotated by less than 2 degrees from the rest pose is at rest, in radians: compression moves a finger
+/// so far within a millimetre.
+const RESTING: f32 = 0.035;
 
 /// Fraction of the joints that rest in a rest pose. CMU's has the legs a little apart.
 const RESTING_SHARE: f32 = 0.75;
@@ -37,14 +40,19 @@ pub(super) fn first_frame_is_rest_pose(scene: &Scene) -> bool {
         return false;
     };
     let (steps, size) = steps(scene, 0, animation.frame_count().min(NEIGHBOURS + 2));
-    let first_rotations = || {
-        animation
-            .channels
-            .iter()
-            .filter_map(|channel| channel.rotation_keys.values.first())
-    };
-    let resting = first_rotations().filter(|rotation| rotation.w.abs() > RESTING).count();
-    let joints = first_rotations().count();
+    let driven: HashMap<NodeId, usize> = Binding::new(scene, animation).driven().collect();
+    let (mut joints, mut resting) = (0, 0);
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let channel = driven.get(&NodeId::new(index));
+        if node.kind != NodeKind::Joint && channel.is_none() {
+            continue;
+        }
+        // A joint without a channel is at rest all the time.
+        let first = channel.and_then(|channel| animation.channels[*channel].rotation_keys.values.first());
+        let rest = Trs::from_matrix(node.transform).rotation;
+        joints += 1;
+        resting += usize::from(first.is_none_or(|first| first.angle_between(rest) < RESTING));
+    }
     !steps.is_empty() && is_cut(&steps, 0, size) && resting as f32 >= RESTING_SHARE * joints as f32
 }
 

@@ -46,7 +46,7 @@ impl Hierarchy {
         children.next().is_none().then_some(child)
     }
 
-    fn children(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+    pub(crate) fn children(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
         let is_child = move |child: &usize| self.parents[*child] == Some(node.index());
         (node.index() + 1..self.parents.len()).filter(is_child).map(NodeId::new)
     }

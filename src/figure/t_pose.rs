@@ -7,6 +7,7 @@
 //! shows them ([`level`]). `docs/retargeting.md` says what each bone keeps.
 
 mod level;
+mod placed;
 mod stance;
 mod standing;
 
@@ -19,6 +20,7 @@ use super::Figure;
 use super::axes::{Evidence, Shown, angle_about};
 use super::axis::RestPose;
 use super::hierarchy::Hierarchy;
+use super::knuckles::Knuckles;
 use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
 use crate::scene::{Confidence, Format, HumanoidBone as Bone, NodeId, Scene, Side};
@@ -165,11 +167,21 @@ impl TPose {
         let hierarchy = Hierarchy::new(scene);
         let bones = humanoid.bones.iter().map(|(bone, joint)| (*bone, joint.joint));
         let bones = bones.collect();
+        let knuckles = Knuckles::new(scene, &hierarchy, &bones);
         // A rest pose that stands says how bones are turned about themselves.
         let shown = (!stands).then(|| Shown::new(scene, &hierarchy, &bones));
-        let (source, reference) = standing::reference(scene, &humanoid, figure.up.value, &axes, shown.as_ref());
+        let sources = standing::Sources {
+            humanoid: &humanoid,
+            knuckles: &knuckles,
+            shown: shown.as_ref(),
+        };
+        let (source, reference) = standing::reference(scene, &sources, figure.up.value, &axes);
+        // The rest pose of a VRM animation is the T-pose, whatever it looks like.
+        let is_t_pose = scene.metadata.format == Some(Format::Vrma) && rest_pose == RestPose::TPose;
         let mut builder = Builder {
             source,
+            is_t_pose,
+            knuckles,
             axes: Quat::from_mat3(&axes).normalize(),
             bones,
             hierarchy,
@@ -181,7 +193,6 @@ impl TPose {
             turns: BTreeMap::new(),
         };
         builder.turn_bones(&axes);
-        // The T-pose of a VRM animation is that of its rest pose.
         if scene.metadata.format != Some(Format::Vrma) {
             builder.level(scene);
         }
@@ -224,6 +235,9 @@ struct Turn {
 /// A T-pose while it is made.
 struct Builder {
     source: TPoseSource,
+    /// Whether the reference pose is the T-pose itself.
+    is_t_pose: bool,
+    knuckles: Knuckles,
     axes: Quat,
     bones: BTreeMap<Bone, NodeId>,
     hierarchy: Hierarchy,
@@ -246,6 +260,15 @@ impl Builder {
     }
 
     fn turn_bones(&mut self, axes: &Mat3) {
+        if self.is_t_pose {
+            let stands = || Turn {
+                rotation: Quat::IDENTITY,
+                confidence: Confidence::Sure,
+                reason: TPoseReason::Stands,
+            };
+            self.turns = self.bones.keys().map(|bone| (*bone, stands())).collect();
+            return;
+        }
         let facing = self.turn_to_face(axes.y_axis, axes.z_axis);
         let mut turned: BTreeMap<Bone, Turn> = BTreeMap::new();
         for (&bone, &joint) in &self.bones {
@@ -266,15 +289,18 @@ impl Builder {
                     Bone::LeftUpperArm | Bone::LeftUpperLeg => facing,
                     _ => above,
                 };
-                match next(&self.hierarchy, &self.bones, bone, joint) {
-                    Some(next) => {
-                        let along = start * (self.position(next) - self.position(joint));
+                let next = next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint);
+                let along = next.map(|next| start * (self.position(next) - self.position(joint)));
+                match along.filter(|along| along.length() > self.shortest(joint)) {
+                    Some(along) => {
                         let turn = arc(along, self.axes * direction) * start;
                         self.palm_down(bone, joint, turn, direction)
                             .or_else(|| self.rolled(bone, joint, turn, direction, above))
                             .unwrap_or((turn, TPoseReason::ShortestArc))
                     }
-                    None => (start, TPoseReason::FollowsTheBoneAbove),
+                    None => self
+                        .as_on_average(bone, joint, above)
+                        .unwrap_or((start, TPoseReason::FollowsTheBoneAbove)),
                 }
             }
             (None, Bone::LeftFoot) => (
@@ -321,16 +347,31 @@ impl Builder {
         }
     }
 
+    /// A bone shorter than this points nowhere: a thousandth of the one above it.
+    fn shortest(&self, joint: NodeId) -> f32 {
+        let above = self.hierarchy.parents[joint.index()].map(NodeId::new);
+        above.map_or(0.0, |above| 1e-3 * self.position(joint).distance(self.position(above)))
+    }
+
+    /// A hand that shows nothing of itself, turned against its forearm as on the average of the motion. `above` is the
+    /// rotation of the forearm.
+    fn as_on_average(&self, bone: Bone, joint: NodeId, above: Quat) -> Option<(Quat, TPoseReason)> {
+        let forearm = |node: NodeId| above * self.rotations[node.index()];
+        let hand = self.shown.as_ref()?.hand(bone, forearm)?;
+        let turn = hand * self.rotations[joint.index()].inverse();
+        (self.source == TPoseSource::Computed).then_some((turn, TPoseReason::AverageOfMotion))
+    }
+
     /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
     /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
     /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose
     /// palm looks up has its whole arm turned.
     fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
-        let at = |finger: Bone| Some(self.position(self.joint(finger.on(side))?));
+        let at = |finger: Bone| Some(self.position(self.knuckles.of(finger.on(side))?));
         let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
         let thumb = || {
-            let thumb = at(Bone::LeftThumbProximal).or(at(Bone::LeftThumbDistal))?;
+            let thumb = at(Bone::LeftThumbProximal)?;
             Some(thumb - self.position(joint))
         };
         let (across, forward) = match knuckles {
@@ -460,21 +501,30 @@ pub(crate) fn direction(bone: Bone) -> Option<Vec3> {
     }
 }
 
+/// The knuckles towards which a hand points: the first that is known.
+const POINTING_KNUCKLES: [Bone; 4] = [
+    Bone::LeftMiddleProximal,
+    Bone::LeftIndexProximal,
+    Bone::LeftRingProximal,
+    Bone::LeftLittleProximal,
+];
+
 /// The node towards which a bone points: the next bone, else the only child of its joint.
-pub(crate) fn next(hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>, bone: Bone, joint: NodeId) -> Option<NodeId> {
+pub(crate) fn next(
+    hierarchy: &Hierarchy,
+    bones: &BTreeMap<Bone, NodeId>,
+    knuckles: &Knuckles,
+    bone: Bone,
+    joint: NodeId,
+) -> Option<NodeId> {
     let side = bone.side().unwrap_or(Side::Left);
-    let knuckles: &[Bone] = match bone.on(Side::Left) {
-        Bone::LeftHand => &[
-            Bone::LeftMiddleProximal,
-            Bone::LeftIndexProximal,
-            Bone::LeftRingProximal,
-            Bone::LeftLittleProximal,
-        ],
+    let of_hand: &[Bone] = match bone.on(Side::Left) {
+        Bone::LeftHand => &POINTING_KNUCKLES,
         _ => &[],
     };
-    let knuckles = knuckles.iter().map(|knuckle| knuckle.on(side));
+    let of_hand = of_hand.iter().filter_map(|knuckle| knuckles.of(knuckle.on(side)));
     let next = limb_end(bone).or_else(|| next_of_finger(bone));
-    let mut named = knuckles.chain(next).filter_map(|next| bones.get(&next).copied());
+    let mut named = of_hand.chain(next.and_then(|next| bones.get(&next).copied()));
     named
         .find(|next| hierarchy.is_below(*next, joint))
         .or_else(|| hierarchy.only_child(joint))

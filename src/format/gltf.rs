@@ -4,6 +4,7 @@
 //! file's nodes and tracks.
 
 mod accessors;
+mod bind;
 mod character;
 mod compression;
 mod encoding;

@@ -211,10 +211,14 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "cli", arg(long, value_name = "WHEN", default_value = "no"))]
     #[serde(skip_serializing_if = "is_default")]
     pub drop_first_frame: FirstFrame,
-    /// Rest pose: zero (all rotations 0, as in the file), or frame:N
+    /// Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N
     #[cfg_attr(feature = "cli", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
     pub rest: Rest,
+    /// Put the T-pose before the first frame, on the floor
+    #[cfg_attr(feature = "cli", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub t_pose_first: bool,
     /// What becomes of the motion over the ground: it stays, it is taken out, or it moves to a joint above the root.
     // Not an argument of its own: a command line has two switches for it.
     #[cfg_attr(feature = "cli", arg(skip))]
@@ -284,6 +288,7 @@ impl SourceFrames {
             .first_frame(self.drop_first_frame)
             .rest(self.rest.0)
             .root(self.root)
+            .t_pose_first(self.t_pose_first)
             .trim(first, last);
         match self.fps {
             Some(rate) => conversion.frame_rate(rate),

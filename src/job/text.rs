@@ -232,7 +232,7 @@ pub struct Rest(pub RestPoseSource);
 
 impl Rest {
     #[cfg(feature = "schema")]
-    const TAKES: &str = "zero (all rotations 0, as in the file), or frame:N";
+    const TAKES: &str = "zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N";
 }
 
 impl FromStr for Rest {
@@ -242,8 +242,10 @@ impl FromStr for Rest {
         let frame = text.strip_prefix("frame:").and_then(|frame| frame.parse().ok());
         match (text, frame) {
             ("zero", _) => Ok(Self(RestPoseSource::InFile)),
+            ("t-pose", _) => Ok(Self(RestPoseSource::TPose)),
+            ("a-pose", _) => Ok(Self(RestPoseSource::APose)),
             (_, Some(frame)) => Ok(Self(RestPoseSource::Frame(frame))),
-            _ => Err("neither zero nor frame:N".to_owned()),
+            _ => Err("expected zero, t-pose, a-pose or frame:N".to_owned()),
         }
     }
 }
@@ -252,6 +254,8 @@ impl fmt::Display for Rest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             RestPoseSource::Frame(frame) => write!(f, "frame:{frame}"),
+            RestPoseSource::TPose => f.write_str("t-pose"),
+            RestPoseSource::APose => f.write_str("a-pose"),
             _ => f.write_str("zero"),
         }
     }
@@ -351,7 +355,7 @@ mod tests {
         round_trips::<UnitChoice>(&["auto", "cm", "cmu", "0.0254"]);
         round_trips::<UpChoice>(&["auto", "y", "z", "-y", "-z"]);
         round_trips::<TimeRange>(&["..", "1..", "..480f", "1.5..4", "120f..480f"]);
-        round_trips::<Rest>(&["zero", "frame:0", "frame:7"]);
+        round_trips::<Rest>(&["zero", "frame:0", "frame:7", "t-pose", "a-pose"]);
         round_trips::<StepLength>(&["auto", "none", "1.25"]);
         round_trips::<Angle>(&["0", "12.5"]);
     }

@@ -242,6 +242,9 @@ pub enum AppliedStep {
     InPlace,
     /// [`process::root_motion`](crate::process::root_motion).
     RootMotion,
+    /// The frames of all joints were put along the axes of the world at rest, so that the rotations of the rest pose
+    /// are zero: [`RestPoseSource::TPose`](crate::convert::RestPoseSource::TPose).
+    ZeroRestRotations,
     /// [`retarget::vrm_humanoid`](crate::retarget::vrm_humanoid()): the bones of the humanoid alone.
     VrmHumanoid {
         /// The rotation about +Y that brought the figure to face +Z at rest, in degrees.

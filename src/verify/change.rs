@@ -57,7 +57,10 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             }
             AppliedStep::InPlace => process::in_place(scene),
             AppliedStep::RootMotion => process::root_motion(scene),
-            AppliedStep::SelectClip { .. } | AppliedStep::VrmHumanoid { .. } | AppliedStep::Retarget { .. } => {}
+            AppliedStep::SelectClip { .. }
+            | AppliedStep::VrmHumanoid { .. }
+            | AppliedStep::Retarget { .. }
+            | AppliedStep::ZeroRestRotations => {}
             AppliedStep::Edit { edit, with, bones } => {
                 let other = match with {
                     Some(with) => {
@@ -134,7 +137,10 @@ impl Change {
                 AppliedStep::VrmHumanoid { heading, lift } => {
                     change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
                 }
-                AppliedStep::SelectClip { .. } | AppliedStep::Retarget { .. } | AppliedStep::Edit { .. } => {}
+                AppliedStep::SelectClip { .. }
+                | AppliedStep::Retarget { .. }
+                | AppliedStep::Edit { .. }
+                | AppliedStep::ZeroRestRotations => {}
             }
         }
         change

@@ -23,7 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "error", "limits", "options", "scene", "math", "pose", "figure", "compress",
         ],
     ),
-    ("convert", &["error", "limits", "scene", "figure", "process"]),
+    ("convert", &["error", "limits", "scene", "pose", "figure", "process"]),
     (
         "edit",
         &[

@@ -200,7 +200,9 @@ fn keys_are_shared_where_that_is_smaller() {
         let samplers = read
             .animations()
             .flat_map(|animation| animation.samplers().collect::<Vec<_>>());
-        let clocks: BTreeSet<usize> = samplers.map(|sampler| sampler.input().index()).collect();
+        // Of what moves: a track of one key has a time of its own.
+        let moving = samplers.filter(|sampler| sampler.input().count() > 1);
+        let clocks: BTreeSet<usize> = moving.map(|sampler| sampler.input().index()).collect();
         assert_eq!(clocks.len() == 1, is_shared, "{file}: {clocks:?}");
     }
 }
@@ -380,7 +382,9 @@ fn a_scale_that_is_one_but_for_rounding_is_no_track() {
 
 #[test]
 fn constant_rotations_of_a_small_file_have_few_decimals() {
-    let scene = in_metres(&import("rokoko_dance.bvh"));
+    // Nodes take them up where a skin keeps the rest pose.
+    let importer = mocap::Importer::new().skeleton_mesh(mocap::SkeletonMesh::Skinned);
+    let scene = in_metres(&importer.import("fixtures/real/rokoko_dance.bvh").unwrap());
     let json = json(&write_glb(&scene, &options(Compression::Int16, 0.001)).unwrap());
     let mut rotations = 0;
     for rotation in json["nodes"]

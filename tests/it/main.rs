@@ -55,6 +55,7 @@ mod public;
 #[cfg(feature = "cli")]
 mod refusals;
 mod render;
+mod rest_out;
 mod retarget;
 #[cfg(feature = "cli")]
 mod retarget_command;

@@ -378,8 +378,8 @@ fn what_a_damaged_file_says_names_the_place() {
         Importer::new().read(&bytes, "walk.mclip").unwrap_err().to_string()
     };
     assert_eq!(
-        said(&|bytes| bytes[4] = 2),
-        "walk.mclip: error[invalid-clip]: this version of packed clips cannot be read; expected 1; found 2"
+        said(&|bytes| bytes[4] = 3),
+        "walk.mclip: error[invalid-clip]: this version of packed clips cannot be read; expected 1 or 2; found 3"
     );
     assert_eq!(
         said(&|bytes| bytes.truncate(100)),

@@ -3,7 +3,8 @@
 use mocap::figure::{Figure, HumanoidBone as Bone, TPoseReason, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
-use mocap::{Pose, Scene};
+use mocap::scene::Format;
+use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
 
 use crate::retarget::{character, motion};
 
@@ -117,6 +118,70 @@ fn the_frames_of_joints_say_nothing_where_the_rest_pose_does_not_stand() {
             }
         }
     }
+}
+
+/// Files of several programs: a rest pose that does not stand, one that does, CMU's first frame, joints whose rotation
+/// is constant and not that of the rest pose.
+const FORMS: [&str; 7] = [
+    "real/rokoko_dance.bvh",
+    "real/additive_root_walk.bvh",
+    "real/additive_root_pose.bvh",
+    "real/cmu_short.bvh",
+    "real/z_up_dab.bvh",
+    "skeletons/vicon_sword_attack.bvh",
+    "real/biovision_example1.bvh",
+];
+
+#[test]
+fn a_motion_retargets_alike_from_every_format_that_holds_it() {
+    let target = character("human_game_engine");
+    for file in FORMS {
+        let source = motion(file);
+        let expected = limbs(&source, &target);
+        for format in [Format::Gltf, Format::Mclip, Format::Vrma, Format::Fbx] {
+            if format == Format::Fbx && cfg!(not(feature = "fbx")) {
+                continue;
+            }
+            // A glTF without a mesh has no skin, and so no bind pose.
+            let written = Exporter::new().max_error(0.0005).write(&source, format).unwrap();
+            let bytes = written.files[0].bytes();
+            let importer = Importer::new().format(format);
+            let mut read = importer.read(&bytes, "motion").unwrap();
+            Conversion::new().apply(&mut read).unwrap();
+            for (was, is) in std::iter::zip(&expected, limbs(&read, &target)) {
+                for ((was, is), bone) in std::iter::zip(was, is).zip(LIMBS) {
+                    let off = was.angle_between(is).to_degrees();
+                    assert!(off < 2.0, "{file} as {format:?}: {} {off} degrees", bone.as_str());
+                }
+            }
+        }
+    }
+}
+
+/// Nodes that hold the constant tracks, and a skin that holds the rest pose, are what many programs write.
+#[test]
+fn the_rest_pose_of_gltf_with_a_skin_is_its_bind_pose() {
+    let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);
+    let mut scene = importer.import("fixtures/real/rokoko_dance.bvh").unwrap();
+    Conversion::new().apply(&mut scene).unwrap();
+    let written = Exporter::new().write(&scene, Format::Gltf).unwrap();
+    let bytes = written.files[0].bytes();
+    let nodes = gltf::Gltf::from_slice(&bytes).unwrap();
+    let rotated = nodes.nodes().filter(|node| node.transform().decomposed().1[3] < 0.99);
+    assert!(
+        rotated.count() >= 5,
+        "all nodes stand as at rest, so that this shows nothing"
+    );
+    let read = Importer::new().read(&bytes, "a.glb").unwrap();
+    let same = |was: &Pose, is: &Pose, what: &str| {
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let (was, is) = (was.node_to_world[index], is.node_to_world[index]);
+            assert!(was.abs_diff_eq(is, 1e-4), "{what}: {} is at {is}, not {was}", node.name);
+        }
+    };
+    same(&Pose::rest(&scene), &Pose::rest(&read), "at rest");
+    let middle = |scene: &Scene| Pose::at_tick(scene, 0, 500.0).unwrap();
+    same(&middle(&scene), &middle(&read), "in motion");
 }
 
 #[test]

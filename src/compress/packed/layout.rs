@@ -3,7 +3,9 @@
 use super::bits::{bits_at, lowest};
 
 pub(super) const MAGIC: [u8; 4] = *b"MCLP";
+/// Clips whose nodes stand at rest as they do in the motion, and all.
 pub(super) const VERSION: u16 = 1;
+pub(super) const VERSION_WITH_REST: u16 = 2;
 
 /// Bytes of a node in the table of nodes, of a rotation track and of a translation track in theirs.
 pub(super) const NODE: usize = 5;
@@ -30,7 +32,11 @@ pub(super) mod node {
     pub(in super::super) const TRANSLATION: u8 = 8;
     pub(in super::super) const SCALE: u8 = 16;
     pub(in super::super) const END_SITE: u8 = 32;
-    pub(in super::super) const ALL: u8 = 63;
+    /// What stays constant in the motion, and is otherwise in the rest pose.
+    pub(in super::super) const REST_ROTATION: u8 = 64;
+    pub(in super::super) const REST_TRANSLATION: u8 = 128;
+    /// Those of version 1.
+    pub(in super::super) const FIRST: u8 = 63;
 }
 
 /// The kind of a rotation track in a block whose keys do not all drop one component; smaller ones are that

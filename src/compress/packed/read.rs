@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use super::bits::{PADDING, bits_at, lowest};
 use super::layout::{
     ALL_KEYS, HAS_TICKS, LOG2_BLOCK_FRAMES, Lines, MAGIC, MAX_ROTATION_BITS, MAX_TRANSLATION_BITS, MIXED, NO_PARENT,
-    NODE, ROTATION, RotationTrack, TRANSLATION, TranslationTrack, VERSION, node,
+    NODE, ROTATION, RotationTrack, TRANSLATION, TranslationTrack, VERSION, VERSION_WITH_REST, node,
 };
 use super::{ClipNode, PackedClip};
 use crate::compress::quantize::Lattice;
@@ -82,6 +82,15 @@ impl<'a> Reader<'a> {
         Ok(Vec3::new(self.f32()?, self.f32()?, self.f32()?))
     }
 
+    /// The rotation of a node.
+    fn rotation(&mut self, node: usize) -> Result<Quat> {
+        let rotation = Quat::from_xyzw(self.f32()?, self.f32()?, self.f32()?, self.f32()?);
+        if (rotation.length_squared() - 1.0).abs() > 1e-3 {
+            return Err(invalid(format!("the rotation of node {node} has not length 1")));
+        }
+        Ok(rotation)
+    }
+
     /// A table of `count` entries of `size` bytes must fit before anything is allocated for it.
     fn expect(&self, count: usize, size: usize) -> Result<()> {
         let bytes = count.saturating_mul(size);
@@ -104,10 +113,10 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     }
     reader.take(MAGIC.len())?;
     let version = reader.u16()?;
-    if version != VERSION {
+    if !(VERSION..=VERSION_WITH_REST).contains(&version) {
         return Err(expected_found(
             "this version of packed clips cannot be read",
-            VERSION.to_string(),
+            format!("{VERSION} or {VERSION_WITH_REST}"),
             version.to_string(),
         ));
     }
@@ -133,8 +142,13 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     if ticks_per_second <= 0.0 || duration < 0.0 || max_error < 0.0 {
         return Err(invalid("the rate, the duration and the error must not be below 0"));
     }
-    let (nodes, rest, driven) = read_nodes(&mut reader, node_count, name_bytes)?;
-    let [rotates, translates] = driven;
+    let known = if version == VERSION { node::FIRST } else { u8::MAX };
+    let Nodes {
+        nodes,
+        rest,
+        at_rest,
+        driven: [rotates, translates],
+    } = read_nodes(&mut reader, node_count, name_bytes, known)?;
     if rotates.len() != rotations || translates.len() != translations {
         return Err(expected_found(
             "the header has another number of tracks than the nodes",
@@ -174,6 +188,7 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     reader.take((blocks + 1) * size_of::<u32>())?;
     let clip = PackedClip {
         rest,
+        at_rest,
         nodes,
         rotations,
         translations,
@@ -193,10 +208,17 @@ pub(super) fn open(bytes: Cow<'_, [u8]>) -> Result<PackedClip<'_>> {
     Ok(clip)
 }
 
-type Nodes = (Vec<ClipNode>, Vec<Trs>, [Vec<u32>; 2]);
+/// The nodes, their transforms where nothing moves them, those of the rest pose that are others, and which of them
+/// rotate and translate.
+struct Nodes {
+    nodes: Vec<ClipNode>,
+    rest: Vec<Trs>,
+    at_rest: Vec<(u32, Trs)>,
+    driven: [Vec<u32>; 2],
+}
 
-/// The nodes, their rest transforms, and which of them rotate and translate.
-fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Result<Nodes> {
+/// `known` are the flags that a node may have.
+fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize, known: u8) -> Result<Nodes> {
     reader.expect(count, NODE)?;
     let mut table = Reader {
         bytes: reader.take(count * NODE)?,
@@ -206,7 +228,7 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
     reader.take(name_bytes)?;
     let mut name = first_name;
     let (mut nodes, mut rest) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut driven = [Vec::new(), Vec::new()];
+    let (mut driven, mut at_rest) = ([Vec::new(), Vec::new()], Vec::new());
     for index in 0..count {
         let parent = Some(table.u16()?).filter(|parent| *parent != NO_PARENT);
         let [flags] = table.array()?;
@@ -218,7 +240,7 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
                 parent.map_or_else(|| "no parent".to_owned(), |parent| format!("parent {parent}")),
             ));
         }
-        if flags & !node::ALL != 0 {
+        if flags & !known != 0 {
             return Err(invalid(format!("node {index} has unknown flags")));
         }
         if end > first_name + name_bytes || std::str::from_utf8(&reader.bytes[name..end]).is_err() {
@@ -234,10 +256,7 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
         name = end;
         let mut trs = Trs::IDENTITY;
         if flags & node::ROTATION != 0 {
-            trs.rotation = Quat::from_xyzw(reader.f32()?, reader.f32()?, reader.f32()?, reader.f32()?);
-            if (trs.rotation.length_squared() - 1.0).abs() > 1e-3 {
-                return Err(invalid(format!("the rotation of node {index} has not length 1")));
-            }
+            trs.rotation = reader.rotation(index)?;
         }
         if flags & node::TRANSLATION != 0 {
             trs.translation = reader.vector()?;
@@ -246,13 +265,27 @@ fn read_nodes(reader: &mut Reader<'_>, count: usize, name_bytes: usize) -> Resul
             trs.scale = reader.vector()?;
         }
         rest.push(trs);
+        if flags & node::REST_ROTATION != 0 {
+            trs.rotation = reader.rotation(index)?;
+        }
+        if flags & node::REST_TRANSLATION != 0 {
+            trs.translation = reader.vector()?;
+        }
+        if flags & !node::FIRST != 0 {
+            at_rest.push((index as u32, trs));
+        }
         for (flag, driven) in std::iter::zip([node::ROTATES, node::TRANSLATES], &mut driven) {
             if flags & flag != 0 {
                 driven.push(index as u32);
             }
         }
     }
-    Ok((nodes, rest, driven))
+    Ok(Nodes {
+        nodes,
+        rest,
+        at_rest,
+        driven,
+    })
 }
 
 /// Whether a node with this parent may follow `nodes`: the parent is the last of them or stands above it.

@@ -73,7 +73,11 @@ impl PackedClip<'_> {
             transform: Mat4::from_scale_rotation_translation(rest.scale, rest.rotation.normalize(), rest.translation),
             ..Node::default()
         };
-        let mut nodes: Vec<Node> = self.rest.iter().enumerate().map(node).collect();
+        let mut rest = self.rest.clone();
+        for (index, at_rest) in &self.at_rest {
+            rest[*index as usize] = *at_rest;
+        }
+        let mut nodes: Vec<Node> = rest.iter().enumerate().map(node).collect();
         for index in 1..nodes.len() {
             if let Some(parent) = self.parent(index)
                 && nodes[parent].kind == NodeKind::EndSite

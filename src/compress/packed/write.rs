@@ -8,9 +8,10 @@ use super::bits::{BitWriter, PADDING, width};
 use super::layout::{
     ALL_KEYS, DROPPED_BITS, HAS_TICKS, KIND_BITS, LOG2_BLOCK_FRAMES, Lines, MAGIC, MAX_ROTATION_BITS,
     MAX_TRANSLATION_BITS, MIXED, MUST_HAVE_KEY, NO_PARENT, ROTATION_WIDTH_BITS, RotationTrack, TRANSLATION_WIDTH_BITS,
-    TranslationTrack, VERSION, node, on_line, rotation_width_code,
+    TranslationTrack, VERSION, VERSION_WITH_REST, node, on_line, rotation_width_code,
 };
-use crate::compress::clip::{CompressedClip, Track};
+use crate::compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
+use crate::compress::clip::{CompressedClip, CompressedTrack, Track};
 use crate::compress::quantize::{QuantizedRotation, RotationFormat, TranslationFormat};
 use crate::compress::{Encoding, ErrorBound, compress};
 use crate::error::{Code, Diagnostic, Result};
@@ -374,8 +375,11 @@ impl File<'_> {
             flags |= ALL_KEYS;
         }
         let names: usize = self.scene.nodes.iter().map(|node| node.name.len()).sum();
+        let has_rest = std::iter::zip(&self.scene.nodes, &self.clip.tracks)
+            .any(|(node, track)| rest_flags(&Trs::from_matrix(node.transform), track) != 0);
+        let version = if has_rest { VERSION_WITH_REST } else { VERSION };
         let mut out = MAGIC.to_vec();
-        out.extend(VERSION.to_le_bytes());
+        out.extend(version.to_le_bytes());
         out.extend((log2 as u16).to_le_bytes());
         for number in [self.scene.nodes.len(), ticks.len()] {
             out.extend(fits_u32(number)?.to_le_bytes());
@@ -439,6 +443,14 @@ impl File<'_> {
                 flags |= node::SCALE;
                 values.extend(rest.scale.to_array());
             }
+            let at_rest = rest_flags(&rest, track);
+            flags |= at_rest;
+            if at_rest & node::REST_ROTATION != 0 {
+                values.extend(rest.rotation.to_array());
+            }
+            if at_rest & node::REST_TRANSLATION != 0 {
+                values.extend(rest.translation.to_array());
+            }
             let parent = scene_node.parent.map_or(NO_PARENT, |parent| parent.0 as u16);
             out.extend(parent.to_le_bytes());
             out.push(flags);
@@ -452,6 +464,22 @@ impl File<'_> {
         out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         Ok(())
     }
+}
+
+/// What of a node stays constant in the motion, and is otherwise at rest.
+fn rest_flags(rest: &Trs, track: &CompressedTrack) -> u8 {
+    let mut flags = 0;
+    if let Track::Constant(rotation) = &track.rotation
+        && !is_rotation_of_rest(*rotation, rest.rotation)
+    {
+        flags |= node::REST_ROTATION;
+    }
+    if let Track::Constant(translation) = &track.translation
+        && !is_translation_of_rest(*translation, rest.translation)
+    {
+        flags |= node::REST_TRANSLATION;
+    }
+    flags
 }
 
 fn fits_u32(number: usize) -> Result<u32, Box<Diagnostic>> {

@@ -2,10 +2,11 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 
-use super::TPoseSource;
+use super::{POINTING_KNUCKLES, TPoseSource};
 use crate::figure::axes::Shown;
 use crate::figure::axis::{Axis, RestPose};
 use crate::figure::humanoid::Humanoid;
+use crate::figure::knuckles::Knuckles;
 use crate::figure::measure::Measures;
 use crate::math::directions::{arc, rotation_of};
 use crate::pose::Pose;
@@ -14,15 +15,18 @@ use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 /// The largest angle between the trunk of a figure that stands and the up axis, in radians.
 const UPRIGHT: f32 = 0.35;
 
+/// What a reference pose is made from.
+pub(super) struct Sources<'a> {
+    pub(super) humanoid: &'a Humanoid,
+    pub(super) knuckles: &'a Knuckles,
+    /// What the motion shows, where the rest pose does not stand.
+    pub(super) shown: Option<&'a Shown>,
+}
+
 /// The rest pose where it stands, and nothing of the motion is `shown`; else the first frame of the motion if that is
 /// a T-pose; else a figure whose bones are turned to where they point in one.
-pub(super) fn reference(
-    scene: &Scene,
-    humanoid: &Humanoid,
-    up: Axis,
-    figure_to_world: &Mat3,
-    shown: Option<&Shown>,
-) -> (TPoseSource, Pose) {
+pub(super) fn reference(scene: &Scene, sources: &Sources<'_>, up: Axis, figure_to_world: &Mat3) -> (TPoseSource, Pose) {
+    let &Sources { humanoid, shown, .. } = sources;
     let rest = Pose::rest(scene);
     let Some(shown) = shown else {
         return (
@@ -43,7 +47,7 @@ pub(super) fn reference(
     }
     (
         TPoseSource::Computed,
-        computed(scene, figure_to_world, humanoid, shown, rest),
+        computed(scene, figure_to_world, sources, shown, rest),
     )
 }
 
@@ -66,7 +70,8 @@ fn upright(scene: &Scene, humanoid: &Humanoid, up: Vec3, mut rest: Pose) -> Pose
 }
 
 /// Turns each bone, from the hips outwards, to where it points in T-pose.
-fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, shown: &Shown, rest: Pose) -> Pose {
+fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown: &Shown, rest: Pose) -> Pose {
+    let &Sources { humanoid, knuckles, .. } = sources;
     let axes = Axes::new(figure_to_world);
     let to_world = Quat::from_mat3(figure_to_world).normalize();
     let joint = |bone: Bone| humanoid.joint(bone);
@@ -89,7 +94,7 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, humanoid: &Humanoid, shown: &
         }
         let rotation = match bone {
             Bone::Hips => axes.hips(&pose, &joint),
-            _ => next_of(scene, bone, node, &joint).and_then(|next| {
+            _ => next_of(scene, bone, node, &joint, knuckles).and_then(|next| {
                 let way = (pose.position(next) - pose.position(node)).try_normalize()?;
                 Some(Quat::from_rotation_arc(way, axes.direction(bone)?))
             }),
@@ -131,15 +136,27 @@ fn turn(pose: &mut Pose, scene: &Scene, node: NodeId, rotation: Quat) {
 }
 
 /// The node that shows where a bone points: the next bone, else the child of its joint.
-fn next_of(scene: &Scene, bone: Bone, node: NodeId, joint: &impl Fn(Bone) -> Option<NodeId>) -> Option<NodeId> {
+fn next_of(
+    scene: &Scene,
+    bone: Bone,
+    node: NodeId,
+    joint: &impl Fn(Bone) -> Option<NodeId>,
+    knuckles: &Knuckles,
+) -> Option<NodeId> {
     let side = bone.side().unwrap_or(Side::Left);
     let candidates: &[Bone] = match bone {
         Bone::Spine => &[Bone::Chest, Bone::UpperChest, Bone::Neck, Bone::Head],
         Bone::Chest => &[Bone::UpperChest, Bone::Neck, Bone::Head],
         Bone::UpperChest => &[Bone::Neck, Bone::Head],
-        Bone::LeftHand | Bone::RightHand => &[Bone::LeftMiddleProximal, Bone::LeftIndexProximal],
         _ => &[],
     };
+    if bone.on(Side::Left) == Bone::LeftHand
+        && let Some(knuckle) = POINTING_KNUCKLES
+            .iter()
+            .find_map(|knuckle| knuckles.of(knuckle.on(side)))
+    {
+        return Some(knuckle);
+    }
     let hangs_on = |child: &NodeId| {
         let parent = |node: &NodeId| scene.nodes[node.index()].parent;
         std::iter::successors(parent(child), parent).any(|above| above == node)

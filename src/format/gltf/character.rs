@@ -1,7 +1,7 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
 use super::Provenance;
-use super::read::{Placed, read_placed};
+use super::read::{Placed, RestPose, read_placed};
 use super::write::{GltfOptions, GltfReport, patch};
 use crate::error::Result;
 use crate::figure::{Humanoid, humanoid};
@@ -42,7 +42,7 @@ impl Character {
             nodes: placed,
             bones,
             ..
-        } = read_placed(source, options)?;
+        } = read_placed(source, options, RestPose::Nodes)?;
         bones?;
         let mut nodes = vec![None; scene.nodes.len()];
         for (index, id) in placed {

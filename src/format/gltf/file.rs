@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{DQuat, Mat4, Quat, Vec3, Vec4};
 
-use super::accessors::{Budget, Bytes};
+use super::accessors::{self, Budget, Bytes};
 use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::{Provenance, humanoid, required, streams};
@@ -16,6 +16,7 @@ use crate::error::{Diagnostic, Result};
 use crate::files::percent_decoded;
 use crate::format::Failure;
 use crate::limits::{self, FARTHEST, Limits, SMALLEST_SCALE, is_degenerate_scale, limit_exceeded};
+use crate::scene::NodeId;
 
 /// A glTF file with those of its buffers that animations need.
 pub(crate) struct File<'a> {
@@ -43,6 +44,12 @@ pub(crate) struct Transform {
     pub(crate) scale: Vec3,
     /// All three, or the matrix of the file, which may shear.
     pub(crate) matrix: Mat4,
+}
+
+/// A node of the scene, and where the file puts it.
+pub(super) struct PlacedNode {
+    pub(super) id: NodeId,
+    pub(super) transform: Transform,
 }
 
 impl<'a> File<'a> {
@@ -74,7 +81,18 @@ impl<'a> File<'a> {
             }
         }
         let budget = Budget::new(limits, size, streams::length(&root, &views).min(size));
-        let views = streams::decode(&root, &views, &buffers, &budget)?;
+        let mut views = streams::decode(&root, &views, &buffers, &budget)?;
+        // Bind poses are read where they can be.
+        let of_skins = views_of_skins(&root);
+        for view in of_skins.iter().filter_map(|&view| root.buffer_views.get(view)) {
+            let index = streams::source(view)
+                .filter(|_| cfg!(feature = "meshopt"))
+                .unwrap_or(view.buffer);
+            if buffers.get(index).is_some_and(Option::is_none) {
+                buffers[index] = buffer(&root, bin, index, open).ok().flatten();
+            }
+        }
+        views.extend(streams::decode(&root, &of_skins, &buffers, &budget).unwrap_or_default());
         Ok(Self {
             root,
             bytes: Bytes { buffers, views, budget },
@@ -143,6 +161,11 @@ impl<'a> File<'a> {
             }
         }
         Ok(joints)
+    }
+
+    /// The numbers of an accessor of matrices, 16 each; `None` where they cannot be read.
+    pub(super) fn matrices(&self, accessor: usize) -> Option<Vec<f32>> {
+        accessors::numbers(&self.root, &self.bytes, accessor, 16, "").ok()
     }
 
     /// The nodes of the default scene, parents before children; of a file without scenes, all of them.
@@ -306,6 +329,14 @@ fn views_of_animations(root: &Root) -> Vec<usize> {
             views.extend([sparse.indices.buffer_view, sparse.values.buffer_view]);
         }
     }
+    views.into_iter().collect()
+}
+
+/// The views of the inverse bind matrices of a file with motion.
+fn views_of_skins(root: &Root) -> Vec<usize> {
+    let skins = root.skins.iter().filter(|_| !root.animations.is_empty());
+    let accessors = skins.filter_map(|skin| root.accessors.get(skin.inverse_bind_matrices?));
+    let views: BTreeSet<usize> = accessors.filter_map(|accessor| accessor.buffer_view).collect();
     views.into_iter().collect()
 }
 

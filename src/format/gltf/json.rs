@@ -71,8 +71,10 @@ impl Node {
 }
 
 #[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub(crate) struct Skin {
     pub(crate) joints: Vec<usize>,
+    pub(super) inverse_bind_matrices: Option<usize>,
 }
 
 #[derive(Deserialize)]

@@ -3,6 +3,7 @@
 //! | glTF | scene |
 //! |---|---|
 //! | the nodes of the default scene | nodes, depth-first; under a group where the scene has several |
+//! | the transform of a node; in a file with motion that of its bind pose, where it has one (`bind`) | the rest pose |
 //! | a node with a mesh and nothing else: no child, no joint, no motion | left out, where the file has joints |
 //! | joints of skins; in a file without a skin, every node | joints |
 //! | `extras.end_site` | an end site |
@@ -16,7 +17,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::file::{File, Transform, implausible};
+use super::bind;
+use super::file::{File, PlacedNode, implausible};
 use super::humanoid::{self, VRM_ANIMATION};
 use super::invalid::invalid;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
@@ -44,12 +46,6 @@ const MOST_FRAMES_PER_SECOND: f64 = 240.0;
 /// Seconds between keys from which on they are not frames.
 const SPARSE: f64 = 0.1;
 
-/// A node of the scene, and where the file puts it.
-struct PlacedNode {
-    id: NodeId,
-    transform: Transform,
-}
-
 /// A scene, and where its parts are in the file.
 pub(super) struct Placed {
     pub(super) scene: Scene,
@@ -61,9 +57,18 @@ pub(super) struct Placed {
     left_out: Vec<(&'static str, String)>,
 }
 
+/// What the rest pose of a scene is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RestPose {
+    /// The transforms of the nodes.
+    Nodes,
+    /// The bind pose of the joints that have one, in a file with motion.
+    Bind,
+}
+
 /// Reads a file. A humanoid that it states wrongly is left out with a warning.
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let Placed { mut scene, bones, .. } = read_placed(source, options)?;
+    let Placed { mut scene, bones, .. } = read_placed(source, options, RestPose::Bind)?;
     if let Err(wrong) = bones {
         for node in &mut scene.nodes {
             node.humanoid_bone = None;
@@ -80,7 +85,7 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
         bones,
         left_out,
         ..
-    } = read_placed(source, options)?;
+    } = read_placed(source, options, RestPose::Nodes)?;
     bones?;
     if scene
         .nodes
@@ -107,7 +112,7 @@ pub(super) fn read_vrm_animation(source: &Source<'_>, options: &ReadOptions) -> 
 }
 
 /// Reads a file, and says which node of it became which of the scene.
-pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<Placed> {
+pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: RestPose) -> Result<Placed> {
     let open = |beside: &std::path::Path| (source.open)(&source.name.with_file_name(beside));
     let mut file = File::read(source.bytes, &open, &options.limits)?;
     let mut scene = Scene {
@@ -151,8 +156,11 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions) -> Result<
             .warnings
             .push(Diagnostic::new(Code::NoMotion, "the file has no animation"));
     }
-    let nodes: Vec<_> = placed.into_iter().map(|(index, placed)| (index, placed.id)).collect();
+    let nodes: Vec<_> = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
     let bones = humanoid::state(&file.root.extensions, &nodes, file.root.nodes.len(), &mut scene);
+    if rest == RestPose::Bind {
+        bind::to_rest(&file, &placed, &mut scene);
+    }
     Ok(Placed {
         scene,
         nodes,

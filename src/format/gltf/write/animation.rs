@@ -1,8 +1,8 @@
-//! Writes channels: animated tracks become samplers, constant tracks become part of the node.
+//! Writes channels: animated tracks become samplers, constant tracks part of the node where it has their value at rest.
 
 use std::sync::Arc;
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use gltf::json::Index;
 use gltf::json::accessor::{Accessor, ComponentType};
 use gltf::json::animation::Property;
@@ -24,7 +24,9 @@ use crate::scene::{self, Keys, Scene};
 /// What becomes of the nodes of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Nodes {
-    /// They take up the constant tracks of the only animation.
+    /// They take up the constant tracks of the only animation. A skin keeps the rest pose.
+    OfOneSkinnedAnimation,
+    /// They take up the constant tracks of the only animation that are as in the rest pose.
     OfOneAnimation,
     /// They have taken up what several animations have in common: [`rest::of_all`](super::rest::of_all).
     OfAllAnimations,
@@ -110,7 +112,7 @@ pub(super) fn write(
             .as_ref()
             .and_then(|_| nearly_constant_scale(&channel.scaling_keys));
         let moves = nearly.is_none() && !is_constant(&channel.scaling_keys);
-        if moves || !options.keep_constant || !writer.sets_rest() {
+        if moves || !options.keep_constant || !writer.takes_constants() {
             match nearly {
                 Some(scale) => writer.constant(node, Property::Scale, scale, &mut rest.scale, scale.to_array()),
                 None => rest.scale = writer.track(node, Property::Scale, &channel.scaling_keys, rest.scale)?,
@@ -118,7 +120,7 @@ pub(super) fn write(
         }
         is_driven[node] = true;
     }
-    if let Some(clip) = compressed.as_ref().filter(|_| writer.sets_rest()) {
+    if let Some(clip) = compressed.as_ref().filter(|_| writer.takes_constants()) {
         // A node that nothing drives is rounded as the others are.
         for (node, track) in clip.tracks.iter().enumerate().filter(|(node, _)| !is_driven[*node]) {
             if let (Track::Constant(translation), Track::Constant(rotation)) = (&track.translation, &track.rotation) {
@@ -130,10 +132,11 @@ pub(super) fn write(
             }
         }
     }
-    if writer.channels.is_empty()
+    if writer.clocks.iter().all(|clock| clock.len == 1)
+        && writer.key_times.is_empty()
         && let Some(node) = first_driven
     {
-        writer.hold(node, rest[node].rotation, animation.duration);
+        writer.hold(node, &rest[node], animation.duration);
     }
     let (samplers, channels) = (writer.samplers, writer.channels);
     if channels.is_empty() {
@@ -176,9 +179,18 @@ impl GltfReport {
 }
 
 impl<'a> Writer<'a> {
-    /// Whether constant tracks become those of the nodes.
-    fn sets_rest(&self) -> bool {
-        self.nodes == Nodes::OfOneAnimation
+    /// Whether a constant track becomes the value of its node. One that is not as in the rest pose stays a track.
+    fn sets_rest<T: Value<N>, const N: usize>(&self, property: Property, value: T, rest: T) -> bool {
+        match self.nodes {
+            Nodes::OfOneSkinnedAnimation => true,
+            Nodes::OfOneAnimation => property == Property::Scale || value.is_of_rest(rest),
+            _ => false,
+        }
+    }
+
+    /// Whether nodes take up constant tracks.
+    fn takes_constants(&self) -> bool {
+        matches!(self.nodes, Nodes::OfOneAnimation | Nodes::OfOneSkinnedAnimation)
     }
 
     /// Whether a constant track is a channel even where the node has its value.
@@ -206,11 +218,12 @@ impl<'a> Writer<'a> {
             let values = T::to_arrays(&mut std::iter::once(first)).ok_or_else(invalid)?;
             self.report.constant_tracks += 1;
             let value = T::from(values[0]);
-            if self.keeps_constant(property) || !(self.sets_rest() || value.is_same(rest)) {
+            let sets_rest = self.sets_rest(property, value, rest);
+            if self.keeps_constant(property) || !(sets_rest || value.is_same(rest)) {
                 let clock = self.clock(None, 1);
                 self.channel(node, property, clock, &values);
             }
-            return Ok(if self.sets_rest() { value } else { rest });
+            return Ok(if sets_rest { value } else { rest });
         }
         let clock = self.clock(keys.ticks.as_deref(), keys.len());
         let values = match &self.clocks[clock].kept {
@@ -224,8 +237,9 @@ impl<'a> Writer<'a> {
         Ok(rest)
     }
 
-    /// A constant track, so that a take without motion keeps its length and a pose stays an animation.
-    fn hold(&mut self, node: usize, rotation: Quat, duration: f64) {
+    /// A constant track, so that a take without motion keeps its length and a pose stays an animation: of the first
+    /// property of the node that has no track yet.
+    fn hold(&mut self, node: usize, rest: &Rest, duration: f64) {
         let ticks = if duration > 0.0 { vec![0.0, duration] } else { vec![0.0] };
         let times: Vec<_> = ticks
             .iter()
@@ -233,8 +247,26 @@ impl<'a> Writer<'a> {
             .collect();
         // Plain, so that a file without any motion needs no extension.
         let input = self.buffer.push_times(Compression::None, &times);
-        let output = self.buffer.push(Usage::Keys, &vec![rotation.to_array(); times.len()]);
-        self.sampler(node, Property::Rotation, input, output);
+        let has = |property| {
+            let is_it = |channel: &Channel| {
+                channel.target.node == Index::new(node as u32) && channel.target.path == name_of(property)
+            };
+            self.channels.iter().any(is_it)
+        };
+        let free = [Property::Rotation, Property::Translation]
+            .into_iter()
+            .find(|property| !has(*property));
+        let property = free.unwrap_or(Property::Scale);
+        let output = match property {
+            Property::Rotation => self
+                .buffer
+                .push(Usage::Keys, &vec![rest.rotation.to_array(); times.len()]),
+            Property::Translation => self
+                .buffer
+                .push(Usage::Keys, &vec![rest.translation.to_array(); times.len()]),
+            _ => self.buffer.push(Usage::Keys, &vec![rest.scale.to_array(); times.len()]),
+        };
+        self.sampler(node, property, input, output);
     }
 
     /// The clock for keys at `ticks`, one for all tracks that have them.
@@ -346,11 +378,12 @@ impl<'a> Writer<'a> {
         if self.nodes == Nodes::TPose && property == Property::Translation && node > 0 {
             return;
         }
-        if self.keeps_constant(property) || !(self.sets_rest() || value.is_same(*rest)) {
+        let sets_rest = self.sets_rest(property, value, *rest);
+        if self.keeps_constant(property) || !(sets_rest || value.is_same(*rest)) {
             let clock = self.clock(None, 1);
             self.channel(node, property, clock, &[array]);
         }
-        if self.sets_rest() {
+        if sets_rest {
             *rest = value;
         }
     }

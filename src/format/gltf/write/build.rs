@@ -24,7 +24,7 @@ use super::values::unit;
 use super::{BASE_COLOR, Content, Document, GltfOptions, GltfReport, mesh};
 use crate::error::{Code, Diagnostic, Result};
 use crate::pose::Pose;
-use crate::scene::{self, AlphaMode, NodeId, NodeKind, Scene};
+use crate::scene::{self, AlphaMode, AppliedStep, NodeId, NodeKind, Scene};
 
 /// The state of the writer.
 struct Builder<'a> {
@@ -149,6 +149,12 @@ impl Builder<'_> {
         })
     }
 
+    /// Whether a skin keeps the rest pose. One that was asked for stands in the nodes too.
+    fn has_bind_pose(&self) -> bool {
+        let is_skinned = self.scene.meshes.iter().any(|mesh| !mesh.bones.is_empty());
+        is_skinned && !self.scene.metadata.steps.contains(&AppliedStep::ZeroRestRotations)
+    }
+
     /// The node graph with its motion, and the scene that holds its roots.
     fn nodes(&mut self) -> Result<()> {
         let scene = self.scene;
@@ -159,9 +165,10 @@ impl Builder<'_> {
         let nodes = match (self.content, scene.animations.len()) {
             // The rest pose of a VRM animation is the T-pose, whatever does not move.
             (Content::VrmAnimation, _) => Nodes::TPose,
+            (Content::Scene, 1) if self.has_bind_pose() => Nodes::OfOneSkinnedAnimation,
             (Content::Scene, 1) => Nodes::OfOneAnimation,
             (Content::Scene, _) => {
-                rest::of_all(scene, &mut rest);
+                rest::of_all(scene, &mut rest, self.has_bind_pose());
                 Nodes::OfAllAnimations
             }
         };

@@ -32,9 +32,10 @@ impl Rest {
     }
 }
 
-/// Moves constant tracks to `rest` where all animations have the same constant value. Other constant tracks are written
-/// as one key, because the node has only one rest transform.
-pub(super) fn of_all(scene: &Scene, rest: &mut [Rest]) {
+/// Moves constant tracks to `rest` where all animations have the same constant value, and it is that of the rest pose
+/// or a skin keeps the rest pose. Other constant tracks are written as one key, because the node has only one rest
+/// transform.
+pub(super) fn of_all(scene: &Scene, rest: &mut [Rest], has_bind_pose: bool) {
     let Some((first, others)) = scene.animations.split_first() else {
         return;
     };
@@ -48,10 +49,14 @@ pub(super) fn of_all(scene: &Scene, rest: &mut [Rest]) {
         let of = |other: &HashMap<usize, Still>| other.get(&node).copied().unwrap_or_default();
         let shared = others.iter().map(of).fold(still, Still::and);
         let transform = &mut rest[node];
-        if let Some(translation) = shared.translation.filter(|translation| translation.is_finite()) {
+        if let Some(translation) = shared
+            .translation
+            .filter(|value| value.is_finite() && (has_bind_pose || value.is_of_rest(transform.translation)))
+        {
             transform.translation = translation + Vec3::ZERO;
         }
-        if let Some(rotation) = shared.rotation.and_then(unit) {
+        let rotation = shared.rotation.and_then(unit);
+        if let Some(rotation) = rotation.filter(|value| has_bind_pose || value.is_of_rest(transform.rotation)) {
             transform.rotation = rotation;
         }
         if let Some(scale) = shared.scale.filter(|scale| scale.is_finite()) {

@@ -2,6 +2,7 @@
 
 use glam::{Quat, Vec3};
 
+use crate::compress::at_rest::{is_rotation_of_rest, is_translation_of_rest};
 use crate::scene::Keys;
 
 /// The difference between scales that programs make where they take a matrix apart: a few roundings of 32-bit floats. A
@@ -13,6 +14,9 @@ pub(super) trait Value<const N: usize>: Copy {
     /// Whether two values give the same transform.
     fn is_same(self, other: Self) -> bool;
 
+    /// Whether a value that stays constant is that of the rest pose.
+    fn is_of_rest(self, rest: Self) -> bool;
+
     /// The values for the file; `None` if one is not finite.
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; N]>>;
 
@@ -23,6 +27,10 @@ pub(super) trait Value<const N: usize>: Copy {
 impl Value<3> for Vec3 {
     fn is_same(self, other: Self) -> bool {
         self == other
+    }
+
+    fn is_of_rest(self, rest: Self) -> bool {
+        is_translation_of_rest(self, rest)
     }
 
     fn to_arrays(values: &mut dyn Iterator<Item = Self>) -> Option<Vec<[f32; 3]>> {
@@ -40,6 +48,10 @@ impl Value<3> for Vec3 {
 impl Value<4> for Quat {
     fn is_same(self, other: Self) -> bool {
         self == other || self == -other
+    }
+
+    fn is_of_rest(self, rest: Self) -> bool {
+        is_rotation_of_rest(self, rest)
     }
 
     /// Unit quaternions, each in the hemisphere of the one before: some clients blend component by component.

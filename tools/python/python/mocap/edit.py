@@ -42,9 +42,11 @@ __all__ = [
     "mirror",
     "prepare",
     "resample",
+    "rest",
     "reverse",
     "root_motion",
     "smooth",
+    "t_pose_first",
     "trim",
     "warp_path",
     "warp_time",
@@ -244,6 +246,16 @@ def root_motion(scene: Scene) -> Edited:
 def reverse(scene: Scene) -> Edited:
     """Plays the motion backwards."""
     return apply(scene, _step("reverse"))
+
+
+def rest(scene: Scene, pose: Literal["t-pose", "a-pose"] = "t-pose") -> Edited:
+    """Makes the T-pose or the A-pose the rest pose. The motion does not change."""
+    return apply(scene, _step("rest", pose=pose))
+
+
+def t_pose_first(scene: Scene) -> Edited:
+    """Puts the T-pose before the first frame, on the floor."""
+    return apply(scene, _step("t-pose-first"))
 
 
 def contacts(

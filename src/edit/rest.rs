@@ -1,0 +1,89 @@
+//! Changes the rest pose.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use super::frames_report::converted;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::{Conversion, RestPoseSource};
+use crate::error::Result;
+use crate::scene::Scene;
+
+/// A pose of a figure that stands: [`Rest`] has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum StandingPose {
+    /// Arms sideways.
+    #[default]
+    TPose,
+    /// Arms 45 degrees below horizontal.
+    APose,
+}
+
+impl From<StandingPose> for RestPoseSource {
+    fn from(pose: StandingPose) -> Self {
+        match pose {
+            StandingPose::TPose => Self::TPose,
+            StandingPose::APose => Self::APose,
+        }
+    }
+}
+
+step! {
+    /// Makes the T-pose or the A-pose the rest pose, as [`Conversion::rest`] does. The motion does not change.
+    ///
+    /// ```
+    /// use mocap::edit::{Rest, Step, StepInput};
+    /// use mocap::figure::{Figure, RestPose};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let report = Rest::new().apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.to_string(), "the rest pose is the T-pose");
+    /// assert_eq!(Figure::new(&scene).rest_pose.value, RestPose::TPose);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// animation.
+    Rest {
+        /// The pose. Default: the T-pose.
+        pose: StandingPose = StandingPose::default(), Takes::OneOf(&["t-pose", "a-pose"]);
+    }
+}
+
+impl Step for Rest {
+    const NAME: &'static str = "rest";
+    const HELP: &'static str = "make the T-pose the rest pose";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = RestReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<RestReport> {
+        converted(scene, input, Conversion::new().rest(self.pose.into()))?;
+        Ok(RestReport { pose: self.pose })
+    }
+
+    /// It changes no motion.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}
+
+/// What [`Rest`] changed, which has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RestReport {
+    /// The rest pose.
+    pub pose: StandingPose,
+}
+
+impl fmt::Display for RestReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.pose {
+            StandingPose::TPose => "the rest pose is the T-pose",
+            StandingPose::APose => "the rest pose is the A-pose",
+        })
+    }
+}

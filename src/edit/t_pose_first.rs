@@ -1,0 +1,42 @@
+//! Puts the T-pose before the motion.
+
+use super::frames_report::{FramesReport, converted};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
+use crate::convert::Conversion;
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Puts the T-pose before the first frame, as [`Conversion::t_pose_first`] does: on the floor, where the motion
+    /// begins.
+    ///
+    /// ```
+    /// use mocap::edit::{Step, StepInput, TPoseFirst};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let report = TPoseFirst::new().apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.frames, report.frames_before + 1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// animation.
+    TPoseFirst {}
+}
+
+impl Step for TPoseFirst {
+    const NAME: &'static str = "t-pose-first";
+    const HELP: &'static str = "put the T-pose before the first frame";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = FramesReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<FramesReport> {
+        converted(scene, input, Conversion::new().t_pose_first(true))
+    }
+
+    /// The conversion records it, with the bones.
+    fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
+}

@@ -1,0 +1,49 @@
+//! Where the fingers of a hand begin, also those that are no bones: end sites and tips whose names say what they are.
+
+use std::collections::BTreeMap;
+
+use super::hierarchy::Hierarchy;
+use super::names::Name;
+use super::names::words::FingerKind;
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
+
+/// The first node of each finger, by its proximal bone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Knuckles(BTreeMap<Bone, NodeId>);
+
+/// The first bones of a finger that may be known, and its kind.
+const FINGERS: [(&[Bone], FingerKind); 5] = [
+    (&[Bone::LeftThumbProximal, Bone::LeftThumbDistal], FingerKind::Thumb),
+    (&[Bone::LeftIndexProximal], FingerKind::Index),
+    (&[Bone::LeftMiddleProximal], FingerKind::Middle),
+    (&[Bone::LeftRingProximal], FingerKind::Ring),
+    (&[Bone::LeftLittleProximal], FingerKind::Little),
+];
+
+impl Knuckles {
+    pub(crate) fn new(scene: &Scene, hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> Self {
+        let mut knuckles = BTreeMap::new();
+        for side in [Side::Left, Side::Right] {
+            let Some(&hand) = bones.get(&Bone::LeftHand.on(side)) else {
+                continue;
+            };
+            let children: Vec<_> = hierarchy
+                .children(hand)
+                .map(|child| (Name::read(&scene.nodes[child.index()].name).finger, child))
+                .collect();
+            for (of_finger, kind) in FINGERS {
+                let known = of_finger.iter().find_map(|bone| bones.get(&bone.on(side)));
+                let named = || children.iter().find(|(finger, _)| *finger == Some(kind));
+                if let Some(node) = known.copied().or_else(|| named().map(|(_, node)| *node)) {
+                    knuckles.insert(of_finger[0].on(side), node);
+                }
+            }
+        }
+        Self(knuckles)
+    }
+
+    /// The first node of the finger of a proximal bone.
+    pub(crate) fn of(&self, proximal: Bone) -> Option<NodeId> {
+        self.0.get(&proximal).copied()
+    }
+}
