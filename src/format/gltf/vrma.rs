@@ -12,7 +12,7 @@
 //! Conversion::new().apply(&mut scene)?;
 //! let folder = tempfile::tempdir().unwrap();
 //! let written = Exporter::new().export(&scene, folder.path().join("walk.vrma"))?;
-//! assert!(written.notes[0].starts_with("joints: \"LHipJoint\"")); // it is no bone
+//! assert!(written.notes[0].starts_with("joints: LHipJoint")); // it is no bone
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
