@@ -185,6 +185,7 @@ impl Compared<'_> {
                             errors.add_turn(self.turn(now.0, now.1, off));
                         }
                         None if !self.turns
+                            && is_bound
                             && ours.joints[a].kind != NodeKind::EndSite
                             && [now.0, now.1, then.0, then.1].into_iter().all(is_rotation) =>
                         {
