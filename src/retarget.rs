@@ -317,6 +317,8 @@ fn no_animation(index: usize, source: &Scene) -> Error {
 /// # Errors
 /// [`Code::NotHumanoid`] where the skeleton is not a humanoid, or has a hierarchy onto which no
 /// pose can be put.
-pub(crate) fn check_figure(target: &Scene, figure: Figure) -> Result<()> {
-    Body::target(target, figure).map(|_| ())
+pub(crate) fn check_figure(target: &Scene, figure: &Figure) -> Result<()> {
+    // The T-pose is made here, so that every clone of the figure has it.
+    figure.t_pose(target);
+    Body::target(target, figure.clone()).map(|_| ())
 }

@@ -108,7 +108,7 @@ impl Retargeting {
         let bones = bones.transpose()?;
         let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
         if let Some(figure) = &figure {
-            check_figure(&scene, figure.clone())?;
+            check_figure(&scene, figure)?;
         }
         // What is written from a scene has the new motions alone.
         let stay = matches!(target, Target::Character(_)) && !options.replace_animations;
