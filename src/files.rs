@@ -56,20 +56,10 @@ pub(crate) fn write_file_with(path: &Path, write: impl FnOnce(&mut dyn Write) ->
 /// never refers to files of another output, even if the process is killed. It has a temporary name then, by which
 /// [`ReplacePolicy`] knows the others as its own.
 ///
-/// # Errors
-/// As [`write_file`]. All files are then unchanged.
-pub fn write_files(files: &[(&Path, &[u8])]) -> Result<()> {
-    let files: Vec<_> = files
-        .iter()
-        .map(|(path, bytes)| (*path, std::slice::from_ref(bytes)))
-        .collect();
-    write_whole(&files)
-}
-
-/// As [`write_files`], for files whose bytes are in several parts. One file may be a pipe or a device.
+/// The bytes of a file are in parts. One file may be a pipe or a device.
 ///
 /// # Errors
-/// As [`write_file`].
+/// As [`write_file`]. All files are then unchanged.
 pub(crate) fn write_whole(files: &[(&Path, &[impl AsRef<[u8]>])]) -> Result<()> {
     if let [(path, parts)] = files {
         write_file_with(path, |file| write_parts(file, parts))?;
@@ -335,7 +325,7 @@ mod tests {
     fn two_files_are_replaced_together_or_not_at_all() {
         let folder = tempfile::tempdir().unwrap();
         let [bin, text] = ["a.bin", "a.gltf"].map(|name| folder.path().join(name));
-        let write = || write_files(&[(&bin, b"new"), (&text, b"new text")]);
+        let write = || write_whole(&[(&bin, &[&b"new"[..]][..]), (&text, &[&b"new text"[..]])]);
         // A folder has the name of the second file.
         fs::create_dir(&text).unwrap();
         assert!(write().is_err());

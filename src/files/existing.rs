@@ -135,11 +135,6 @@ impl ReplacePolicy {
     ///
     /// # Errors
     /// As [`Self::check`].
-    pub fn check_beside(&self, path: &Path, bytes: &[u8]) -> Result<()> {
-        self.check_parts_beside(path, &[bytes])
-    }
-
-    /// As [`Self::check_beside`], for bytes in several parts.
     pub(crate) fn check_parts_beside(&self, path: &Path, parts: &[impl AsRef<[u8]>]) -> Result<()> {
         if has_extension(path, &["bin"]) {
             return self.check(path);
