@@ -15,6 +15,7 @@ mod mimic;
 mod mjcf;
 mod option;
 mod provenance;
+mod sidecar;
 pub(crate) mod text;
 mod texture;
 mod urdf;
@@ -29,6 +30,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::option::WriteOption;
 pub(crate) use self::option::words;
+pub(crate) use self::sidecar::Sidecar;
 pub use self::written::{Achieved, Renamed, Written, WrittenFile};
 use crate::compress::ErrorBound;
 use crate::error::{Code, Diagnostic, Result};

@@ -5,9 +5,9 @@
 //! did not write it. The moment of a frame in glTF is the 32-bit number of seconds next to it, for glTF has no other.
 //!
 //! What the conversion did on purpose (unit, up axis, trim, frame rate, in place, edits) is in the [`Provenance`] of
-//! glTF files of this crate and is done to the source as well. A file of another program has none, nor has BVH: there
-//! the unit is taken from the lengths of the links, and must be a unit of length; the up axis from what fits the first
-//! frame better; and the motion is said to be whole.
+//! glTF and FBX files of this crate, or in a file beside BVH, and is done to the source as well. Elsewhere the unit is
+//! taken from the lengths of the links, and must be a unit of length; the up axis from what fits the first frame
+//! better; and the motion is said to be whole.
 //!
 //! Joints are paired by their names, those of one name or without one by what stands above them; clips by their names,
 //! or in their order where the format has no names. Each clip keeps its own frame rate. A cubic curve is looked at

@@ -35,6 +35,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Order,
         WriteOption::Digits,
         WriteOption::Channels,
+        WriteOption::Sidecar,
         WriteOption::OutUnit,
         WriteOption::OutUp,
         WriteOption::Rest,

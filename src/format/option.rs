@@ -39,6 +39,8 @@ pub enum WriteOption {
     Digits,
     /// Which joints have position channels: `channels`.
     Channels,
+    /// A file beside the output that says how it was made: `sidecar`.
+    Sidecar,
     /// The version of an FBX file: `fbx-version`.
     FbxVersion,
     /// Where the rotations of the rest pose are in FBX: `fbx-rest`.
@@ -59,7 +61,7 @@ pub enum WriteOption {
 
 impl WriteOption {
     /// Every option.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Mesh,
         Self::KeepConstant,
         Self::Embed,
@@ -69,6 +71,7 @@ impl WriteOption {
         Self::Order,
         Self::Digits,
         Self::Channels,
+        Self::Sidecar,
         Self::FbxVersion,
         Self::FbxRest,
         Self::Target,
@@ -91,6 +94,7 @@ impl WriteOption {
             Self::Order => "order",
             Self::Digits => "digits",
             Self::Channels => "channels",
+            Self::Sidecar => "sidecar",
             Self::FbxVersion => "fbx-version",
             Self::FbxRest => "fbx-rest",
             Self::Target => "target",

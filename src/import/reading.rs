@@ -13,11 +13,11 @@ use super::large::LargeFile;
 use super::numbers;
 use super::sha256::Sha256Sum;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::format::{FORMATS, FormatInfo, Source};
+use crate::format::{FORMATS, FormatInfo, Sidecar, Source};
 use crate::limits;
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance};
-use crate::scene::{Origin, Scene};
+use crate::scene::{Format, Origin, Scene};
 
 impl Importer {
     /// Reads a file, of which `source` has the beginning.
@@ -102,6 +102,19 @@ impl Importer {
         select(&mut scene, &self.clips)?;
         numbers::check(&scene)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
+        if scene.metadata.format == Some(Format::Bvh)
+            && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))
+            && let Some(sidecar) = Sidecar::read(&bytes)
+        {
+            let sha256 = &scene
+                .metadata
+                .origin
+                .as_ref()
+                .map_or(String::new(), |origin| origin.sha256.clone());
+            if sha256.is_empty() || sidecar.is_about(sha256) {
+                sidecar.tell(&mut scene);
+            }
+        }
         if scene.meshes.is_empty() {
             process::skeleton_mesh(&mut scene, self.skeleton_mesh);
         }

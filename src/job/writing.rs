@@ -187,6 +187,10 @@ pub struct WritingBvh {
     #[cfg_attr(feature = "cli", arg(long, value_name = "KIND", default_value = "auto"))]
     #[serde(skip_serializing_if = "is_default")]
     pub channels: Channels,
+    /// Write OUT.bvh.json beside OUT.bvh: how it was made, which every command reads, and verify too
+    #[cfg_attr(feature = "cli", arg(long))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub sidecar: bool,
 }
 
 /// Options of FBX.
@@ -291,6 +295,7 @@ impl WritingBvh {
             order: self.order,
             digits: self.digits,
             channels: self.channels,
+            sidecar: self.sidecar,
         }
     }
 }
@@ -330,6 +335,7 @@ impl Writing {
             (WriteOption::Order, bvh.order.is_some()),
             (WriteOption::Digits, bvh.digits.is_some()),
             (WriteOption::Channels, bvh.channels != Channels::default()),
+            (WriteOption::Sidecar, bvh.sidecar),
             (WriteOption::FbxVersion, fbx.fbx_version != FbxVersion::default()),
             (WriteOption::FbxRest, fbx.fbx_rest.is_some()),
             (WriteOption::Target, fbx.target.is_some()),

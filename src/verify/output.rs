@@ -8,6 +8,7 @@ use super::claims::is_same_file;
 use super::{Finding, FindingKind, skin};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure;
+use crate::format::Sidecar;
 use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
 use crate::import::Importer;
@@ -57,7 +58,12 @@ impl<'a> Output<'a> {
                 .help("it was cut off, or changed, after it was written; write it again")
                 .into());
         }
-        Ok(Self::Scene(Box::new(importer.read(bytes, name)?), provenance))
+        let scene = importer.read(bytes, name)?;
+        let sidecar = match scene.metadata.format {
+            Some(Format::Bvh) => sidecar(bytes, name, open)?,
+            _ => None,
+        };
+        Ok(Self::Scene(Box::new(scene), provenance.or(sidecar)))
     }
 
     pub(super) fn provenance(&self) -> Option<Provenance> {
@@ -172,10 +178,12 @@ impl<'a> Output<'a> {
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
         match self {
             Self::Gltf(file, _) => file.provenance().is_some(),
-            Self::Scene(_, Some(provenance)) => provenance.up.is_none(),
+            Self::Scene(scene, Some(provenance)) if scene.metadata.format != Some(Format::Bvh) => {
+                provenance.up.is_none()
+            }
             // A packed clip has the joints of its source, and only this crate writes one.
             Self::Scene(scene, None) if scene.metadata.format == Some(Format::Mclip) => true,
-            Self::Scene(scene, None) => {
+            Self::Scene(scene, _) => {
                 scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
             }
         }
@@ -209,6 +217,25 @@ pub(super) fn common_rate(scene: &Scene) -> Option<f64> {
         .clone()
         .any(|rate| Some(rate) != rates.clone().next())
         .then_some(common as f64)
+}
+
+/// What the file beside a BVH file says of it.
+fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -> Result<Option<Box<Provenance>>> {
+    let beside = Sidecar::path(name);
+    let found = open(beside.file_name().unwrap_or_default().as_ref());
+    let Some(sidecar) = found.ok().and_then(|bytes| Sidecar::read(&bytes)) else {
+        return Ok(None);
+    };
+    if sidecar.is_about_bytes(bytes) {
+        return Ok(Some(Box::new(sidecar.mocap)));
+    }
+    let message = format!(
+        "\"{}\" is about another file: its SHA-256 is not that of this one",
+        beside.display()
+    );
+    Err(Diagnostic::new(Code::InvalidValue, message)
+        .help("the file was changed after it was written: write it again, or remove the file beside it")
+        .into())
 }
 
 /// Metres in a unit of the source: what it states, else what is guessed.

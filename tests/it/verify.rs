@@ -546,5 +546,6 @@ mod of_arrays {
     }
 }
 
+mod sidecar;
 mod truth;
 mod verdicts;

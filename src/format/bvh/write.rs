@@ -26,7 +26,7 @@ mod build;
 mod number;
 
 use crate::error::{Diagnostic, Result};
-use crate::format::{WriteOptions, Written, WrittenFile};
+use crate::format::{Sidecar, WriteOptions, Written, WrittenFile};
 use crate::options::setters;
 use crate::scene::{RotationOrder, Scene};
 use serde::{Deserialize, Serialize};
@@ -75,6 +75,9 @@ pub struct BvhOptions {
     pub digits: Option<usize>,
     /// Which joints have position channels.
     pub channels: Channels,
+    /// Whether a file beside it says how it was made, of which BVH has no word: `walk.bvh.json` beside `walk.bvh`.
+    /// Every reader of the BVH file reads it.
+    pub sidecar: bool,
 }
 
 setters! {
@@ -82,6 +85,7 @@ setters! {
         order: Option<RotationOrder>,
         digits: Option<usize>,
         channels: Channels,
+        sidecar: bool,
     }
 }
 
@@ -117,9 +121,14 @@ impl BvhOptions {
 /// The files of the row.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     let text = build::text(scene, &options.bvh)?;
+    let beside = options
+        .bvh
+        .sidecar
+        .then(|| Sidecar::of(scene, &options.name, text.as_bytes()));
+    let main = WrittenFile::new(&options.name, text.into_bytes());
     Ok(Written {
         warnings: Vec::from_iter(options.bvh.scale_warning(scene)?),
         nodes: scene.nodes.len(),
-        ..Written::of(vec![WrittenFile::new(&options.name, text.into_bytes())])
+        ..Written::of(beside.into_iter().chain([main]).collect())
     })
 }

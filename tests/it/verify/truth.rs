@@ -37,7 +37,7 @@ const fn right(name: &'static str, change: fn(&mut Scene)) -> Kind {
 }
 
 /// 30 degrees.
-const TURN: f32 = 0.5236;
+const TURN: f32 = std::f32::consts::FRAC_PI_6;
 
 fn channel<'a>(scene: &'a mut Scene, joint: &str) -> &'a mut Channel {
     let channels = &mut scene.animations[0].channels;
@@ -93,6 +93,10 @@ fn clip(scene: &mut Scene) -> &mut Animation {
     &mut scene.animations[0]
 }
 
+#[expect(
+    clippy::semicolon_if_nothing_returned,
+    reason = "a line for each kind, as far as it fits"
+)]
 const KINDS: &[Kind] = &[
     right("nothing", |_| ()),
     right("the same rotations with the other sign", |scene| {

@@ -1,0 +1,63 @@
+//! What a file beside a BVH file says of it.
+
+use mocap::bvh::BvhOptions;
+use mocap::process::{convert_units, in_place, trim};
+use mocap::scene::UpAxis;
+use mocap::verify::verify_files;
+use mocap::{Code, Exporter, Importer, SkeletonMesh};
+
+#[test]
+fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = "fixtures/real/cmu_short.bvh";
+    let mut scene = Importer::new()
+        .skeleton_mesh(SkeletonMesh::None)
+        .import(source)
+        .unwrap();
+    // A unit that has no name, a part of the motion, and in place: nothing that the file alone could tell.
+    convert_units(&mut scene, 0.0123, UpAxis::Y);
+    trim(&mut scene, 10.0, 40.0);
+    in_place(&mut scene);
+    let (alone, beside) = (folder.path().join("alone.bvh"), folder.path().join("beside.bvh"));
+    Exporter::new().export(&scene, &alone).unwrap();
+    assert!(!verify_files(source, &alone).unwrap().is_within(1e-3));
+    let exporter = Exporter::new().bvh(BvhOptions::new().sidecar(true));
+    let written = exporter.export(&scene, &beside).unwrap();
+    assert_eq!(written.files[0].name(), "beside.bvh.json");
+
+    assert_eq!(std::fs::read(&alone).unwrap(), std::fs::read(&beside).unwrap());
+    let verified = verify_files(source, &beside).unwrap();
+    assert!(verified.is_within(1e-5), "{verified:?}");
+    assert!(verified.has_provenance);
+    let read = mocap::import(&beside).unwrap();
+    assert_eq!(
+        (read.metadata.metres_per_unit, read.metadata.up),
+        (Some(1.0), Some(UpAxis::Y))
+    );
+    assert_eq!(mocap::import(&alone).unwrap().metadata.metres_per_unit, None);
+
+    // It is about this file and about no other; what is no such file is left alone.
+    let mut text = std::fs::read(&beside).unwrap();
+    text.push(b'\n');
+    std::fs::write(&beside, &text).unwrap();
+    assert_eq!(verify_files(source, &beside).unwrap_err().code(), Code::InvalidValue);
+    assert_eq!(mocap::import(&beside).unwrap().metadata.metres_per_unit, None);
+    std::fs::write(folder.path().join("alone.bvh.json"), "{\"somebody\": \"else's\"}").unwrap();
+    assert!(mocap::import(&alone).unwrap().warnings.is_empty());
+    let error = exporter.export(&scene, &alone).unwrap_err();
+    assert_eq!(error.code(), Code::OutputExists);
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn the_program_writes_one_by_choice() {
+    use crate::program::Folder;
+    let folder = Folder::with(&["w.bvh"]);
+    folder.succeeds("convert w.bvh out.bvh --unit cm --out-unit m --trim 0.1..0.5 --sidecar --verify");
+    folder.succeeds("verify w.bvh out.bvh");
+    assert!(folder.path("out.bvh.json").exists());
+    folder.succeeds("edit w.bvh -o edited.bvh --step in-place --sidecar");
+    folder.succeeds("verify w.bvh edited.bvh");
+    folder.ends_with(2, "convert w.bvh out.glb --sidecar");
+    folder.refuses("convert w.bvh - --to bvh --sidecar", 1, "several files");
+}
