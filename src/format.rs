@@ -196,6 +196,8 @@ pub(crate) struct ReadOptions {
     pub without_meshes: bool,
     /// Read the meshes of a glTF file.
     pub gltf_meshes: bool,
+    /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
+    pub gltf_rest_of_nodes: bool,
     /// Keep the unit and the axes of a file that states them.
     pub file_units: bool,
     /// Upper bounds.

@@ -71,7 +71,7 @@ impl Step for Rest {
     fn record(&self, _: &mut Scene, _: &StepInput<'_>) {}
 }
 
-/// What [`Rest`] changed, which has an example.
+/// What a step changed: [`Rest`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RestReport {

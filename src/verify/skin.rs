@@ -32,6 +32,8 @@ pub(super) fn read(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec
     };
     let options = ReadOptions {
         gltf_meshes: true,
+        // The bind pose is what is to be checked.
+        gltf_rest_of_nodes: true,
         ..ReadOptions::default()
     };
     (FormatInfo::of(Format::Gltf).read)(&source, &options)

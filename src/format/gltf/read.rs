@@ -68,7 +68,11 @@ pub(super) enum RestPose {
 
 /// Reads a file. A humanoid that it states wrongly is left out with a warning.
 pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
-    let Placed { mut scene, bones, .. } = read_placed(source, options, RestPose::Bind)?;
+    let rest = match options.gltf_rest_of_nodes {
+        true => RestPose::Nodes,
+        false => RestPose::Bind,
+    };
+    let Placed { mut scene, bones, .. } = read_placed(source, options, rest)?;
     if let Err(wrong) = bones {
         for node in &mut scene.nodes {
             node.humanoid_bone = None;
