@@ -267,10 +267,15 @@ impl Verifier {
                 Some(path) => own_meshes.clone().import(path).ok(),
                 None => Some(original.clone()),
             };
+            // The steps that were repeated above have changed the unit of `source`, not that of `original`.
+            let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
             let found = skin::find(
                 original,
                 skinned,
-                (&change, output.keeps_axes(source) && !has_new_axes),
+                (
+                    whole.as_ref().unwrap_or(&change),
+                    output.keeps_axes(source) && !has_new_axes,
+                ),
                 &with_meshes,
             );
             verification.findings.extend(found);

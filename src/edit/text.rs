@@ -224,7 +224,7 @@ mod tests {
     use crate::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
-    const TEXTS: [(&str, &str); 29] = [
+    const TEXTS: [(&str, &str); 32] = [
         (
             "foot-lock",
             "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
@@ -275,6 +275,9 @@ mod tests {
         ("in-place", "in-place"),
         ("root-motion", "root-motion"),
         ("reverse", "reverse"),
+        ("rest", "rest:pose=t-pose"),
+        ("rest:pose=a-pose", "rest:pose=a-pose"),
+        ("t-pose-first", "t-pose-first"),
     ];
 
     #[test]

@@ -231,7 +231,7 @@ mod tests {
             blocks: None,
             name: Path::new("take.bvh"),
             release: &|_| {},
-            open: &|_| unreachable!("nothing refers to another file"),
+            open: &|_| Err(Diagnostic::new(Code::MissingFile, "there is no other file").into()),
             list: &|_| Vec::new(),
         };
         Importer::new().threads(threads).read_large(large, &source)
