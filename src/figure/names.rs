@@ -149,6 +149,13 @@ impl Name {
     }
 }
 
+/// The words of a name, without its numbers, in lower case.
+pub(crate) fn words(name: &str) -> Vec<String> {
+    let mut words = split(name);
+    words.retain(|word| !word.starts_with(|c: char| c.is_ascii_digit()));
+    words
+}
+
 /// Splits at what is neither letter nor digit, between letters and digits, and where capitals begin a word; in lower
 /// case. `LHipJoint` gives `l`, `hip`, `joint`; `Bip01 L Toe0` gives `bip`, `01`, `l`, `toe`, `0`.
 fn split(name: &str) -> Vec<String> {

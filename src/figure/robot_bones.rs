@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
+use super::names::{self, Name};
 use crate::error::{Code, Diagnostic, Result};
 use crate::scene::robot::{Placement, Robot};
 use crate::scene::{HumanoidBone as Bone, Metadata, Node, NodeId, NodeKind, Scene, Side, SourceLines, UpAxis};
@@ -221,26 +222,14 @@ impl<'a> Tree<'a> {
         pairs
     }
 
-    fn words(&self, link: usize) -> Vec<String> {
+    /// The names of a link and of the joint above it.
+    fn names(&self, link: usize) -> [&str; 2] {
         let link = &self.robot.links[link];
-        let mut words = Vec::new();
-        for name in [&link.name, &link.joint.name] {
-            let mut word = String::new();
-            let mut before = ' ';
-            for letter in name.chars() {
-                let is_new = letter.is_ascii_uppercase() && before.is_ascii_lowercase();
-                if !letter.is_ascii_alphabetic() || is_new {
-                    words.push(std::mem::take(&mut word));
-                }
-                if letter.is_ascii_alphabetic() {
-                    word.push(letter.to_ascii_lowercase());
-                }
-                before = letter;
-            }
-            words.push(word);
-        }
-        words.retain(|word| !word.is_empty());
-        words
+        [&link.name, &link.joint.name]
+    }
+
+    fn words(&self, link: usize) -> Vec<String> {
+        self.names(link).into_iter().flat_map(names::words).collect()
     }
 
     fn has_word(&self, link: usize, word: &str) -> bool {
@@ -254,13 +243,10 @@ impl<'a> Tree<'a> {
     }
 
     fn side_by_name(&self, limb: &Limb) -> Option<Side> {
-        let mut left = 0_usize;
-        let mut right = 0_usize;
-        for word in limb.links.iter().flat_map(|link| self.words(*link)) {
-            left += usize::from(word == "l" || word.contains("left"));
-            right += usize::from(word == "r" || word.contains("right"));
-        }
-        match left.cmp(&right) {
+        let names = limb.links.iter().flat_map(|link| self.names(*link));
+        let sides: Vec<Side> = names.filter_map(|name| Name::read(name).side).collect();
+        let left = sides.iter().filter(|side| **side == Side::Left).count();
+        match left.cmp(&(sides.len() - left)) {
             std::cmp::Ordering::Greater => Some(Side::Left),
             std::cmp::Ordering::Less => Some(Side::Right),
             std::cmp::Ordering::Equal => None,
