@@ -1,7 +1,8 @@
 //! Converts a scene from the unit, axes and frames of its file to those of an output.
 //!
 //! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
-//! caller's choices, [`survey`](figure::survey()) guesses the rest, and [`Conversion::apply`] returns the guesses:
+//! caller's choices, [`survey`](crate::figure::survey()) guesses the rest, and [`Conversion::apply`] returns the
+//! guesses:
 //!
 //! ```
 //! use mocap::{Conversion, gltf};
@@ -15,17 +16,17 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod apply;
 mod moment;
+mod rest;
 mod space;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{self, Figure, HumanoidMap, TPose};
+use crate::error::{Code, Result};
+use crate::figure::HumanoidMap;
 use crate::limits::{self, Limits};
-use crate::pose::Pose;
-use crate::process;
-use crate::scene::{Animation, AppliedStep, Assumption, Scene, Topic, UpAxis};
+use crate::scene::UpAxis;
 
 pub(crate) use self::moment::part_ticks;
 pub use self::moment::{Moment, TimeRange};
@@ -73,10 +74,6 @@ pub enum RestPoseSource {
     APose,
 }
 
-/// How far the arms of an A-pose are below horizontal, in degrees: those of MakeHuman's, Unreal's and Mixamo's are
-/// between 40 and 55.
-const A_POSE: f32 = 45.0;
-
 /// What to do with the root's motion over the ground.
 ///
 /// [`Conversion::root`] has an example.
@@ -88,17 +85,17 @@ pub enum RootMotion {
     /// Leave it in the root joint.
     #[default]
     Keep,
-    /// Remove it: [`process::in_place`].
+    /// Remove it: [`process::in_place`](crate::process::in_place).
     InPlace,
-    /// Move it to a new joint above the root: [`process::root_motion`].
+    /// Move it to a new joint above the root: [`process::root_motion`](crate::process::root_motion).
     Extract,
 }
 
 /// Converts an imported scene to the unit, the axes and the frames of an output.
 ///
 /// By default it converts lengths to metres and the axes to +Y up, and changes nothing else. The steps are those of
-/// [`process`], in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is recorded in
-/// [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) can undo it.
+/// [`process`](crate::process), in this order: rest pose, trim, frame rate, unit and axes, root motion. Each is
+/// recorded in [`Metadata::steps`](crate::scene::Metadata::steps), so that [`verify`](crate::verify) can undo it.
 ///
 /// ```
 /// use mocap::convert::{FirstFrame, Moment, RootMotion};
@@ -140,8 +137,8 @@ impl Conversion {
 
     /// Metres per unit of length of the file.
     ///
-    /// Default: the unit that the file states, or else the guess of [`survey`](figure::survey()), in which the figure
-    /// has the size of a person, with an [`Assumption`].
+    /// Default: the unit that the file states, or else the guess of [`survey`](crate::figure::survey()), in which the
+    /// figure has the size of a person, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
     /// unit if you know it.
@@ -165,8 +162,8 @@ impl Conversion {
 
     /// The up axis of the file.
     ///
-    /// Default: the axis that the file states, or else the guess of [`survey`](figure::survey()), the axis from the
-    /// feet to the head, with an [`Assumption`].
+    /// Default: the axis that the file states, or else the guess of [`survey`](crate::figure::survey()), the axis from
+    /// the feet to the head, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).
     /// Only the root is rotated; other joints keep their rotations.
@@ -254,8 +251,9 @@ impl Conversion {
         self
     }
 
-    /// Joints of the file for bones of the humanoid, where the guess of [`humanoid`](figure::humanoid()) is wrong or
-    /// finds none; `None` for a bone that the skeleton does not have.
+    /// Joints of the file for bones of the humanoid, where the guess of
+    /// [`humanoid`](crate::figure::humanoid()) is wrong or finds none; `None` for a bone that the skeleton does not
+    /// have.
     ///
     /// Default: empty.
     ///
@@ -308,8 +306,8 @@ impl Conversion {
     /// Default: the file's own frames.
     ///
     /// Between two frames, positions are interpolated linearly and rotations by slerp, but not across a
-    /// [cut](figure::cuts). If the file's frame time is rounded, and the frames of both rates coincide only without
-    /// the rounding, the exact rate is used, with an [`Assumption`].
+    /// [cut](crate::figure::cuts). If the file's frame time is rounded, and the frames of both rates coincide only
+    /// without the rounding, the exact rate is used, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// ```
     /// use mocap::{Conversion, scene::Topic};
@@ -456,205 +454,4 @@ impl Conversion {
         }
         Ok(())
     }
-
-    /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
-    ///
-    /// The guesses of unit, up axis and first frame are added to
-    /// [`Metadata::assumptions`](crate::scene::Metadata::assumptions), and so are part of the output. Guesses about the
-    /// figure are added too, and change nothing: whether it is a humanoid and, for one, the direction that it faces at
-    /// rest in the axes of the file, its rest pose and its sides. Of these, only names of the wrong side are returned.
-    /// The exact rate of a rounded frame time is returned and not added.
-    ///
-    /// A converted scene states its unit and its up axis; converting it again changes neither.
-    ///
-    /// # Errors
-    /// As [`Conversion::check`]; and [`Code::InvalidValue`] where [`trim`](Self::trim) or [`rest`](Self::rest) name
-    /// frames that the motion does not have, or [`bones`](Self::bones) a joint. `scene` is then unchanged.
-    /// [`Code::NotHumanoid`] where a T-pose is asked for, and no humanoid is found.
-    /// [`Code::LimitExceeded`] where [`frame_rate`](Self::frame_rate) makes more values than [`limits`](Self::limits)
-    /// allow; `scene` then keeps its frames.
-    pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
-        self.check()?;
-        let figure = figure_of(scene, &self.bones)?;
-        let survey = &figure.survey;
-        let drops = match self.first_frame {
-            FirstFrame::Keep => false,
-            FirstFrame::Drop => true,
-            FirstFrame::DropRestPose => survey.first_frame_is_rest_pose,
-        };
-        let start = if drops { 1.0 } else { 0.0 };
-        let animation = scene.animations.first();
-        let (first, last) = part_ticks(animation, self.first, self.last, start)?;
-        if let RestPoseSource::Frame(frame) = self.rest {
-            let message = "the frame of the rest pose is after the last frame";
-            moment::check_within(animation, frame as f64, message)?;
-        }
-        if self.t_pose_first && animation.is_none() {
-            let message = "there is no motion before which the T-pose could stand";
-            return Err(Diagnostic::new(Code::NoMotion, message).into());
-        }
-        let standing = self.standing(scene, &figure)?;
-
-        let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
-        if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
-            guesses.extend(survey.assumption(Topic::FrameRate));
-        }
-        let needs = self.needs();
-        let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
-        let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);
-        guesses.extend(needed.filter_map(|(_, topic)| self.source.guess(topic, survey)));
-        let of_figure = figure.assumptions_of_figure();
-        if figure.humanoid.sides == figure::Sides::Opposite {
-            guesses.extend(of_figure.iter().filter(|guess| guess.topic == Topic::Sides).cloned());
-        }
-        if standing.is_some() || self.t_pose_first {
-            guesses.extend(figure.t_pose(scene).map(TPose::assumption));
-        }
-        let recorded = guesses.iter().filter(|guess| guess.topic != Topic::FrameRate);
-        scene.metadata.assumptions.extend(recorded.cloned());
-        if !self.keep_units {
-            let rest = of_figure.into_iter().filter(|guess| !guesses.contains(guess));
-            scene.metadata.assumptions.extend(rest);
-        }
-
-        if let RestPoseSource::Frame(frame) = self.rest {
-            process::rest_pose(scene, frame as f64);
-        }
-        if first > 0.0 || last.is_finite() {
-            process::trim(scene, first, last);
-        }
-        if let Some(rate) = self.frame_rate {
-            process::resample(scene, rate, &self.limits)?;
-        }
-        let stands = standing.is_some();
-        self.stand(scene, standing)?;
-        self.convert_space(scene, survey);
-        if stands {
-            process::zero_rest_rotations(scene)?;
-        }
-        Ok(guesses)
-    }
-
-    /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
-    /// stay.
-    ///
-    /// A [`Retargeter`](crate::retarget::Retargeter) is made before, for it sees in that frame where the T-pose is.
-    ///
-    /// # Errors
-    /// As [`apply`](Self::apply).
-    pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
-        let steps = scene.metadata.steps.len();
-        let conversion = Self::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
-        conversion.apply(scene)?;
-        Ok(scene.metadata.steps.len() > steps)
-    }
-
-    /// Whether the output has other frames than the file.
-    pub(crate) fn takes_other_frames(&self) -> bool {
-        let of_file = self.clone().all_frames();
-        *self != of_file
-    }
-
-    /// This conversion, of all frames of the file.
-    pub(crate) fn all_frames(self) -> Self {
-        Self {
-            first: None,
-            last: None,
-            frame_rate: None,
-            first_frame: FirstFrame::Keep,
-            ..self
-        }
-    }
-
-    /// The rest pose of a figure that stands; `None` where none is asked for.
-    fn standing(&self, scene: &Scene, figure: &Figure) -> Result<Option<Pose>> {
-        let pose = |t_pose: &TPose| match self.rest {
-            RestPoseSource::APose => Some(t_pose.with_lowered_arms(scene, A_POSE)),
-            RestPoseSource::TPose => Some(t_pose.pose.clone()),
-            RestPoseSource::InFile | RestPoseSource::Frame(_) => None,
-        };
-        let is_asked_for = matches!(self.rest, RestPoseSource::TPose | RestPoseSource::APose);
-        if !(is_asked_for || self.t_pose_first) {
-            return Ok(None);
-        }
-        let t_pose = figure.t_pose(scene).ok_or_else(|| {
-            let message = format!("there is no T-pose: {}", figure.humanoid.reason);
-            Diagnostic::new(Code::NotHumanoid, message)
-                .help("name its bones in a map (--map), or take the pose of a frame: --rest frame:N")
-        })?;
-        if is_asked_for {
-            process::can_zero_rest_rotations(scene)?;
-        }
-        Ok(pose(t_pose).map(|pose| t_pose.at_rest(scene, pose)))
-    }
-
-    /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
-    fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>) -> Result<()> {
-        if self.t_pose_first {
-            // The T-pose of the frames that are there can be found again in what is written.
-            let figure = figure_of(scene, &self.bones)?;
-            standing = self.standing(scene, &figure)?;
-            for animation in 0..scene.animations.len() {
-                let first = figure
-                    .t_pose(scene)
-                    .map(|t_pose| t_pose.on_floor(scene, &figure, animation));
-                if let Some(first) = first {
-                    process::put_first(scene, animation, &first);
-                }
-            }
-            scene.metadata.steps.push(AppliedStep::Edit {
-                edit: serde_json::json!({ "step": "t-pose-first" }),
-                with: None,
-                bones: self.bones.clone(),
-            });
-        }
-        if let Some(standing) = standing {
-            process::set_rest_pose(scene, &standing);
-        }
-        Ok(())
-    }
-
-    /// What has to be known about the source. Root motion is over the ground, so it needs the up axis.
-    fn needs(&self) -> Needs {
-        Needs {
-            unit: !self.keep_units || self.output.metres_per_unit.is_some(),
-            up: !self.keep_units || self.output.up.is_some() || self.root != RootMotion::Keep,
-        }
-    }
-
-    /// Converts the unit and the axes, and what happens over the ground, with +Y up.
-    fn convert_space(&self, scene: &mut Scene, survey: &figure::Survey) {
-        let source = self.source.or_found(&scene.metadata, survey, self.needs());
-        let kept = if self.keep_units { source } else { Space::METRES };
-        let output = self.output.or(kept);
-        // What is unknown is not converted, so any value will do.
-        let values = |space: Space| (space.metres_per_unit.unwrap_or(1.0), space.up.unwrap_or_default());
-        let (from, to) = (values(source), values(output));
-        let upright = match self.root {
-            RootMotion::Keep => to,
-            RootMotion::InPlace | RootMotion::Extract => (to.0, UpAxis::Y),
-        };
-        if !self.keep_units || from != upright {
-            process::convert_units_to(scene, from, upright);
-        }
-        match self.root {
-            RootMotion::Keep => {}
-            RootMotion::InPlace => process::in_place(scene),
-            RootMotion::Extract => process::root_motion(scene),
-        }
-        if upright != to {
-            process::convert_units_to(scene, upright, to);
-        }
-        // What was neither stated nor guessed is still unknown.
-        scene.metadata.metres_per_unit = output.metres_per_unit;
-        scene.metadata.up = output.up;
-    }
-}
-
-/// Whether resampling uses the exact rate of a rounded frame time.
-fn takes_meant_rate(animation: Option<&Animation>, rate: f64) -> bool {
-    animation.is_some_and(|animation| {
-        let stated = animation.ticks_per_second;
-        figure::rate_before(stated, rate) != stated
-    })
 }
