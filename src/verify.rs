@@ -217,7 +217,7 @@ impl Verifier {
         output.check_not_retargeted(source)?;
         let provenance = self.provenance_of(output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        let has_new_axes = steps.contains(&AppliedStep::ZeroRestRotations);
+        let takes_new_axes = steps.contains(&AppliedStep::ZeroRestRotations);
         let original = source;
         let edited = change::edited(original, steps, &|motion| self.second(motion, file))?;
         let (source, steps) = match &edited {
@@ -237,6 +237,8 @@ impl Verifier {
                 output.stated_unit(source),
             ),
         };
+        // A BVH file alone does not say that it has another rest pose on purpose.
+        let has_new_axes = takes_new_axes || provenance.is_none() && change.rests_elsewhere(&pairs, &ours, &theirs);
         let mut verification = Verification {
             joints: pairs.list.len(),
             missing: pairs.missing(&ours, NodeKind::Joint),

@@ -16,6 +16,9 @@ use crate::scene::{AppliedStep, Scene, SecondMotion, UpAxis};
 /// CMU database, an inch divided by 0.45.
 const UNITS: [f64; 7] = [0.001, 0.01, 0.1, 1.0, 0.0254, 0.3048, 0.0254 / 0.45];
 
+/// How far a joint at rest may be from where that of the source is, as a fraction of the body: what decimals round.
+const SAME_REST: f64 = 1e-3;
+
 /// How far a ratio of lengths may be from that of two units, as a fraction of it: what a lossy file rounds.
 const SAME_UNIT: f64 = 0.01;
 
@@ -223,6 +226,29 @@ impl Change {
             UpAxis::NegY => DVec3::new(x, -y, -z),
             UpAxis::NegZ => DVec3::new(x, z, -y),
         }
+    }
+
+    /// Whether joints of the file rest elsewhere than those of its source, seen from the first one. In BVH, whose joints
+    /// all rest without a rotation, their axes are others then too.
+    pub(super) fn rests_elsewhere(&self, pairs: &Pairs, ours: &Skeleton, theirs: &Skeleton) -> bool {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(0.0, &mut here);
+        theirs.world(0.0, &mut there);
+        let at = |&(a, b): &(usize, usize)| {
+            let (a, b) = (here[a].w_axis.truncate(), there[b].w_axis.truncate());
+            (self.place(a), b)
+        };
+        let Some(first) = pairs.list.first().map(at) else {
+            return false;
+        };
+        let seen: Vec<_> = pairs
+            .list
+            .iter()
+            .map(at)
+            .map(|(a, b)| (a - first.0, b - first.1))
+            .collect();
+        let size = seen.iter().map(|(a, _)| a.length()).fold(0.0, f64::max);
+        seen.iter().any(|(a, b)| a.distance(*b) > SAME_REST * size)
     }
 
     /// The part of an offset in the file that is over the ground.
