@@ -85,9 +85,9 @@ pub enum RootMotion {
     /// Leave it in the root joint.
     #[default]
     Keep,
-    /// Remove it: [`process::in_place`](crate::process::in_place).
+    /// Remove it.
     InPlace,
-    /// Move it to a new joint above the root: [`process::root_motion`](crate::process::root_motion).
+    /// Move it to a new joint above the root.
     Extract,
 }
 

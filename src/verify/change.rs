@@ -228,8 +228,8 @@ impl Change {
         }
     }
 
-    /// Whether joints of the file rest elsewhere than those of its source, seen from the first one. In BVH, whose joints
-    /// all rest without a rotation, their axes are others then too.
+    /// Whether joints of the file rest elsewhere than those of its source, seen from the first one. In BVH, whose
+    /// joints all rest without a rotation, their axes are others then too.
     pub(super) fn rests_elsewhere(&self, pairs: &Pairs, ours: &Skeleton, theirs: &Skeleton) -> bool {
         let (mut here, mut there) = (Vec::new(), Vec::new());
         ours.world(0.0, &mut here);
