@@ -160,10 +160,10 @@ pub struct Figure {
     pub asymmetry: Option<Guess<f64>>,
     /// Which joint is which bone.
     pub humanoid: Humanoid,
-    /// Made where it is first asked for, since it looks at some hundred frames.
+    /// The T-pose, made where it is first asked for, since it looks at some hundred frames.
     #[serde(skip)]
     t_pose: OnceLock<Option<TPose>>,
-    /// Likewise.
+    /// The ground, made where it is first asked for, since it looks at some hundred frames too.
     #[serde(skip)]
     ground: OnceLock<Option<Ground>>,
 }

@@ -39,12 +39,7 @@ impl Arrays {
     /// # Ok::<(), mocap::Error>(())
     /// ```
     pub fn to_npz(&self) -> Vec<u8> {
-        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        archive
-            .add_all(self)
-            .and_then(|()| archive.0.finish())
-            .map(Cursor::into_inner)
-            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+        Archive::made(|archive| archive.add_all(self))
     }
 }
 
@@ -52,12 +47,7 @@ impl DetectedContacts {
     /// Contacts as an `.npz`: `at_rest` (bool, frames x points), `bones` and `names` (str, points), `heights` (float32,
     /// points) in metres above the floor, `floor` (float32) and `frame_rate` (float64).
     pub fn to_npz(&self) -> Vec<u8> {
-        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        archive
-            .add_contacts(self)
-            .and_then(|()| archive.0.finish())
-            .map(Cursor::into_inner)
-            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+        Archive::made(|archive| archive.add_contacts(self))
     }
 }
 
@@ -67,34 +57,39 @@ impl RobotMotion {
     /// source). All numbers are float64.
     pub fn to_npz(&self) -> Vec<u8> {
         let frames = self.frames();
-        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        archive
-            .doubles("root_pos", &[frames, 3], &self.root_pos())
-            .and_then(|()| archive.doubles("root_rot", &[frames, 4], &self.root_rot()))
-            .and_then(|()| archive.doubles("dof_pos", &[frames, self.dof_names.len()], &self.dof_pos))
-            .and_then(|()| archive.add_of_robot(self))
-            .and_then(|()| archive.0.finish())
-            .map(Cursor::into_inner)
-            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+        Archive::made(|archive| {
+            archive
+                .doubles("root_pos", &[frames, 3], &self.root_pos())
+                .and_then(|()| archive.doubles("root_rot", &[frames, 4], &self.root_rot()))
+                .and_then(|()| archive.doubles("dof_pos", &[frames, self.dof_names.len()], &self.dof_pos))
+                .and_then(|()| archive.add_of_robot(self))
+        })
     }
 
     /// The motion of a robot as MuJoCo has it: `qpos` (frames x 7 + joints): the position of the base, its rotation as
     /// w, x, y and z, the joints; `fps`, `dof_names` and `contacts` as [`to_npz`](Self::to_npz).
     pub fn to_qpos_npz(&self) -> Vec<u8> {
         let shape = [self.frames(), 7 + self.dof_names.len()];
-        let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
-        archive
-            .doubles("qpos", &shape, &self.qpos())
-            .and_then(|()| archive.add_of_robot(self))
-            .and_then(|()| archive.0.finish())
-            .map(Cursor::into_inner)
-            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+        Archive::made(|archive| {
+            archive
+                .doubles("qpos", &shape, &self.qpos())
+                .and_then(|()| archive.add_of_robot(self))
+        })
     }
 }
 
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
 impl Archive {
+    /// The bytes of the archive with what `add` puts into it.
+    fn made(add: impl FnOnce(&mut Self) -> ZipResult<()>) -> Vec<u8> {
+        let mut archive = Self(ZipWriter::new(Cursor::new(Vec::new())));
+        add(&mut archive)
+            .and_then(|()| archive.0.finish())
+            .map(Cursor::into_inner)
+            .expect("an archive in memory that may be larger than 4 GiB takes what is written")
+    }
+
     fn add_all(&mut self, arrays: &Arrays) -> ZipResult<()> {
         let joints = arrays.joints();
         let (frames, count) = (arrays.frames, joints.len());

@@ -56,7 +56,7 @@ impl RotationFormat {
         }
     }
 
-    /// As above, on another lattice.
+    /// This format, with its numbers on another lattice.
     pub(in crate::compress) fn with_lattice(self, lattice: Lattice) -> Self {
         match self {
             Self::QuaternionFilter(_) => Self::QuaternionFilter(lattice),

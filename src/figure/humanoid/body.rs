@@ -312,8 +312,8 @@ impl TrunkPath {
             .collect()
     }
 
-    /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of thigh
-    /// and shin.
+    /// Tells `tally` all that speaks for and against a head and a neck at these indices. `leg` is the length of the
+    /// thigh and the shin together.
     fn weigh(&self, tree: &Tree, leg: f32, [head, neck]: [Option<usize>; 2], tally: &mut impl Tally) {
         let fit = |place: usize, part| tree.fits(self.nodes[place], part);
         let along = |place: usize| self.along[place];

@@ -318,7 +318,7 @@ fn read(chains: &[&Chain<'_>], kind: Kind, places: [Option<usize>; 4]) -> Readin
     reading
 }
 
-/// A leg: what its lengths and its shape say. Returns the length of thigh and shin.
+/// A leg: what its lengths and its shape say. Returns the length of the thigh and the shin together.
 fn leg(chain: &Chain<'_>, [upper, lower, foot, toes]: [Option<usize>; 4], tally: &mut impl Tally) -> f32 {
     let (Some(upper), Some(lower)) = (upper, lower) else {
         return 0.0;

@@ -16,8 +16,8 @@ pub(crate) struct EditArgs {
     /// motions to change, folders and wildcards
     #[arg(required = true, value_name = "IN")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write, in any format of mocap formats, or - for standard output. A folder, which is there or ends in
-    /// /, gets an output of each motion, and a manifest
+    /// The file to write, in any format of mocap formats, or - for standard output. If it is a folder, or ends in /,
+    /// each motion gets a file of its own in it, beside a manifest
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     /// Format of standard output, or of the outputs in a folder [default: glb]

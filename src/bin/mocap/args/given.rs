@@ -35,8 +35,8 @@ impl Given {
     }
 }
 
-/// Prints help, or what is wrong with the arguments, and ends. Control characters of an argument reach no terminal,
-/// and a full disk is a failure.
+/// Prints help, or what is wrong with the arguments, and ends the program. Control characters of an argument reach no
+/// terminal. Where help cannot be written, such as to a full disk, the exit code says so.
 fn tell(error: &clap::Error) -> ! {
     let is_plain = std::env::args_os().all(|argument| !argument.to_string_lossy().chars().any(char::is_control));
     let printed = match is_plain {

@@ -48,6 +48,16 @@ pub(super) fn make(
     Ok((maker, made.map_err(|error| stopped(job, error))?))
 }
 
+/// Makes the one output of a job, says what there is to say of it, and writes it.
+pub(super) fn save(job: &Job, given: &Given) -> Result<(Maker<'static>, Made), Failure> {
+    let (policy, output) = (job.policy(), job.write.output.as_path());
+    let voice = &mut Voice::Aloud;
+    let (maker, mut made) = make(job, given, None, &policy, &mut |said| voice.hear(said))?;
+    tell(&made.written, output, voice);
+    streams::save(&mut made.written, output, &policy)?;
+    Ok((maker, made))
+}
+
 /// An error of a job: where no file is at fault but the arguments, it is wrong usage.
 fn refused(error: Error) -> Failure {
     match (error.code(), error.path()) {

@@ -7,7 +7,6 @@ use mocap::retargeting::Report;
 
 use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job};
 use crate::args::{Given, RetargetArgs};
-use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
@@ -36,11 +35,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     if args.onto.print.print_job {
         return job::print(&job);
     }
-    let policy = job.policy();
-    let voice = &mut Voice::Aloud;
-    let (maker, mut made) = made::make(&job, given, None, &policy, &mut |said| voice.hear(said))?;
-    made::tell(&made.written, &args.output, &mut Voice::Aloud);
-    streams::save(&mut made.written, &args.output, &policy)?;
+    let (maker, made) = made::save(&job, given)?;
     let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
     match args.onto.json {
         true => print_json(&reports)?,

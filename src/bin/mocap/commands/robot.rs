@@ -9,7 +9,6 @@ use super::{
     MANY, ONE_OUTPUT, check_json, extension, made, many, print_json, robot_reports, run as job, unknown_extension,
 };
 use crate::args::{Given, RobotArgs};
-use crate::report::Voice;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
@@ -54,11 +53,7 @@ fn one(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     if args.onto.print.print_job {
         return job::print(&job);
     }
-    let policy = job.policy();
-    let voice = &mut Voice::Aloud;
-    let (maker, mut made) = made::make(&job, given, None, &policy, &mut |said| voice.hear(said))?;
-    made::tell(&made.written, &args.output, &mut Voice::Aloud);
-    streams::save(&mut made.written, &args.output, &policy)?;
+    let (maker, made) = made::save(&job, given)?;
     let found = made.clips.iter().filter_map(Report::robot);
     for found in found {
         match args.onto.json {

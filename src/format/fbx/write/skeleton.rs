@@ -243,7 +243,8 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
 /// The transform in the bind pose of a joint that moves against its parent.
 ///
 /// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
-/// and then does not move against it. A hundred-thousandth of the distance beside it, it is not.
+/// and then does not move against it. So the head is moved off the tail, by a hundred-thousandth of its distance from
+/// the origin or of the link, whichever is larger, and the bone is not connected.
 pub(super) fn beside_the_tail(mut bind: DMat4, place: &Placed, parent: &Placed) -> DMat4 {
     const SHARE: f64 = 1e-5;
     let origin = bind.w_axis.truncate();
