@@ -6,6 +6,7 @@
 pub(crate) mod axes;
 mod axis;
 pub(crate) mod body;
+mod bone_names;
 pub(crate) mod contacts;
 mod cuts;
 mod extent;
@@ -36,6 +37,7 @@ use crate::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 pub use crate::scene::{Confidence, HumanoidBone, Side};
 
 pub use self::axis::{Axis, RestPose};
+pub use self::bone_names::BoneNames;
 pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 use self::ground::Ground;

@@ -21,6 +21,7 @@
 mod files;
 mod form;
 mod maker;
+mod names;
 mod onto;
 mod reading;
 mod report;
@@ -36,6 +37,7 @@ use serde::{Deserialize, Serialize};
 
 use self::files::Files;
 pub use self::maker::{Made, Maker};
+pub use self::names::JointNames;
 pub use self::onto::{Feet, Onto, OntoBody, RequiredVerdict};
 pub use self::reading::Reading;
 pub use self::report::{JobReport, OutputFile};

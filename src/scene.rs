@@ -78,8 +78,8 @@ use serde::{Deserialize, Serialize};
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub(crate) use self::metadata::format_name;
 pub use self::metadata::{
-    AppliedStep, Assumption, Confidence, Format, Metadata, Origin, RootOffset, RootOffsetUsed, SecondMotion, Topic,
-    UpAxis,
+    AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
+    SecondMotion, Topic, UpAxis,
 };
 use crate::error::Diagnostic;
 

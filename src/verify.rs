@@ -224,6 +224,8 @@ impl Verifier {
             Some((scene, done)) => (scene, &steps[*done..]),
             None => (source, steps),
         };
+        let named = change::named(source, steps);
+        let source = named.as_ref().unwrap_or(source);
         let ours = Skeleton::of_scene(source, None);
         let theirs = output.skeleton(None)?;
         let pairs = Pairs::new(&ours, &theirs)?;
@@ -265,14 +267,16 @@ impl Verifier {
                 .gltf_meshes(true)
                 .skeleton_mesh(SkeletonMesh::Own)
                 .hash(false);
+            let with_names = |scene: Scene| change::named(&scene, steps).unwrap_or(scene);
             let with_meshes = || match file {
-                Some(path) => own_meshes.clone().import(path).ok(),
-                None => Some(original.clone()),
+                Some(path) => own_meshes.clone().import(path).ok().map(with_names),
+                None => Some(with_names(original.clone())),
             };
             // The steps that were repeated above have changed the unit of `source`, not that of `original`.
             let whole = provenance.as_ref().map(|all| Change::recorded(&all.steps));
+            let named = change::named(original, steps);
             let found = skin::find(
-                original,
+                named.as_ref().unwrap_or(original),
                 skinned,
                 (
                     whole.as_ref().unwrap_or(&change),

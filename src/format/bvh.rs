@@ -38,6 +38,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Sidecar,
         WriteOption::OutUnit,
         WriteOption::OutUp,
+        WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],

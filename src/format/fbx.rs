@@ -38,6 +38,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::FbxRest,
         WriteOption::Target,
         WriteOption::Textures,
+        WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],

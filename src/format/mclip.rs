@@ -25,6 +25,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     options: &[
         WriteOption::MaxError,
         WriteOption::ShellDistance,
+        WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,
     ],

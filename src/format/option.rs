@@ -53,6 +53,8 @@ pub enum WriteOption {
     OutUnit,
     /// The axis that points up in the file, for a format that states none: `out-up`.
     OutUp,
+    /// What joints are called: `names`.
+    Names,
     /// The rest pose: `rest`.
     Rest,
     /// The motion of the root over the ground on a node of its own: `root-motion`.
@@ -61,7 +63,7 @@ pub enum WriteOption {
 
 impl WriteOption {
     /// Every option.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Mesh,
         Self::KeepConstant,
         Self::Embed,
@@ -78,6 +80,7 @@ impl WriteOption {
         Self::Textures,
         Self::OutUnit,
         Self::OutUp,
+        Self::Names,
         Self::Rest,
         Self::RootMotion,
     ];
@@ -101,6 +104,7 @@ impl WriteOption {
             Self::Textures => "textures",
             Self::OutUnit => "out-unit",
             Self::OutUp => "out-up",
+            Self::Names => "names",
             Self::Rest => "rest",
             Self::RootMotion => "root-motion",
         }

@@ -181,6 +181,8 @@ pub struct Renamed {
     pub from: String,
     /// The name in the file.
     pub to: String,
+    /// Whether somebody asked for the name, and the file can have the one before too.
+    pub is_asked_for: bool,
 }
 
 impl fmt::Display for Renamed {

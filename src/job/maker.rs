@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::files::Files;
 use super::form::Form;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings, tell_of_skeleton};
-use super::{Job, Onto};
+use super::{Job, JointNames, Onto, names};
 use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -42,6 +42,8 @@ pub struct Maker<'a> {
     form: Form,
     /// The bones of the inputs that are stated.
     bones: HumanoidMap,
+    /// What the joints of outputs are called, where they get other names.
+    names: Option<HumanoidMap>,
     /// The second motions of steps.
     others: Arc<[Scene]>,
     /// The target without a motion, where there is one.
@@ -86,6 +88,7 @@ impl<'a> Maker<'a> {
         };
         let mut maker = Self {
             bones: job.source.map.bones()?,
+            names: job.write.names.as_ref().map(JointNames::names).transpose()?,
             job: job.clone(),
             files,
             form,
@@ -249,8 +252,9 @@ impl<'a> Maker<'a> {
     ///
     /// # Errors
     /// As [`Exporter::write_as`](crate::Exporter::write_as).
-    pub fn made(&self, scene: Scene, motion: &Path, output: &Path) -> Result<Made> {
-        let written = self.write(&scene, output).map_err(|error| error.with_path(motion))?;
+    pub fn made(&self, mut scene: Scene, motion: &Path, output: &Path) -> Result<Made> {
+        let written = self.write(&mut scene, output);
+        let written = written.map_err(|error| error.with_path(motion))?;
         Ok(Made {
             written,
             scene: Some(scene),
@@ -258,13 +262,19 @@ impl<'a> Maker<'a> {
         })
     }
 
-    fn write(&self, scene: &Scene, output: &Path) -> Result<Written> {
+    fn write(&self, scene: &mut Scene, output: &Path) -> Result<Written> {
         let mut exporter = self.job.write.exporter();
         let row = self.format();
-        if row.is_some_and(|row| row.states_bones) {
-            exporter = exporter.humanoid(humanoid(scene).with_map(scene, self.bones.clone())?);
+        let mut naming = None;
+        if self.names.is_some() || row.is_some_and(|row| row.states_bones) {
+            let bones = humanoid(scene).with_map(scene, self.bones.clone())?;
+            naming = names::name(scene, self.names.as_ref(), &bones)?;
+            exporter = exporter.humanoid(bones);
         }
         let mut written = exporter.write_as(scene, self.job.write.name_of(output))?;
+        naming
+            .iter()
+            .for_each(|naming| names::tell(naming, scene, &mut written));
         let one_clip = row.filter(|row| row.has_one_clip);
         written
             .notes
@@ -345,7 +355,7 @@ impl<'a> Maker<'a> {
             let message = format!("{} has one motion; name one", row.name);
             return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
         }
-        let scene = match (row.keeps_units(), &write.space) {
+        let mut scene = match (row.keeps_units(), &write.space) {
             (true, space) if space.is_empty() => target.scene(),
             (keeps_units, space) => target.scene_converted(&space.of(Conversion::new()).keep_units(keeps_units))?,
         };
@@ -353,7 +363,15 @@ impl<'a> Maker<'a> {
         if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
             exporter = exporter.humanoid(bones.clone());
         }
-        exporter.write_as(&scene, write.name_of(output))
+        let bones = || target.humanoid().cloned().unwrap_or_else(|| humanoid(&scene));
+        let bones = self.names.is_some().then(bones);
+        let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
+        let naming = naming.transpose()?.flatten();
+        let mut written = exporter.write_as(&scene, write.name_of(output))?;
+        naming
+            .iter()
+            .for_each(|naming| names::tell(naming, &scene, &mut written));
+        Ok(written)
     }
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::Said;
 use crate::edit::EditReport;
 use crate::error::Diagnostic;
-use crate::format::{Achieved, Written};
+use crate::format::{Achieved, Renamed, Written};
 use crate::retargeting::Report;
 use crate::verify::Verification;
 
@@ -35,6 +35,9 @@ pub struct JobReport {
     pub files: Vec<OutputFile>,
     /// What was decided, chosen and left out, a sentence each.
     pub notes: Vec<String>,
+    /// The nodes that have another name in the output.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub renamed: Vec<Renamed>,
     /// What may be wrong with the inputs, or misread in the output.
     pub warnings: Vec<Diagnostic>,
     /// What each step changed.
@@ -92,8 +95,9 @@ impl JobReport {
             })
             .collect();
         self.notes.append(&mut written.notes);
-        self.notes
-            .extend(written.renamed.drain(..).map(|renamed| renamed.to_string()));
+        let by_format = written.renamed.iter().filter(|renamed| !renamed.is_asked_for);
+        self.notes.extend(by_format.map(ToString::to_string));
+        self.renamed.append(&mut written.renamed);
         self.warnings.append(&mut written.warnings);
         self.error = written.error.take();
     }

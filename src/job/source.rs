@@ -166,7 +166,10 @@ struct MapFile {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "each bone must have the name of a joint in quotes, null, or an object with \"joint\""
+)]
 enum MapBone {
     Name(String),
     Bone { joint: String },

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
+use super::names::JointNames;
 use super::text::{Length, UnitChoice};
 use crate::compress::ErrorBound;
 use crate::convert::Conversion;
@@ -56,6 +57,9 @@ pub struct Writing {
     /// Fewer keys and bits.
     #[serde(skip_serializing_if = "is_default")]
     pub smaller: Smaller,
+    /// What the joints of a humanoid are called.
+    #[serde(skip_serializing_if = "is_default")]
+    pub names: Option<JointNames>,
     /// Options of BVH.
     #[serde(skip_serializing_if = "is_default")]
     pub bvh: WritingBvh,
@@ -332,6 +336,7 @@ impl Writing {
             (WriteOption::MaxError, smaller.max_error.is_some()),
             (WriteOption::ShellDistance, smaller.shell_distance.is_some()),
             (WriteOption::Compress, smaller.compress.is_some()),
+            (WriteOption::Names, self.names.is_some()),
             (WriteOption::Order, bvh.order.is_some()),
             (WriteOption::Digits, bvh.digits.is_some()),
             (WriteOption::Channels, bvh.channels != Channels::default()),

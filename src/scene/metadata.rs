@@ -261,6 +261,11 @@ pub enum AppliedStep {
         /// Whether the feet were to be held as those of the source are.
         lock_feet: bool,
     },
+    /// [`process::name_joints`](crate::process::name_joints): joints were given other names.
+    NameJoints {
+        /// Those whose name is another.
+        joints: Vec<NamedJoint>,
+    },
     /// A step of [`edit`](crate::edit), which cannot be undone.
     Edit {
         /// Its name in `step`, and all its options beside it, as [`EditStep`](crate::edit::EditStep) reads it; in files
@@ -274,6 +279,26 @@ pub enum AppliedStep {
         #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
         bones: BTreeMap<HumanoidBone, Option<String>>,
     },
+}
+
+/// A joint that was given another name.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct NamedJoint {
+    /// Its name before.
+    pub from: String,
+    /// Its name after.
+    pub to: String,
+    /// How many nodes of the name before stand before it, in the order of nodes.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub earlier: usize,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.

@@ -63,6 +63,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             AppliedStep::SelectClip { .. }
             | AppliedStep::VrmHumanoid { .. }
             | AppliedStep::Retarget { .. }
+            | AppliedStep::NameJoints { .. }
             | AppliedStep::ZeroRestRotations => {}
             AppliedStep::Edit { edit, with, bones } => {
                 let other = match with {
@@ -83,6 +84,17 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
         }
     }
     Ok(())
+}
+
+/// The scene with the names that joints were given, where some were: a file is compared by them.
+pub(super) fn named(scene: &Scene, steps: &[AppliedStep]) -> Option<Scene> {
+    let mut named = None;
+    for step in steps {
+        if let AppliedStep::NameJoints { joints } = step {
+            process::apply_names(named.get_or_insert_with(|| scene.clone()), joints);
+        }
+    }
+    named
 }
 
 /// What lies on purpose between a source and a file.
@@ -143,6 +155,7 @@ impl Change {
                 AppliedStep::SelectClip { .. }
                 | AppliedStep::Retarget { .. }
                 | AppliedStep::Edit { .. }
+                | AppliedStep::NameJoints { .. }
                 | AppliedStep::ZeroRestRotations => {}
             }
         }

@@ -393,7 +393,14 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
             format!("{} keys in {} curves, {most} mm at most", report.keys, report.curves)
         })),
         warnings: report.warnings,
-        renamed: renamed.map(|(node, from, to)| Renamed { node, from, to }).collect(),
+        renamed: renamed
+            .map(|(node, from, to)| Renamed {
+                node,
+                from,
+                to,
+                is_asked_for: false,
+            })
+            .collect(),
         error: report.achieved,
         nodes: scene.nodes.len(),
         ..Written::of(images.chain([main]).collect())

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use mocap::job::{DrawnMesh, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
+use mocap::job::{DrawnMesh, JointNames, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
 use mocap::{Diagnostic, FORMATS, Format, FormatInfo, WriteOption};
 
 use super::Given;
@@ -65,6 +65,10 @@ pub(crate) struct WriteArgs {
     /// Keep constant tracks in the animation; by default they become part of the rest pose
     #[arg(long)]
     pub(crate) keep_constant: bool,
+    /// Names of joints in the output: vrm, mixamo, unreal, cmu, or those of a JSON file: {"bones": {"hips": "NAME",
+    /// ...}}, as `mocap skeleton --json` prints [default: those of the input]
+    #[arg(long, value_name = "NAMES", value_parser = |names: &str| JointNames::parse(names).map_err(|error| error.diagnostic().message.clone()))]
+    names: Option<JointNames>,
     #[command(flatten)]
     bvh: WritingBvh,
     #[command(flatten)]
@@ -85,6 +89,7 @@ impl WriteArgs {
         writing.space = self.out.clone();
         writing.keep_constant = self.keep_constant;
         writing.smaller = self.smaller.clone();
+        writing.names = self.names.clone();
         writing.bvh = self.bvh.clone();
         writing.fbx = self.fbx.clone();
     }

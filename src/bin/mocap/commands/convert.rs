@@ -171,7 +171,7 @@ fn choice(smaller: &Smaller, row: &FormatInfo) -> Option<String> {
 
 fn tell(args: &ConvertArgs, input: &Path, output: &Path, made: &Made, bytes: usize) -> Result<(), Failure> {
     let (written, scene) = (&made.written, made.scene.as_ref());
-    for renamed in &written.renamed {
+    for renamed in written.renamed.iter().filter(|renamed| !renamed.is_asked_for) {
         report::say(&renamed.to_string());
     }
     let animation = scene.and_then(|scene| scene.animations.first());

@@ -84,6 +84,7 @@ pub(super) fn tell(written: &Written, output: &Path, voice: &mut Voice<'_>) {
     written
         .renamed
         .iter()
+        .filter(|renamed| !renamed.is_asked_for)
         .for_each(|renamed| voice.say(&renamed.to_string()));
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
-use mocap::job::{Job, Made as MadeOne, Maker, Onto, Said};
+use mocap::job::{Job, JointNames, Made as MadeOne, Maker, Onto, Said};
 use mocap::retargeting::Report;
 use mocap::scene::{Assumption, Confidence, Scene, Topic, UpAxis};
 
@@ -106,6 +106,9 @@ fn options(job: &Job) -> Result<String, Failure> {
         // A verdict, which says nothing of the output.
         (body.max_angle, body.require) = (None, None);
         maps.push(&mut body.map);
+    }
+    if let Some(JointNames::File(file)) = &mut job.write.names {
+        hash(file)?;
     }
     for map in maps.into_iter().flatten() {
         if let mocap::job::BoneMap::File(file) = map {

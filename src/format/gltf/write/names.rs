@@ -48,7 +48,12 @@ impl Names {
             let name = self.unique(&name);
             if name != node.name {
                 let (from, to) = (node.name.clone(), name.clone());
-                renamed.push(Renamed { node: index, from, to });
+                renamed.push(Renamed {
+                    node: index,
+                    from,
+                    to,
+                    is_asked_for: false,
+                });
             }
             name
         });

@@ -1,0 +1,140 @@
+//! How programs call the joints of a humanoid.
+//!
+//! The names are those of VRM 1.0's humanoid, of the skeletons that Mixamo puts into characters, of Unreal's mannequin
+//! (`SK_Mannequin`), and of the BVH files that Bruce Hahne made of the motions of Carnegie Mellon University.
+
+use serde::{Deserialize, Serialize};
+
+use super::humanoid::HumanoidMap;
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// Names of the joints of a humanoid, as a program or a collection of motions has them.
+///
+/// ```
+/// use mocap::figure::{BoneNames, HumanoidBone};
+///
+/// let thigh = HumanoidBone::LeftUpperLeg;
+/// assert_eq!(BoneNames::Mixamo.name_of(thigh).unwrap(), "mixamorig:LeftUpLeg");
+/// assert_eq!(BoneNames::Unreal.name_of(thigh).unwrap(), "thigh_l");
+/// assert_eq!(BoneNames::Unreal.name_of(HumanoidBone::Jaw), None); // the mannequin has no jaw
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum BoneNames {
+    /// The bones of the VRM 1.0 humanoid, such as `leftUpperLeg`.
+    Vrm,
+    /// The skeletons of Mixamo, such as `mixamorig:LeftUpLeg`.
+    Mixamo,
+    /// The mannequin of Unreal Engine, such as `thigh_l`.
+    Unreal,
+    /// BVH files of the CMU database, such as `LeftUpLeg`, with `LowerBack` as the spine.
+    Cmu,
+}
+
+/// What stands before every name of Mixamo.
+const MIXAMO_PREFIX: &str = "mixamorig:";
+
+/// Bones in the middle and on the left, and what Mixamo, Unreal and CMU call them. `*` stands for the side, `^` for its
+/// first letter; nothing for a bone that the skeleton does not have.
+const NAMES: [(Bone, [&str; 3]); 31] = [
+    (Bone::Hips, ["Hips", "pelvis", "Hips"]),
+    (Bone::Spine, ["Spine", "spine_01", "LowerBack"]),
+    (Bone::Chest, ["Spine1", "spine_02", "Spine"]),
+    (Bone::UpperChest, ["Spine2", "spine_03", "Spine1"]),
+    (Bone::Neck, ["Neck", "neck_01", "Neck"]),
+    (Bone::Head, ["Head", "head", "Head"]),
+    (Bone::LeftEye, ["*Eye", "", ""]),
+    (Bone::Jaw, ["", "", ""]),
+    (Bone::LeftUpperLeg, ["*UpLeg", "thigh_*", "*UpLeg"]),
+    (Bone::LeftLowerLeg, ["*Leg", "calf_*", "*Leg"]),
+    (Bone::LeftFoot, ["*Foot", "foot_*", "*Foot"]),
+    (Bone::LeftToes, ["*ToeBase", "ball_*", "*ToeBase"]),
+    (Bone::LeftShoulder, ["*Shoulder", "clavicle_*", "*Shoulder"]),
+    (Bone::LeftUpperArm, ["*Arm", "upperarm_*", "*Arm"]),
+    (Bone::LeftLowerArm, ["*ForeArm", "lowerarm_*", "*ForeArm"]),
+    (Bone::LeftHand, ["*Hand", "hand_*", "*Hand"]),
+    (Bone::LeftThumbMetacarpal, ["*HandThumb1", "thumb_01_*", "^Thumb"]),
+    (Bone::LeftThumbProximal, ["*HandThumb2", "thumb_02_*", ""]),
+    (Bone::LeftThumbDistal, ["*HandThumb3", "thumb_03_*", ""]),
+    (Bone::LeftIndexProximal, ["*HandIndex1", "index_01_*", "*HandIndex1"]),
+    (Bone::LeftIndexIntermediate, ["*HandIndex2", "index_02_*", ""]),
+    (Bone::LeftIndexDistal, ["*HandIndex3", "index_03_*", ""]),
+    (Bone::LeftMiddleProximal, ["*HandMiddle1", "middle_01_*", ""]),
+    (Bone::LeftMiddleIntermediate, ["*HandMiddle2", "middle_02_*", ""]),
+    (Bone::LeftMiddleDistal, ["*HandMiddle3", "middle_03_*", ""]),
+    (Bone::LeftRingProximal, ["*HandRing1", "ring_01_*", ""]),
+    (Bone::LeftRingIntermediate, ["*HandRing2", "ring_02_*", ""]),
+    (Bone::LeftRingDistal, ["*HandRing3", "ring_03_*", ""]),
+    (Bone::LeftLittleProximal, ["*HandPinky1", "pinky_01_*", ""]),
+    (Bone::LeftLittleIntermediate, ["*HandPinky2", "pinky_02_*", ""]),
+    (Bone::LeftLittleDistal, ["*HandPinky3", "pinky_03_*", ""]),
+];
+
+impl BoneNames {
+    /// Every one.
+    pub const ALL: [Self; 4] = [Self::Vrm, Self::Mixamo, Self::Unreal, Self::Cmu];
+
+    /// The name that users type.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Vrm => "vrm",
+            Self::Mixamo => "mixamo",
+            Self::Unreal => "unreal",
+            Self::Cmu => "cmu",
+        }
+    }
+
+    /// The names of this name, as users type it.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|names| names.as_str() == name)
+    }
+
+    /// What a bone is called; `None` for one that those skeletons do not have.
+    pub fn name_of(self, bone: Bone) -> Option<String> {
+        let column = match self {
+            Self::Vrm => return Some(bone.as_str().to_owned()),
+            Self::Mixamo => 0,
+            Self::Unreal => 1,
+            Self::Cmu => 2,
+        };
+        let (_, names) = NAMES.iter().find(|(named, _)| *named == bone.on(Side::Left))?;
+        let (word, letter) = match (bone.side(), self) {
+            (Some(Side::Left), Self::Unreal) => ("l", "l"),
+            (Some(Side::Right), Self::Unreal) => ("r", "r"),
+            (Some(Side::Left), _) => ("Left", "L"),
+            (Some(Side::Right), _) => ("Right", "R"),
+            (None, _) => ("", ""),
+        };
+        let prefix = if self == Self::Mixamo { MIXAMO_PREFIX } else { "" };
+        let name = names[column].replace('*', word).replace('^', letter);
+        (!name.is_empty()).then(|| format!("{prefix}{name}"))
+    }
+
+    /// What every bone is called.
+    pub fn names(self) -> HumanoidMap {
+        let named = Bone::ALL.iter().map(|bone| (*bone, self.name_of(*bone)));
+        named.filter(|(_, name)| name.is_some()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_bone_has_a_row_and_no_name_is_given_twice() {
+        for &bone in Bone::ALL {
+            assert!(NAMES.iter().any(|(named, _)| *named == bone.on(Side::Left)), "{bone:?}");
+        }
+        for names in BoneNames::ALL {
+            assert_eq!(BoneNames::named(names.as_str()), Some(names));
+            let all = names.names();
+            let mut given: Vec<_> = all.values().flatten().collect();
+            given.sort();
+            given.dedup();
+            assert_eq!(given.len(), all.len(), "{names:?}");
+        }
+    }
+}

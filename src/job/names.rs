@@ -1,0 +1,104 @@
+//! What the joints of an output are called.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::source::BoneMap;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{BoneNames, Humanoid, HumanoidMap};
+use crate::format::{Renamed, Written};
+use crate::process::{self, Naming};
+use crate::scene::Scene;
+
+/// What the joints of a humanoid are called in the output.
+///
+/// A file holds `{"bones": {"hips": "NAME", ...}}`, or what `mocap skeleton --json` prints of a skeleton whose names
+/// are wanted. A bone that it does not name, or with `null`, keeps its name.
+///
+/// ```
+/// use mocap::job::JointNames;
+///
+/// let names: JointNames = serde_json::from_str("\"unreal\"").unwrap();
+/// assert_eq!(names.names()?[&mocap::figure::HumanoidBone::Hips].as_deref(), Some("pelvis"));
+/// let own: JointNames = serde_json::from_str(r#"{"hips": "Root"}"#).unwrap();
+/// assert_eq!(own.names()?.len(), 1);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "vrm, mixamo, unreal, cmu, the name of a file, or an object with the name of each bone"
+)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum JointNames {
+    /// Those of a program or of a collection.
+    Known(BoneNames),
+    /// Those of a JSON file.
+    File(PathBuf),
+    /// The name of each bone; `null` where the joint keeps its own.
+    Bones(
+        #[cfg_attr(
+            feature = "schema",
+            schemars(with = "std::collections::BTreeMap<String, Option<String>>")
+        )]
+        HumanoidMap,
+    ),
+}
+
+impl JointNames {
+    /// The name of each bone.
+    ///
+    /// # Errors
+    /// [`Code::Io`] where the file cannot be read, and [`Code::InvalidValue`] where it has no names.
+    pub fn names(&self) -> Result<HumanoidMap> {
+        match self {
+            Self::Known(names) => Ok(names.names()),
+            Self::Bones(names) => Ok(names.clone()),
+            Self::File(path) => BoneMap::File(path.clone()).bones(),
+        }
+    }
+
+    /// The names of this word, or of the file of this name, which is read at once, so that a bad one is refused before
+    /// the work begins.
+    ///
+    /// # Errors
+    /// As [`names`](Self::names); [`Code::InvalidValue`] too where `text` is neither a word that is known nor a file.
+    pub fn parse(text: &str) -> Result<Self> {
+        if let Some(names) = BoneNames::named(text) {
+            return Ok(Self::Known(names));
+        }
+        let path = PathBuf::from(text);
+        if !path.exists() {
+            let known = BoneNames::ALL.map(BoneNames::as_str).join(", ");
+            let message = format!("neither {known} nor a file");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        Self::File(path).names().map(Self::Bones)
+    }
+}
+
+/// Gives the joints of a scene that is to be written their names.
+pub(super) fn name(scene: &mut Scene, names: Option<&HumanoidMap>, humanoid: &Humanoid) -> Result<Option<Naming>> {
+    let named = names.map(|names| process::name_joints(scene, humanoid, names));
+    named.transpose()
+}
+
+/// Says of a written file what its joints were called before.
+pub(super) fn tell(naming: &Naming, scene: &Scene, written: &mut Written) {
+    written.notes.push(naming.to_string());
+    let mut all: Vec<Renamed> = naming
+        .renamed
+        .iter()
+        .map(|(node, from)| Renamed {
+            node: node.index(),
+            from: from.clone(),
+            to: scene.nodes[node.index()].name.clone(),
+            is_asked_for: true,
+        })
+        .collect();
+    // What the format made of a name comes after.
+    all.append(&mut written.renamed);
+    written.renamed = all;
+}

@@ -1,0 +1,202 @@
+//! Names the joints of a humanoid.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fmt;
+
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::{Humanoid, HumanoidMap};
+use crate::pose::Binding;
+use crate::scene::{AppliedStep, HumanoidBone, NamedJoint, NodeId, NodeKind, Scene};
+
+/// What a reader calls an unnamed end site: this, and the name of its parent.
+const END_SITE: &str = "EndSite_";
+
+/// Joints that are listed in a sentence, at most.
+const MOST_LISTED: usize = 8;
+
+/// Which joints got another name, and which kept theirs.
+///
+/// [`name_joints`] has an example.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Naming {
+    /// The nodes with another name, each with its earlier name, in their order.
+    pub renamed: Vec<(NodeId, String)>,
+    /// The bones for which there is no name, and the names that their joints keep.
+    pub unnamed: BTreeMap<HumanoidBone, String>,
+    /// The joints that are no bones and keep their names.
+    pub others: Vec<String>,
+}
+
+/// Gives the joints of a humanoid the names of `names`; a bone that it does not name, or with `None`, and a joint that
+/// is no bone keep theirs. Meshes and channels follow, and end sites that are called after their joint. Nothing moves.
+/// Sides are those of the body, where the file has left and right the other way round.
+///
+/// ```
+/// use mocap::figure::{BoneNames, humanoid};
+/// use mocap::process::name_joints;
+///
+/// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+/// let bones = humanoid(&scene);
+/// let naming = name_joints(&mut scene, &bones, &BoneNames::Unreal.names())?;
+/// assert_eq!(scene.nodes[0].name, "pelvis");
+/// assert!(naming.others.contains(&"LHipJoint".to_owned()));
+/// # Ok::<(), mocap::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Code::NotHumanoid`] where no bones are found; [`Code::InvalidValue`] where a name is empty or has control
+/// characters, where two bones have one name, and where a joint that keeps its name has one of the new ones. `scene` is
+/// then unchanged.
+pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) -> Result<Naming> {
+    if !humanoid.found {
+        let message = format!("joints are named by the bones of a humanoid, and {}", humanoid.reason);
+        return Err(Diagnostic::new(Code::NotHumanoid, message)
+            .help("name its bones in a map (--map), or leave the names out")
+            .into());
+    }
+    check(names)?;
+    let humanoid = humanoid.clone().with_sides_of_the_body();
+    let mut naming = Naming::default();
+    let mut wanted: BTreeMap<NodeId, &str> = BTreeMap::new();
+    for (&bone, joint) in &humanoid.bones {
+        match names.get(&bone).and_then(Option::as_deref) {
+            Some(name) => {
+                wanted.insert(joint.joint, name);
+            }
+            None => {
+                let name = scene.nodes[joint.joint.index()].name.clone();
+                naming.unnamed.insert(bone, name);
+            }
+        }
+    }
+    let bones: HashSet<NodeId> = humanoid.bones.values().map(|joint| joint.joint).collect();
+    let joints = scene.nodes.iter().enumerate();
+    let others = joints.filter(|(index, node)| node.kind == NodeKind::Joint && !bones.contains(&NodeId::new(*index)));
+    naming.others = others.map(|(_, node)| node.name.clone()).collect();
+    let given: HashSet<&str> = wanted.values().copied().collect();
+    let kept = naming.unnamed.values().chain(&naming.others);
+    if let Some(name) = kept.clone().find(|name| given.contains(name.as_str())) {
+        let bone = names.iter().find(|(_, given)| given.as_ref() == Some(name));
+        let bone = bone.map_or("", |(bone, _)| bone.as_str());
+        let message = format!("two joints would be called \"{name}\": {bone}, and one that keeps its name");
+        return Err(Diagnostic::new(Code::InvalidValue, message)
+            .help("give the bone another name in a file of names, or say in a map (--map) which joint is the bone")
+            .into());
+    }
+    let joints = named(scene, &wanted);
+    naming.renamed = apply_names(scene, &joints);
+    scene.metadata.steps.push(AppliedStep::NameJoints { joints });
+    Ok(naming)
+}
+
+/// Refuses names that no joint can have, and one name for two bones.
+fn check(names: &HumanoidMap) -> Result<()> {
+    let mut bone_of: HashMap<&str, HumanoidBone> = HashMap::new();
+    for (bone, name) in names.iter().filter_map(|(bone, name)| Some((*bone, name.as_deref()?))) {
+        let message = if name.trim().is_empty() {
+            format!("the name of {} is empty", bone.as_str())
+        } else if name.contains(char::is_control) {
+            format!("the name of {}, {name:?}, has a control character", bone.as_str())
+        } else if let Some(other) = bone_of.insert(name, bone) {
+            format!("{} and {} have one name, \"{name}\"", other.as_str(), bone.as_str())
+        } else {
+            continue;
+        };
+        let help = "give each bone a name of its own; null keeps the name of a joint";
+        return Err(Diagnostic::new(Code::InvalidValue, message).help(help).into());
+    }
+    Ok(())
+}
+
+/// The joints whose name changes, and the end sites below them.
+fn named(scene: &Scene, wanted: &BTreeMap<NodeId, &str>) -> Vec<NamedJoint> {
+    let mut seen: HashMap<&str, usize> = HashMap::new();
+    let mut joints = Vec::new();
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let earlier = seen.entry(&node.name).or_default();
+        let name = wanted.get(&NodeId::new(index)).copied().map(str::to_owned).or_else(|| {
+            let parent = node.parent.filter(|_| node.kind == NodeKind::EndSite)?;
+            let is_after_parent = node.name.strip_prefix(END_SITE) == Some(scene.nodes[parent.index()].name.as_str());
+            let name = wanted.get(&parent).filter(|_| is_after_parent)?;
+            Some(format!("{END_SITE}{name}"))
+        });
+        if let Some(to) = name.filter(|name| *name != node.name) {
+            joints.push(NamedJoint {
+                from: node.name.clone(),
+                to,
+                earlier: *earlier,
+            });
+        }
+        *earlier += 1;
+    }
+    joints
+}
+
+/// Gives joints their names, with meshes and channels; returns the nodes and their earlier names.
+pub(crate) fn apply_names(scene: &mut Scene, joints: &[NamedJoint]) -> Vec<(NodeId, String)> {
+    let to: HashMap<(&str, usize), &str> = joints
+        .iter()
+        .map(|joint| ((joint.from.as_str(), joint.earlier), joint.to.as_str()))
+        .collect();
+    let mut seen: HashMap<String, usize> = HashMap::new();
+    let mut renamed = Vec::new();
+    let mut names: Vec<String> = Vec::with_capacity(scene.nodes.len());
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let earlier = seen.entry(node.name.clone()).or_default();
+        let name = to.get(&(node.name.as_str(), *earlier));
+        if name.is_some() {
+            renamed.push((NodeId::new(index), node.name.clone()));
+        }
+        names.push(name.map_or_else(|| node.name.clone(), |name| (*name).to_owned()));
+        *earlier += 1;
+    }
+    // By their old names, channels find their nodes for the last time.
+    let driven: Vec<Vec<(NodeId, usize)>> = scene
+        .animations
+        .iter()
+        .map(|animation| Binding::new(scene, animation).driven().collect())
+        .collect();
+    for (animation, driven) in scene.animations.iter_mut().zip(driven) {
+        for (node, channel) in driven {
+            let channel = &mut animation.channels[channel];
+            channel.node_name.clone_from(&names[node.index()]);
+            channel.node = Some(node);
+        }
+    }
+    for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
+        bone.name.clone_from(&names[bone.node.index()]);
+    }
+    for (node, name) in scene.nodes.iter_mut().zip(names) {
+        node.name = name;
+    }
+    renamed
+}
+
+/// What a user wants to know of it, as a sentence.
+impl fmt::Display for Naming {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "names: {} nodes have another name", self.renamed.len())?;
+        if !self.unnamed.is_empty() {
+            let bones = self
+                .unnamed
+                .iter()
+                .map(|(bone, name)| format!("{} ({name})", bone.as_str()));
+            write!(f, "; no name is known for {}", listed(bones))?;
+        }
+        if !self.others.is_empty() {
+            let names = self.others.iter().map(|name| format!("\"{name}\""));
+            write!(f, "; kept, because they are no bones: {}", listed(names))?;
+        }
+        Ok(())
+    }
+}
+
+fn listed(items: impl ExactSizeIterator<Item = String>) -> String {
+    let more = items.len().saturating_sub(MOST_LISTED);
+    let shown = Vec::from_iter(items.take(MOST_LISTED)).join(", ");
+    match more {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
