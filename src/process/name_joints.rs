@@ -94,7 +94,7 @@ pub fn name_joints(scene: &mut Scene, humanoid: &Humanoid, names: &HumanoidMap) 
 fn check(names: &HumanoidMap) -> Result<()> {
     let mut bone_of: HashMap<&str, HumanoidBone> = HashMap::new();
     for (bone, name) in names.iter().filter_map(|(bone, name)| Some((*bone, name.as_deref()?))) {
-        let message = if name.trim().is_empty() {
+        let message = if name.chars().all(char::is_whitespace) {
             format!("the name of {} is empty", bone.as_str())
         } else if name.contains(char::is_control) {
             format!("the name of {}, {name:?}, has a control character", bone.as_str())

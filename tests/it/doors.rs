@@ -4,8 +4,11 @@
 use std::fs;
 use std::path::Path;
 
+use mocap::convert::RestPoseSource;
+use mocap::figure::{BoneNames, humanoid};
 use mocap::gltf::Compression;
 use mocap::job::{Job, RobotFormat};
+use mocap::process::name_joints;
 use mocap::{Conversion, Exporter, FORMATS, FormatInfo, MemoryFile, Scene, WriteOption};
 
 use crate::program::{Folder, words};
@@ -58,8 +61,8 @@ impl Row {
     }
 }
 
-/// Every written format as it is, within a largest error and in every kind of compression, as its row says, and what
-/// only characters and robots have.
+/// Every written format as it is, within a largest error, with other names and another rest pose, and in every kind of
+/// compression, as its row says, and what only characters and robots have.
 fn rows() -> Vec<Row> {
     let row = |extension: &str, options: String| Row {
         output: format!("out.{extension}"),
@@ -71,6 +74,13 @@ fn rows() -> Vec<Row> {
             rows.push(row(extension, String::new()));
             if format.takes(WriteOption::MaxError) {
                 rows.push(row(extension, "--max-error 1mm".to_owned()));
+            }
+            if format.takes(WriteOption::Names) {
+                rows.push(row(extension, "--names unreal".to_owned()));
+            }
+            if format.takes(WriteOption::Rest) {
+                rows.push(row(extension, "--rest t-pose".to_owned()));
+                rows.push(row(extension, "--t-pose-first".to_owned()));
             }
             let kinds = Compression::ALL.iter().filter(|_| format.takes(WriteOption::Compress));
             rows.extend(kinds.map(|kind| row(extension, format!("--compress {}", kind.as_str()))));
@@ -139,17 +149,32 @@ fn by_call(scene: &Scene, row: &Row) -> Cell {
         return Some(format!("it takes {}", FormatInfo::written_extensions()));
     };
     let (mut exporter, mut option) = (Exporter::new(), None);
+    let mut scene = scene.clone();
+    let conversion = Conversion::new().keep_units(true);
     match row.options.split(' ').collect::<Vec<_>>()[..] {
         ["--max-error", _] => (exporter, option) = (exporter.max_error(0.001), Some(WriteOption::MaxError)),
         ["--compress", kind] => {
             (exporter, option) = (exporter.compression(kind.parse().unwrap()), Some(WriteOption::Compress));
+        }
+        ["--names", names] => {
+            let bones = humanoid(&scene);
+            let names = BoneNames::named(names).unwrap().names();
+            name_joints(&mut scene, &bones, &names).unwrap();
+            option = Some(WriteOption::Names);
+        }
+        ["--rest", _] => {
+            conversion.rest(RestPoseSource::TPose).apply(&mut scene).unwrap();
+            option = Some(WriteOption::Rest);
+        }
+        ["--t-pose-first"] => {
+            conversion.t_pose_first(true).apply(&mut scene).unwrap();
         }
         _ => {}
     }
     if let Some(refusal) = option.and_then(|option| format.refusal(option, extension)) {
         return Some(refusal.message);
     }
-    let written = exporter.write_as(scene, path);
+    let written = exporter.write_as(&scene, path);
     written.err().map(|error| error.diagnostic().message.clone())
 }
 
@@ -257,6 +282,10 @@ fn other_languages_call_what_the_table_tries() {
         ("tools/python/src/convert.rs", "FormatInfo::of_output("),
         ("tools/python/src/convert.rs", "row.refusal("),
         ("tools/wasm/src/request.rs", "FormatInfo::of_output("),
+        ("tools/python/src/convert.rs", "name_joints("),
+        ("tools/wasm/src/request.rs", "name_joints("),
+        ("tools/python/src/convert.rs", ".t_pose_first("),
+        ("tools/wasm/src/options.rs", ".t_pose_first("),
     ] {
         assert!(fs::read_to_string(file).unwrap().contains(call), "{file}: {call}");
     }

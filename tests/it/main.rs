@@ -39,6 +39,7 @@ mod interrupted;
 mod jobs;
 mod kinematics;
 mod motion_steps;
+mod names;
 mod numbers;
 mod one_answer;
 #[cfg(feature = "cli")]

@@ -6,7 +6,7 @@ const mocap = await load();
 
 function walk(bytes: Uint8Array): Float32Array {
   using scene: Scene = mocap.read(bytes, "walk.bvh", { rootOffset: "add", clip: 0, hash: false });
-  using metres = scene.convert({ unit: "cm", up: "-z", first: { seconds: 1 }, last: { frame: 90 }, root: "inPlace" });
+  using metres = scene.convert({ unit: "cm", up: "-z", first: { seconds: 1 }, last: { frame: 90 }, root: "inPlace", rest: "frame:3", names: "mixamo" });
   const glb: Uint8Array = metres.toGlb({ compress: "int16", maxError: 0.001, shellDistance: 0.03 });
   const keys = metres.animations[0]?.channels[0]?.rotations.values.slice();
   return keys ?? new Float32Array(glb.length);

@@ -2,7 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap::figure::{HumanoidMap, humanoid};
 use mocap::files::ReplacePolicy;
+use mocap::job::{JointNames, Rest};
+use mocap::process::name_joints;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
 use pyo3::exceptions::PyValueError;
@@ -22,7 +25,14 @@ pub(crate) struct WriteOptions {
 
 impl WriteOptions {
     /// The exporter to `target`, which is made from `sources`.
-    pub(crate) fn exporter(&self, sources: &[&PathBuf], target: &Path) -> PyResult<Exporter> {
+    ///
+    /// `changes` are further options, and whether they were given.
+    pub(crate) fn exporter(
+        &self,
+        sources: &[&PathBuf],
+        target: &Path,
+        changes: &[(WriteOption, bool)],
+    ) -> PyResult<Exporter> {
         let extension = target.extension().and_then(|extension| extension.to_str());
         let row = FormatInfo::of_output(target).ok_or_else(|| {
             let known = FormatInfo::written_extensions();
@@ -36,7 +46,7 @@ impl WriteOptions {
             (WriteOption::ShellDistance, self.shell_distance.is_some()),
             (WriteOption::Compress, self.compress.is_some()),
         ];
-        let mut given = given.into_iter().filter(|(_, is_given)| *is_given);
+        let mut given = given.iter().chain(changes).copied().filter(|(_, is_given)| *is_given);
         if let Some(refusal) = given.find_map(|(option, _)| row.refusal(option, extension.unwrap_or_default())) {
             return Err(PyValueError::new_err(refusal.message));
         }
@@ -70,6 +80,9 @@ pub(crate) fn convert(
     metres_per_unit: Option<f64>,
     up: Option<&str>,
     fps: Option<f64>,
+    rest: &str,
+    t_pose_first: bool,
+    names: Option<&str>,
     read: ReadOptions,
     write: WriteOptions,
 ) -> PyResult<u64> {
@@ -84,7 +97,16 @@ pub(crate) fn convert(
     if let Some(fps) = fps {
         conversion = conversion.frame_rate(fps);
     }
-    let exporter = write.exporter(&[&source], &target)?;
+    let rest: Rest = rest
+        .parse()
+        .map_err(|error| PyValueError::new_err(format!("rest: {error}, got {rest:?}")))?;
+    conversion = conversion.rest(rest.0).t_pose_first(t_pose_first);
+    let names = names.map(names_of).transpose()?;
+    let given = [
+        (WriteOption::Rest, rest != Rest::default()),
+        (WriteOption::Names, names.is_some()),
+    ];
+    let exporter = write.exporter(&[&source], &target, &given)?;
     let row = FormatInfo::of_output(&target);
     let keeps_units = row.is_some_and(FormatInfo::keeps_units);
     if keeps_units && (metres_per_unit.is_some() || up.is_some()) {
@@ -103,11 +125,28 @@ pub(crate) fn convert(
         ReplacePolicy::new([&source]).check_inputs(&target)?;
         let mut scene = importer.import(&source)?;
         conversion.apply(&mut scene)?;
+        if let Some(names) = &names {
+            let bones = humanoid(&scene);
+            name_joints(&mut scene, &bones, names)?;
+        }
         exporter.export(&scene, &target)
     });
     written
         .map(|written| written.len() as u64)
         .map_err(|error| to_python(py, &error))
+}
+
+/// The names of bones, as JSON: a word that is known, the name of a file, or the name of each bone.
+fn names_of(names: &str) -> PyResult<HumanoidMap> {
+    let invalid = |error: String| PyValueError::new_err(format!("names: {error}"));
+    let names: JointNames = serde_json::from_str(names).map_err(|error| invalid(error.to_string()))?;
+    let names = match names {
+        JointNames::File(path) => JointNames::parse(&path.to_string_lossy()),
+        names => Ok(names),
+    };
+    names
+        .and_then(|names| names.names())
+        .map_err(|error| invalid(error.diagnostic().message.clone()))
 }
 
 /// The axis of this name.

@@ -68,7 +68,7 @@ pub(crate) fn contacts(py: Python<'_>, scene: &Scene, options: &str) -> PyResult
 /// Writes a scene in the format of the extension.
 #[pyfunction]
 pub(crate) fn write(py: Python<'_>, scene: &Scene, target: PathBuf, options: WriteOptions) -> PyResult<()> {
-    let exporter = options.exporter(&[], &target)?;
+    let exporter = options.exporter(&[], &target, &[])?;
     let written = py.detach(|| exporter.export(scene.scene(), &target));
     written.map(drop).map_err(|error| to_python(py, &error))
 }

@@ -106,13 +106,32 @@ def test_an_option_that_is_not_there_is_told_those_that_are(walk: Path, tmp_path
         mocap.read(walk, strict=True, fsp=30)
     with pytest.raises(TypeError, match=message + read_options):
         mocap.read_bytes(walk.read_bytes(), "walk.bvh", fsp=30)
-    with pytest.raises(TypeError, match=message + "unit, up, fps, max_error, shell_distance, compress, overwrite, " + read_options):
+    with pytest.raises(TypeError, match=message + "unit, up, fps, rest, t_pose_first, names, max_error, .*, overwrite, " + read_options):
         mocap.convert(walk, tmp_path / "walk.glb", fsp=30)
     scene = mocap.read(walk)
     with pytest.raises(TypeError, match=message + "rot, space, .*, fps, .*, contacts$"):
         scene.to_numpy(fsp=30)
     with pytest.raises(TypeError, match=message + "clip, rot, space, .*, fps, .*, contacts$"):
         scene.to_arrow(fsp=30)
+
+
+def test_convert_gives_a_rest_pose_and_names(walk: Path, tmp_path: Path) -> None:
+    frames = mocap.read(walk).frames
+    mocap.convert(walk, tmp_path / "walk.bvh", rest="t-pose", t_pose_first=True, names="mixamo")
+    scene = mocap.read(tmp_path / "walk.bvh")
+    assert scene.frames == frames + 1
+    assert {"mixamorig:LeftForeArm", "LHipJoint"} <= {node.name for node in scene.nodes}
+    # In the first frame no joint of the T-pose has a rotation.
+    first = scene.to_numpy(rot="quat").rotations[0]
+    np.testing.assert_allclose(np.abs(first[:, 3]), 1, atol=1e-5)
+    mocap.convert(walk, tmp_path / "own.bvh", names={"hips": "Pelvis"})
+    assert mocap.read(tmp_path / "own.bvh").nodes[0].name == "Pelvis"
+    with pytest.raises(ValueError, match="rest: expected zero, t-pose, a-pose or frame:N"):
+        mocap.convert(walk, tmp_path / "no.bvh", rest="x-pose")
+    with pytest.raises(ValueError, match="names: neither vrm, mixamo, unreal, cmu nor a file"):
+        mocap.convert(walk, tmp_path / "no.bvh", names="mixanu")
+    with pytest.raises(ValueError, match="--rest has no effect on a VRM animation"):
+        mocap.convert(walk, tmp_path / "no.vrma", rest="t-pose")
 
 
 def test_motions_print_short_and_pickle_whole(walk: Path) -> None:

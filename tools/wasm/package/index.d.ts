@@ -59,8 +59,12 @@ export interface ConvertOptions {
   frameRate?: number;
   /** `"auto"` drops it if it is a rest pose. Default: `"keep"`. */
   firstFrame?: "keep" | "drop" | "auto";
-  /** The frame whose pose becomes the rest pose. */
-  restFrame?: number;
+  /** The rest pose: that of the file, the T-pose, the T-pose with the arms 45 degrees down, or the pose of a frame, from 0. */
+  rest?: "zero" | "t-pose" | "a-pose" | `frame:${number}`;
+  /** Put the T-pose before the first frame, on the floor. */
+  tPoseFirst?: boolean;
+  /** What joints are called in the result: the names of a program or of a collection, or one for each bone. */
+  names?: "vrm" | "mixamo" | "unreal" | "cmu" | Bones;
   /** The root's motion over the ground. Default: `"keep"`. */
   root?: "keep" | "inPlace" | "extract";
 }

@@ -2,9 +2,10 @@
 //! default.
 
 use mocap::compress::ErrorBound;
-use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
+use mocap::convert::{FirstFrame, Moment, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
 use mocap::gltf::{Compression, GltfOptions};
+use mocap::job::{JointNames, Rest};
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
@@ -92,12 +93,15 @@ pub(crate) struct ConvertOptions {
     out_unit: Option<Length>,
     out_up: Option<Axis>,
     keep_units: bool,
-    bones: HumanoidMap,
+    pub(crate) bones: HumanoidMap,
     first: Option<Moment>,
     last: Option<Moment>,
     frame_rate: Option<f64>,
     first_frame: First,
-    rest_frame: Option<u64>,
+    rest: Option<String>,
+    t_pose_first: bool,
+    /// What joints are called.
+    names: Option<JointNames>,
     root: Root,
 }
 
@@ -170,6 +174,7 @@ impl ConvertOptions {
             .keep_units(self.keep_units)
             .bones(self.bones)
             .trim(self.first, self.last)
+            .t_pose_first(self.t_pose_first)
             .first_frame(match self.first_frame {
                 First::Keep => FirstFrame::Keep,
                 First::Drop => FirstFrame::Drop,
@@ -195,10 +200,24 @@ impl ConvertOptions {
         if let Some(rate) = self.frame_rate {
             conversion = conversion.frame_rate(rate);
         }
-        if let Some(frame) = self.rest_frame {
-            conversion = conversion.rest(RestPoseSource::Frame(frame));
+        if let Some(rest) = self.rest {
+            let rest: Rest = rest
+                .parse()
+                .map_err(|error| Failure::argument(format!("rest: {error}, got \"{rest}\"")))?;
+            conversion = conversion.rest(rest.0);
         }
         Ok(conversion)
+    }
+
+    /// The names that joints get, where they get others.
+    pub(crate) fn names(&self) -> Result<Option<HumanoidMap>, Failure> {
+        match &self.names {
+            Some(JointNames::File(name)) => Err(Failure::argument(format!(
+                "names must be vrm, mixamo, unreal, cmu or an object with the name of each bone, got {:?}",
+                name.display().to_string()
+            ))),
+            names => Ok(names.as_ref().map(JointNames::names).transpose()?),
+        }
     }
 }
 

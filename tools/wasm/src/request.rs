@@ -8,6 +8,7 @@ use mocap::edit::{ContactOptions, EditReport, EditStep, contacts};
 use mocap::figure::{self, Figure, HumanoidMap, humanoid};
 use mocap::gltf::{self, BufferPlace};
 use mocap::job::Job;
+use mocap::process::name_joints;
 use mocap::render::{Clip, Drawing, PageClip, PlayerClip, SheetOptions};
 use mocap::retargeting::{Report, Retargeting, SourceMotion, Target};
 use mocap::scene::{Assumption, RootOffsetUsed, UpAxis};
@@ -211,10 +212,18 @@ fn check(options: &ReadOptions, file: MemoryFile<'_>, others: &[MemoryFile<'_>])
 }
 
 fn convert(scenes: &mut Scenes, number: u32, options: ConvertOptions) -> Result<Answer, Failure> {
+    let (names, bones) = (options.names()?, options.bones.clone());
     let conversion = options.conversion()?;
     let entry = scenes.get(number)?;
     let mut scene = entry.scene.clone();
     let assumptions = conversion.apply(&mut scene)?;
+    if let Some(names) = names {
+        // Indices of nodes may be others now.
+        let known = entry.humanoid.iter().flat_map(|known| &known.bones);
+        let known = known.map(|(bone, joint)| (*bone, Some(entry.scene.nodes[joint.joint.index()].name.clone())));
+        let bones = humanoid(&scene).with_map(&scene, known.chain(bones).collect())?;
+        name_joints(&mut scene, &bones, &names)?;
+    }
     keep(scenes, Entry::new(scene, None).converted(), &assumptions)
 }
 

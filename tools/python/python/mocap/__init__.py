@@ -85,6 +85,9 @@ def convert(
     unit: Unit | float | None = None,
     up: Axis | None = None,
     fps: float | None = None,
+    rest: str = "zero",
+    t_pose_first: bool = False,
+    names: str | os.PathLike[str] | Mapping[str, str | None] | None = None,
     max_error: float | None = None,
     shell_distance: float | None = None,
     compress: Literal["none", "int16", "meshopt", "meshopt-khr"] | None = None,
@@ -101,6 +104,11 @@ def convert(
         unit: Unit of length of the source, by name or as metres in one; what it says, else a guess, if ``None``.
         up: The axis of the source that points up; a guess if ``None``.
         fps: Frames per second to write; the source's own frames if ``None``.
+        rest: The rest pose: ``"zero"`` as in the file, ``"t-pose"``, ``"a-pose"`` with the arms 45 degrees down, or
+            ``"frame:N"``, the pose of a frame. The motion stays.
+        t_pose_first: Put the T-pose before the first frame, on the floor.
+        names: What joints are called in the target: ``"vrm"``, ``"mixamo"``, ``"unreal"``, ``"cmu"``, a JSON file, or the
+            name of each bone, as ``{"hips": "Pelvis"}``; ``None`` keeps the source's names.
         max_error, shell_distance, compress, overwrite: The fields of :class:`WriteOptions`.
         options: The fields of :class:`ReadOptions`.
 
@@ -109,8 +117,10 @@ def convert(
         ValueError: Where the extension is that of no written format, or an option has no effect on it.
     """
     write = WriteOptions(max_error, shell_distance, compress, overwrite)
-    read = changed(ReadOptions(), options, "unit", "up", "fps", "max_error", "shell_distance", "compress", "overwrite")
-    return _mocap.convert(source, target, metres(unit), up, fps, read, write)
+    own = ("unit", "up", "fps", "rest", "t_pose_first", "names", "max_error", "shell_distance", "compress", "overwrite")
+    read = changed(ReadOptions(), options, *own)
+    given = None if names is None else json.dumps(dict(names) if isinstance(names, Mapping) else os.fspath(names))
+    return _mocap.convert(source, target, metres(unit), up, fps, rest, t_pose_first, given, read, write)
 
 
 def run(job: Mapping[str, Any]) -> dict[str, Any]:

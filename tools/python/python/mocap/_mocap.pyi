@@ -82,6 +82,9 @@ def convert(
     metres_per_unit: float | None,
     up: str | None,
     fps: float | None,
+    rest: str,
+    t_pose_first: bool,
+    names: str | None,
     read: ReadOptions,
     write: WriteOptions,
 ) -> int: ...
