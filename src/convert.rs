@@ -30,7 +30,7 @@ use crate::scene::UpAxis;
 
 pub(crate) use self::moment::part_ticks;
 pub use self::moment::{Moment, TimeRange};
-pub(crate) use self::space::{Needs, Space, figure_of};
+pub(crate) use self::space::{Needs, Space};
 
 /// What to do with the first frame, which is a rest pose in some files, such as those of a conversion of the CMU
 /// database.

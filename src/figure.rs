@@ -32,6 +32,7 @@ use std::sync::OnceLock;
 use glam::{Mat3, Vec3};
 use serde::Serialize;
 
+use crate::error::Result;
 use crate::scene::{Assumption, RootOffset, Scene, Topic, UpAxis};
 
 pub use crate::scene::{Confidence, HumanoidBone, Side};
@@ -186,6 +187,15 @@ impl Figure {
     /// Finds the figure of `scene`.
     pub fn new(scene: &Scene) -> Self {
         Self::with_bones(scene, humanoid(scene))
+    }
+
+    /// Finds the figure of `scene`, some of whose bones are known.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`](crate::Code::InvalidValue) where a name of the map is not that of a joint.
+    pub fn mapped(scene: &Scene, map: &HumanoidMap) -> Result<Self> {
+        let humanoid = humanoid(scene).with_map(scene, map.clone())?;
+        Ok(Self::with_bones(scene, humanoid))
     }
 
     /// Its T-pose; `None` if it is not a humanoid. `scene` is the one in which the figure was found.
@@ -446,3 +456,6 @@ fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
     }
     None
 }
+
+#[cfg(test)]
+pub(crate) mod found;

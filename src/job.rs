@@ -157,6 +157,7 @@ impl Job {
             mut written,
             scene,
             clips,
+            ..
         } = made;
         written.save(output, &policy)?;
         // Not before, because a `.gltf` that a killed process has left says whose its buffer is.
@@ -296,3 +297,6 @@ fn steps_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
+
+#[cfg(test)]
+mod found;

@@ -33,9 +33,9 @@ pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
 use self::source::{Mover, Moving};
 pub use self::target::Target;
-use crate::convert::{Conversion, FirstFrame, figure_of};
+use crate::convert::{Conversion, FirstFrame};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
+use crate::figure::{Figure, Humanoid, humanoid};
 use crate::format::gltf::{GltfOptions, GltfReport, Provenance};
 use crate::process::{self, SkeletonMesh};
 use crate::retarget::{LimbAngles, Retargeter, check_figure};
@@ -130,21 +130,31 @@ impl Retargeting {
     /// # Errors
     /// As [`Conversion::apply`]; also [`Code::InvalidValue`] where
     /// [`source_bones`](RetargetingOptions::source_bones) names a joint that the scene lacks.
-    pub fn prepare(&self, mut scene: Scene) -> Result<SourceMotion> {
+    pub fn prepare(&self, scene: Scene) -> Result<SourceMotion> {
+        let figure = Figure::mapped(&scene, &self.options.source_bones)?;
+        self.prepare_figure(scene, &figure)
+    }
+
+    /// The same for a scene whose figure is known, with [`source_bones`](RetargetingOptions::source_bones).
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`].
+    pub fn prepare_figure(&self, mut scene: Scene, figure: &Figure) -> Result<SourceMotion> {
         let conversion = self.options.conversion.clone();
         let mut conversion = conversion.bones(self.options.source_bones.clone());
         let has_other_frames = conversion.takes_other_frames();
         let mut with_rest_pose = None;
         // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
-        if has_other_frames && begins_with_rest_pose(&scene, &self.options.source_bones)? {
+        if has_other_frames && figure.survey.first_frame_is_rest_pose {
             let mut whole = scene.clone();
-            conversion.clone().all_frames().apply(&mut whole)?;
+            conversion.clone().all_frames().convert(&mut whole, figure)?;
             with_rest_pose = Some(Box::new(whole));
             conversion = conversion.first_frame(FirstFrame::DropRestPose);
         }
-        let assumptions = conversion.apply(&mut scene)?;
+        let (assumptions, inserted) = conversion.convert(&mut scene, figure)?;
         Ok(SourceMotion {
             assumptions,
+            bones: Some(figure.humanoid.clone().after(inserted)),
             is_rest_pose_left_out: with_rest_pose.is_some(),
             has_other_frames,
             with_rest_pose,
@@ -186,19 +196,23 @@ impl Retargeting {
     /// What moves the motions of a source, which then has no rest pose in its first frame.
     fn moving(&self, mut source: SourceMotion) -> Result<Moving> {
         let scene = source.shows_t_pose();
-        let bones = humanoid(scene).with_map(scene, self.options.source_bones.clone())?;
+        let bones = match &source.bones {
+            Some(bones) => bones.clone(),
+            None => humanoid(scene).with_map(scene, self.options.source_bones.clone())?,
+        };
+        let from = Figure::with_bones(scene, bones);
+        let of_scene = from.clone();
         let mover = match (&self.target, &self.figure) {
             (Target::Character(_) | Target::Skeleton(_), figure) => {
                 let target = self.target.scene();
                 let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
-                let from = Figure::with_bones(scene, bones);
                 let retargeter = Retargeter::with_figures((scene, from), (&target, figure), self.options.scale)?;
                 Mover::Body(Box::new(retargeter))
             }
             (Target::Robot(robot), _) => {
                 let options = RobotOptions {
                     scale: self.options.scale,
-                    source: Some(bones),
+                    source: Some(from.humanoid),
                     map: self.options.target_bones.clone(),
                     velocity_limits: self.options.velocity_limits,
                     lock_feet: self.options.lock_feet,
@@ -207,7 +221,7 @@ impl Retargeting {
             }
         };
         // Not before: that frame shows where the T-pose is.
-        source.leave_out_rest_pose()?;
+        source.leave_out_rest_pose(&of_scene)?;
         Ok(Moving {
             source,
             mover,
@@ -332,7 +346,13 @@ impl Retargeting {
     /// The same in the unit and the axes of a conversion.
     pub(crate) fn scene_converted(&self, conversion: &Conversion) -> Result<Scene> {
         let mut scene = self.with_clips();
-        conversion.apply(&mut scene)?;
+        match &self.figure {
+            Some(figure) => {
+                let figure = Figure::with_bones(&scene, figure.humanoid.clone());
+                conversion.convert(&mut scene, &figure)?;
+            }
+            None => drop(conversion.apply(&mut scene)?),
+        }
         self.record(&mut scene);
         Ok(scene)
     }
@@ -354,9 +374,4 @@ impl Retargeting {
             clip.provenance.record(scene);
         }
     }
-}
-
-/// Whether the first frame is a rest pose, and the motion jumps after it.
-fn begins_with_rest_pose(scene: &Scene, bones: &HumanoidMap) -> Result<bool> {
-    Ok(figure_of(scene, bones)?.survey.first_frame_is_rest_pose)
 }

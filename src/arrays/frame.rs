@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 
 use crate::arrays::ArrayOptions;
-use crate::convert::{Needs, Space, figure_of};
+use crate::convert::{Needs, Space};
 use crate::error::Result;
 use crate::figure::Figure;
 use crate::format::gltf::Provenance;
@@ -49,7 +49,7 @@ impl Frame {
             .is_some_and(|contacts| contacts.feet.is_none());
         let mut figure = None;
         if needs.unit || needs.up || needs_feet || !options.bones.is_empty() {
-            let found = figure.insert(figure_of(scene, &options.bones)?);
+            let found = figure.insert(Figure::mapped(scene, &options.bones)?);
             let survey = &found.survey;
             let topics = [(needs.unit, Topic::Unit), (needs.up, Topic::Up)];
             let needed = topics.into_iter().filter(|(is_needed, _)| *is_needed);

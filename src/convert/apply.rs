@@ -1,10 +1,10 @@
 //! What a [`Conversion`] does, in its order.
 
-use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, figure_of, moment, part_ticks};
+use super::{Conversion, FirstFrame, Needs, RestPoseSource, RootMotion, Space, moment, part_ticks};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{self, TPose};
+use crate::figure::{self, Figure, TPose};
 use crate::process;
-use crate::scene::{Animation, Assumption, Scene, Topic, UpAxis};
+use crate::scene::{Animation, Assumption, NodeId, Scene, Topic, UpAxis};
 
 impl Conversion {
     /// Converts `scene`, and returns the decisions that the file does not state, each with its reason.
@@ -25,7 +25,36 @@ impl Conversion {
     /// allow; `scene` then keeps its frames.
     pub fn apply(&self, scene: &mut Scene) -> Result<Vec<Assumption>> {
         self.check()?;
-        let figure = figure_of(scene, &self.bones)?;
+        let figure = Figure::mapped(scene, &self.bones)?;
+        Ok(self.convert(scene, &figure)?.0)
+    }
+
+    /// Converts `scene`, whose figure is known, and returns the figure of what it has become: bones are found once for
+    /// a scene, whatever is done to it.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::figure::{Figure, Unit};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_short.bvh")?;
+    /// let figure = Figure::new(&scene);
+    /// assert_eq!(figure.survey.unit.value, Unit::Cmu);
+    /// let (figure, _) = Conversion::new().apply_to(&mut scene, &figure)?;
+    /// assert!(figure.survey.unit_is_stated && figure.survey.metres_per_unit == 1.0);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`apply`](Self::apply). [`bones`](Self::bones) changes nothing here, and is recorded.
+    pub fn apply_to(&self, scene: &mut Scene, figure: &Figure) -> Result<(Figure, Vec<Assumption>)> {
+        let (guesses, inserted) = self.convert(scene, figure)?;
+        let humanoid = figure.humanoid.clone().after(inserted);
+        Ok((Figure::with_bones(scene, humanoid), guesses))
+    }
+
+    /// What was guessed, and the node that was inserted.
+    pub(crate) fn convert(&self, scene: &mut Scene, figure: &Figure) -> Result<(Vec<Assumption>, Option<NodeId>)> {
+        self.check()?;
         let survey = &figure.survey;
         let drops = match self.first_frame {
             FirstFrame::Keep => false,
@@ -43,7 +72,7 @@ impl Conversion {
             let message = "there is no motion before which the T-pose could stand";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
-        let standing = self.standing(scene, &figure)?;
+        let standing = self.standing(scene, figure)?;
 
         let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
         if self.frame_rate.is_some_and(|rate| takes_meant_rate(animation, rate)) {
@@ -77,25 +106,25 @@ impl Conversion {
             process::resample(scene, rate, &self.limits)?;
         }
         let stands = standing.is_some();
-        self.stand(scene, standing)?;
-        self.convert_space(scene, survey);
+        self.stand(scene, standing, figure)?;
+        let inserted = self.convert_space(scene, survey);
         if stands {
             process::zero_rest_rotations(scene)?;
         }
-        Ok(guesses)
+        Ok((guesses, inserted))
     }
 
     /// Leaves out a rest pose before the motion, which is no part of it; `true` where there was one. Lengths and axes
-    /// stay.
+    /// stay. `figure` is that of `scene`.
     ///
     /// A [`Retargeter`](crate::retarget::Retargeter) is made before, for it sees in that frame where the T-pose is.
     ///
     /// # Errors
     /// As [`apply`](Self::apply).
-    pub fn leave_out_rest_pose(scene: &mut Scene) -> Result<bool> {
+    pub fn leave_out_rest_pose(scene: &mut Scene, figure: &Figure) -> Result<bool> {
         let steps = scene.metadata.steps.len();
         let conversion = Self::new().first_frame(FirstFrame::DropRestPose).keep_units(true);
-        conversion.apply(scene)?;
+        conversion.convert(scene, figure)?;
         Ok(scene.metadata.steps.len() > steps)
     }
 
@@ -124,8 +153,8 @@ impl Conversion {
         }
     }
 
-    /// Converts the unit and the axes, and what happens over the ground, with +Y up.
-    fn convert_space(&self, scene: &mut Scene, survey: &figure::Survey) {
+    /// Converts the unit and the axes, and what happens over the ground, with +Y up. Returns a node that was inserted.
+    fn convert_space(&self, scene: &mut Scene, survey: &figure::Survey) -> Option<NodeId> {
         let source = self.source.or_found(&scene.metadata, survey, self.needs());
         let kept = if self.keep_units { source } else { Space::METRES };
         let output = self.output.or(kept);
@@ -139,17 +168,21 @@ impl Conversion {
         if !self.keep_units || from != upright {
             process::convert_units_to(scene, from, upright);
         }
-        match self.root {
-            RootMotion::Keep => {}
-            RootMotion::InPlace => process::in_place(scene),
+        let inserted = match self.root {
+            RootMotion::Keep => None,
+            RootMotion::InPlace => {
+                process::in_place(scene);
+                None
+            }
             RootMotion::Extract => process::root_motion(scene),
-        }
+        };
         if upright != to {
             process::convert_units_to(scene, upright, to);
         }
         // What was neither stated nor guessed is still unknown.
         scene.metadata.metres_per_unit = output.metres_per_unit;
         scene.metadata.up = output.up;
+        inserted
     }
 }
 

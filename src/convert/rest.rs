@@ -1,6 +1,6 @@
 //! The T-pose and the A-pose: as the rest pose, and before the motion.
 
-use super::{Conversion, RestPoseSource, figure_of};
+use super::{Conversion, RestPoseSource};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, TPose};
 use crate::pose::Pose;
@@ -35,10 +35,10 @@ impl Conversion {
     }
 
     /// Puts the T-pose before the motion, and makes a pose that stands the rest pose.
-    pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>) -> Result<()> {
+    pub(super) fn stand(&self, scene: &mut Scene, mut standing: Option<Pose>, figure: &Figure) -> Result<()> {
         if self.t_pose_first {
             // The T-pose of the frames that are there can be found again in what is written.
-            let figure = figure_of(scene, &self.bones)?;
+            let figure = Figure::with_bones(scene, figure.humanoid.clone());
             standing = self.standing(scene, &figure)?;
             for animation in 0..scene.animations.len() {
                 let first = figure

@@ -1,9 +1,9 @@
 //! The unit and the up axis of a scene.
 
 use crate::error::{Code, Result};
-use crate::figure::{self, Figure, HumanoidMap, Survey};
+use crate::figure::Survey;
 use crate::limits::positive;
-use crate::scene::{Assumption, Metadata, Scene, Topic, UpAxis};
+use crate::scene::{Assumption, Metadata, Topic, UpAxis};
 
 /// A unit of length and an up axis, where they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,18 +19,6 @@ pub(crate) struct Space {
 pub(crate) struct Needs {
     pub(crate) unit: bool,
     pub(crate) up: bool,
-}
-
-/// The figure of a scene, some of whose bones are known.
-///
-/// # Errors
-/// [`Code::InvalidValue`] where a name of the map is not that of a joint.
-pub(crate) fn figure_of(scene: &Scene, bones: &HumanoidMap) -> Result<Figure> {
-    if bones.is_empty() {
-        return Ok(Figure::new(scene));
-    }
-    let found = figure::humanoid(scene).with_map(scene, bones.clone())?;
-    Ok(Figure::with_bones(scene, found))
 }
 
 impl Space {

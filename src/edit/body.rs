@@ -1,5 +1,6 @@
 //! What a step asks of the figure: its legs, its size, and what carries it.
 
+use super::StepInput;
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
@@ -33,9 +34,12 @@ impl Leg {
 }
 
 /// Metres in one unit of the scene.
-pub(super) fn metres_per_unit(scene: &Scene) -> f32 {
-    let stated = scene.metadata.metres_per_unit;
-    stated.unwrap_or_else(|| Figure::new(scene).survey.metres_per_unit) as f32
+pub(super) fn metres_per_unit(scene: &Scene, input: &StepInput<'_>) -> f32 {
+    let guessed = || {
+        let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+        Figure::with_bones(scene, humanoid).survey.metres_per_unit
+    };
+    scene.metadata.metres_per_unit.unwrap_or_else(guessed) as f32
 }
 
 /// `node` and all nodes below it.

@@ -51,7 +51,7 @@ impl Step for Concat {
     type Report = ConcatReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<ConcatReport> {
-        concat(scene, input.animation, input.second::<Self>()?, self)
+        concat(scene, input, input.second::<Self>()?, self)
     }
 
     fn with(&self) -> Option<usize> {
@@ -88,7 +88,8 @@ impl fmt::Display for ConcatReport {
     }
 }
 
-fn concat(scene: &mut Scene, animation: usize, other: &Scene, options: &Concat) -> Result<ConcatReport> {
+fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Concat) -> Result<ConcatReport> {
+    let animation = input.animation;
     not_negative(Code::InvalidValue, "blend", options.blend)?;
     let (first, second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
@@ -104,7 +105,7 @@ fn concat(scene: &mut Scene, animation: usize, other: &Scene, options: &Concat) 
     };
     if options.align {
         let placement = carrier.placement(&added[0], &rows[last]);
-        report.moved = placement.distance() * metres_per_unit(scene);
+        report.moved = placement.distance() * metres_per_unit(scene, input);
         added.iter_mut().for_each(|row| carrier.apply(&placement, row));
     }
     let before = [last.saturating_sub(2), last.saturating_sub(1), last].map(|frame| &*rows[frame]);

@@ -8,6 +8,7 @@ use super::StepInput;
 use super::step::names;
 use crate::convert::Conversion;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::Figure;
 use crate::scene::Scene;
 
 /// The frames of a motion before and after a step.
@@ -51,7 +52,11 @@ pub(super) fn converted(scene: &mut Scene, input: &StepInput<'_>, conversion: Co
         .map(|humanoid| names(scene, humanoid))
         .unwrap_or_default();
     let known = scene.metadata.assumptions.len();
-    if let Err(error) = conversion.keep_units(true).bones(bones).apply(scene) {
+    let figure = match input.bones() {
+        Some(known) => Figure::with_bones(scene, known.clone()),
+        None => Figure::new(scene),
+    };
+    if let Err(error) = conversion.keep_units(true).bones(bones).convert(scene, &figure) {
         // What was guessed for a conversion that was not done.
         scene.metadata.assumptions.truncate(known);
         return Err(error);

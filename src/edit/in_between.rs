@@ -61,7 +61,7 @@ impl Step for InBetween {
     type Report = InBetweenReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<InBetweenReport> {
-        in_between(scene, input.animation, self)
+        in_between(scene, input, self)
     }
 }
 
@@ -91,7 +91,8 @@ impl fmt::Display for InBetweenReport {
     }
 }
 
-fn in_between(scene: &mut Scene, animation: usize, options: &InBetween) -> Result<InBetweenReport> {
+fn in_between(scene: &mut Scene, input: &StepInput<'_>, options: &InBetween) -> Result<InBetweenReport> {
+    let animation = input.animation;
     let frames = Frames::new(scene, animation, &[])?;
     let last = frames.len() - 1;
     if let Some(key) = options.keys.iter().find(|key| **key > last) {
@@ -136,7 +137,7 @@ fn in_between(scene: &mut Scene, animation: usize, options: &InBetween) -> Resul
             report.largest_position = report.largest_position.max(old.translation.distance(new.translation));
         }
     }
-    report.largest_position *= metres_per_unit(scene);
+    report.largest_position *= metres_per_unit(scene, input);
     frames.with_rows(rows).write_all(scene, animation);
     Ok(report)
 }

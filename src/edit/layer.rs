@@ -95,7 +95,7 @@ impl Step for Layer {
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<LayerReport> {
         let other = input.second::<Self>()?;
         let (mut frames, second) = pair(scene, input.animation, other)?;
-        let figure = figure_of(scene, input.humanoid)?;
+        let figure = figure_of(scene, input.bones())?;
         let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| figure.humanoid.joint(*bone));
         let tops = self.part.tops().iter().filter_map(top);
         let mut nodes: Vec<NodeId> = tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect();

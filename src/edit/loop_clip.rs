@@ -117,7 +117,7 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
     frames.require_nodes()?;
     let refused = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
     let carrier = Carrier::new(scene, &frames);
-    let contacts = figure_of(scene, input.humanoid)
+    let contacts = figure_of(scene, input.bones())
         .ok()
         .map(|figure| detect(scene, &frames, &figure, &ContactOptions::default()));
     if options.frames.is_none() && options.longest < options.shortest {
@@ -174,7 +174,7 @@ fn loop_clip(scene: &mut Scene, input: &StepInput<'_>, options: &Loop) -> Result
         distance: if options.in_place {
             0.0
         } else {
-            onward.distance() * metres_per_unit(scene)
+            onward.distance() * metres_per_unit(scene, input)
         },
         contacts_agree: contacts.is_some_and(|contacts| agree(&contacts, first, last)),
     };

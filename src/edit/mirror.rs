@@ -49,7 +49,7 @@ impl Step for Mirror {
     type Report = MirrorReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<MirrorReport> {
-        mirror(scene, input.animation, input.humanoid)
+        mirror(scene, input.animation, input.bones())
     }
 }
 

@@ -2,8 +2,26 @@
 
 use super::{EditReport, EditStep, StepInput};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::Humanoid;
-use crate::scene::Scene;
+use crate::figure::{self, Humanoid};
+use crate::scene::{Node, NodeId, Scene};
+
+/// What errors call the second motions.
+fn names_of(others: &[&Scene]) -> Vec<String> {
+    let name = |(index, other): (usize, &&Scene)| match &other.metadata.origin {
+        Some(origin) => origin.name.clone(),
+        None => format!("motion {}", index + 2),
+    };
+    others.iter().enumerate().map(name).collect()
+}
+
+/// The node that a step has added, where before there were the nodes `before`.
+fn inserted(before: &[String], scene: &Scene) -> Option<NodeId> {
+    let differs = |(name, node): (&String, &Node)| *name != node.name;
+    let first = std::iter::zip(before, &scene.nodes)
+        .position(differs)
+        .unwrap_or(before.len());
+    (scene.nodes.len() > before.len()).then(|| NodeId::new(first))
+}
 
 impl EditStep {
     /// Applies steps to the first animation of a scene in their order, and records each. Those that take a second
@@ -29,18 +47,37 @@ impl EditStep {
         others: &[&Scene],
         humanoid: Option<&Humanoid>,
     ) -> Result<Vec<EditReport>> {
-        let name = |place: usize| match &others[place].metadata.origin {
-            Some(origin) => origin.name.clone(),
-            None => format!("motion {}", place + 2),
-        };
-        let names: Vec<String> = (0..others.len()).map(name).collect();
-        let seconds = Self::second_motions(steps, &names)?;
-        let pairs = std::iter::zip(steps, seconds);
-        let apply = |(step, second): (&Self, Option<usize>)| {
-            let other = second.map(|place| others[place]);
-            step.apply(scene, &StepInput::new().other(other).humanoid(humanoid))
-        };
-        pairs.map(apply).collect()
+        if steps.is_empty() {
+            return Self::second_motions(steps, &names_of(others)).map(|_| Vec::new());
+        }
+        let found = humanoid.cloned().unwrap_or_else(|| figure::humanoid(scene));
+        Ok(Self::apply_found(scene, steps, others, humanoid.cloned(), found)?.0)
+    }
+
+    /// The same for a scene whose bones are `found`: they are returned as they are after the steps.
+    pub(crate) fn apply_found(
+        scene: &mut Scene,
+        steps: &[Self],
+        others: &[&Scene],
+        mut stated: Option<Humanoid>,
+        mut found: Humanoid,
+    ) -> Result<(Vec<EditReport>, Humanoid)> {
+        let seconds = Self::second_motions(steps, &names_of(others))?;
+        let mut reports = Vec::new();
+        for (step, second) in std::iter::zip(steps, seconds) {
+            let before: Vec<String> = scene.nodes.iter().map(|node| node.name.clone()).collect();
+            let input = StepInput {
+                other: second.map(|index| others[index]),
+                humanoid: stated.as_ref(),
+                found: Some(&found),
+                ..StepInput::new()
+            };
+            reports.push(step.apply(scene, &input)?);
+            let inserted = inserted(&before, scene);
+            stated = stated.map(|stated| stated.after(inserted));
+            found = found.after(inserted);
+        }
+        Ok((reports, found))
     }
 
     /// Of each step the second motion that it takes, counted from 0 among `others`, which are the names of the motions

@@ -98,7 +98,7 @@ impl Step for Smooth {
     type Report = SmoothReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<SmoothReport> {
-        smooth(scene, input.animation, self)
+        smooth(scene, input, self)
     }
 }
 
@@ -128,8 +128,9 @@ impl fmt::Display for SmoothReport {
     }
 }
 
-fn smooth(scene: &mut Scene, animation: usize, options: &Smooth) -> Result<SmoothReport> {
+fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<SmoothReport> {
     let cut_off = positive(Code::InvalidValue, "cut-off", options.cut_off)?;
+    let animation = input.animation;
     let mut frames = Frames::new(scene, animation, &[])?;
     if cut_off >= 0.5 * frames.rate {
         let message = format!("cut-off must be below half of the frame rate, {} Hz", 0.5 * frames.rate);
@@ -166,7 +167,7 @@ fn smooth(scene: &mut Scene, animation: usize, options: &Smooth) -> Result<Smoot
         }
         frames.set_track(column, &filtered);
     }
-    report.largest_position *= metres_per_unit(scene);
+    report.largest_position *= metres_per_unit(scene, input);
     frames.write(scene, animation, &rotated, &moved);
     Ok(report)
 }

@@ -87,6 +87,8 @@ pub struct StepInput<'a> {
     pub(super) animation: usize,
     pub(super) other: Option<&'a Scene>,
     pub(super) humanoid: Option<&'a Humanoid>,
+    /// The bones that were found in the scene, which are not recorded as those that somebody states.
+    pub(super) found: Option<&'a Humanoid>,
 }
 
 impl<'a> StepInput<'a> {
@@ -114,6 +116,11 @@ impl<'a> StepInput<'a> {
     pub fn humanoid(mut self, humanoid: impl Into<Option<&'a Humanoid>>) -> Self {
         self.humanoid = humanoid.into();
         self
+    }
+
+    /// The bones of the scene, where they are known.
+    pub(super) fn bones(&self) -> Option<&'a Humanoid> {
+        self.humanoid.or(self.found)
     }
 
     /// The second motion of the step `S`.

@@ -130,7 +130,7 @@ impl Step for Warp {
         match self {
             Self::Moments(moments) => warp_time(scene, input.animation, moments).map(WarpReport::Time),
             Self::Speed(speed) => warp_time(scene, input.animation, &at_speed(*speed)).map(WarpReport::Time),
-            Self::Path { points, facing } => warp_path(scene, input.animation, points, *facing).map(WarpReport::Path),
+            Self::Path { points, facing } => warp_path(scene, input, points, *facing).map(WarpReport::Path),
         }
     }
 }

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use self::spline::Spline;
+use super::StepInput;
 use super::body::metres_per_unit;
 use super::frames::Frames;
 use super::ground::Carrier;
@@ -85,15 +86,16 @@ impl fmt::Display for WarpPathReport {
 
 pub(super) fn warp_path(
     scene: &mut Scene,
-    animation: usize,
+    input: &StepInput<'_>,
     points: &[PathPoint],
     facing: PathFacing,
 ) -> Result<WarpPathReport> {
     check(points)?;
+    let animation = input.animation;
     let frames = Frames::new(scene, animation, &[])?;
     frames.require_nodes()?;
     let carrier = Carrier::new(scene, &frames);
-    let metres = f64::from(metres_per_unit(scene));
+    let metres = f64::from(metres_per_unit(scene, input));
     let up = carrier.up.as_dvec3();
     let axes = ground_axes(up);
     let over_ground = |point: Vec3| DVec2::from(axes.map(|axis| point.as_dvec3().dot(axis))) * metres;

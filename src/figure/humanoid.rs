@@ -153,6 +153,16 @@ impl Humanoid {
         Ok(self)
     }
 
+    /// Its bones after a node may have been inserted into the scene.
+    pub(crate) fn after(mut self, inserted: Option<NodeId>) -> Self {
+        for bone in self.bones.values_mut() {
+            if inserted.is_some_and(|inserted| bone.joint >= inserted) {
+                bone.joint = NodeId::new(bone.joint.index() + 1);
+            }
+        }
+        self
+    }
+
     /// A humanoid whose bones a file states.
     pub fn stated(bones: BTreeMap<HumanoidBone, NodeId>, reason: &str) -> Self {
         let joint = |joint| HumanoidJoint {
@@ -225,6 +235,8 @@ pub fn humanoid(scene: &Scene) -> Humanoid {
         };
         return Humanoid::stated(stated, reason);
     }
+    #[cfg(test)]
+    super::found::count();
     let tree = Tree::new(scene);
     let Some(mut body) = body::find(&tree) else {
         return Humanoid::refused(refusal::why_there_are_no_legs(&tree));

@@ -10,7 +10,7 @@ use super::{Job, JointNames, Onto, names};
 use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure::{HumanoidMap, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
 use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
@@ -61,6 +61,8 @@ pub struct Made {
     pub written: Written,
     /// The motion on its own skeleton, as it is written; absent where it is on another body.
     pub scene: Option<Scene>,
+    /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
+    pub humanoid: Option<Humanoid>,
     /// How well each motion is the same on the other body.
     pub clips: Vec<Report>,
 }
@@ -158,8 +160,8 @@ impl<'a> Maker<'a> {
             None => {
                 let motion = one(motions)?;
                 let mut scene = self.import(motion, hear)?;
-                self.change(&mut scene, motion, hear)?;
-                self.made(scene, motion, output)
+                let humanoid = self.change(&mut scene, motion, hear)?;
+                self.made(scene, humanoid, motion, output)
             }
         }
     }
@@ -197,22 +199,26 @@ impl<'a> Maker<'a> {
     }
 
     /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
+    /// Returns its bones.
     ///
     /// # Errors
     /// As [`Conversion::apply`], and those of the steps.
-    pub fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<()> {
+    pub fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
         let in_file = |error: Error| error.with_path(motion);
-        self.convert(scene, hear).map_err(in_file)?;
-        self.apply_steps(scene, hear).map_err(in_file)?;
+        let found = self.convert(scene, hear).map_err(in_file)?;
+        let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
         say_warnings(scene, motion, hear);
-        Ok(())
+        Ok(humanoid)
     }
 
-    fn convert(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<()> {
+    fn convert(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<Humanoid> {
         let frames = &self.job.source.frames;
         let of_reader = scene.metadata.assumptions.iter();
         of_reader.for_each(|assumption| hear(Said::Note(&assumption.to_string())));
-        let decided = self.conversion().apply(scene)?;
+        let conversion = self.conversion();
+        conversion.check()?;
+        let figure = Figure::mapped(scene, &self.bones)?;
+        let (decided, inserted) = conversion.convert(scene, &figure)?;
         say_all(&decided, hear);
         let is_kept = |decision: &Assumption| decision.topic == Topic::FirstFrame;
         if frames.drop_first_frame == FirstFrame::Keep && decided.iter().any(is_kept) {
@@ -220,7 +226,7 @@ impl<'a> Maker<'a> {
                 "the first frame is kept; `--drop-first-frame auto` leaves it out",
             ));
         }
-        Ok(())
+        Ok(figure.humanoid.after(inserted))
     }
 
     /// From the space and the frames of an input to those of the output.
@@ -237,39 +243,39 @@ impl<'a> Maker<'a> {
         write.space.of(conversion).keep_units(keeps_units)
     }
 
-    fn apply_steps(&self, scene: &mut Scene, hear: Hear<'_>) -> Result<()> {
-        let bones = match self.bones.is_empty() || self.job.steps.is_empty() {
-            true => None,
-            false => Some(humanoid(scene).with_map(scene, self.bones.clone())?),
-        };
+    /// Does the steps on a scene with the bones `found`, and returns those of what it has become.
+    fn apply_steps(&self, scene: &mut Scene, found: Humanoid, hear: Hear<'_>) -> Result<Humanoid> {
+        // What the caller has stated is recorded.
+        let stated = (!self.bones.is_empty()).then(|| found.clone());
         let others: Vec<&Scene> = self.others.iter().collect();
-        let reports = EditStep::apply_all(scene, &self.job.steps, &others, bones.as_ref())?;
+        let (reports, found) = EditStep::apply_found(scene, &self.job.steps, &others, stated, found)?;
         reports.iter().for_each(|report| hear(Said::Step(report)));
-        Ok(())
+        Ok(found)
     }
 
-    /// What is made of a motion on its own skeleton after [`change`](Self::change), for the name `output`.
+    /// What is made of a motion on its own skeleton and of its bones after [`change`](Self::change), for the name
+    /// `output`.
     ///
     /// # Errors
     /// As [`Exporter::write_as`](crate::Exporter::write_as).
-    pub fn made(&self, mut scene: Scene, motion: &Path, output: &Path) -> Result<Made> {
-        let written = self.write(&mut scene, output);
+    pub fn made(&self, mut scene: Scene, humanoid: Humanoid, motion: &Path, output: &Path) -> Result<Made> {
+        let written = self.write(&mut scene, &humanoid, output);
         let written = written.map_err(|error| error.with_path(motion))?;
         Ok(Made {
             written,
             scene: Some(scene),
+            humanoid: Some(humanoid),
             clips: Vec::new(),
         })
     }
 
-    fn write(&self, scene: &mut Scene, output: &Path) -> Result<Written> {
+    fn write(&self, scene: &mut Scene, humanoid: &Humanoid, output: &Path) -> Result<Written> {
         let mut exporter = self.job.write.exporter();
         let row = self.format();
         let mut naming = None;
         if self.names.is_some() || row.is_some_and(|row| row.states_bones) {
-            let bones = humanoid(scene).with_map(scene, self.bones.clone())?;
-            naming = names::name(scene, self.names.as_ref(), &bones)?;
-            exporter = exporter.humanoid(bones);
+            naming = names::name(scene, self.names.as_ref(), humanoid)?;
+            exporter = exporter.humanoid(humanoid.clone());
         }
         let mut written = exporter.write_as(scene, self.job.write.name_of(output))?;
         naming
@@ -286,7 +292,7 @@ impl<'a> Maker<'a> {
     fn import_second(&self, file: &Path, hear: Hear<'_>) -> Result<Scene> {
         let mut scene = self.import(file, hear)?;
         match &self.target {
-            None => self.convert(&mut scene, hear).map_err(|error| error.with_path(file))?,
+            None => drop(self.convert(&mut scene, hear).map_err(|error| error.with_path(file))?),
             Some(target) => {
                 self.job.source.space.state(&mut scene);
                 let source = target.prepare(scene).map_err(|error| error.with_path(file))?;
@@ -316,6 +322,7 @@ impl<'a> Maker<'a> {
         Ok(Made {
             written,
             scene: None,
+            humanoid: None,
             clips: clips.collect(),
         })
     }
@@ -325,7 +332,9 @@ impl<'a> Maker<'a> {
         self.job.source.space.state(&mut scene);
         let mut source = target.prepare(scene)?;
         say_all(&source.assumptions, hear);
-        self.apply_steps(&mut source.scene, hear)?;
+        if let Some(bones) = source.bones.take() {
+            source.bones = Some(self.apply_steps(&mut source.scene, bones, hear)?);
+        }
         let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
         if target.add(source.named(name))?.is_rest_pose_left_out {
             let file = motion.display();

@@ -33,8 +33,9 @@ pub fn in_place(scene: &mut Scene) {
 
 /// Adds a joint named `Root` above the first root and moves the translation over the ground and the heading there, as
 /// game engines expect. The old root keeps its height and its other rotations. No node's position in the world changes.
-pub fn root_motion(scene: &mut Scene) {
-    let Some(old_root) = roots(scene).next() else { return };
+/// Returns the new joint; none where there is no root.
+pub fn root_motion(scene: &mut Scene) -> Option<NodeId> {
+    let old_root = roots(scene).next()?;
     let is_taken = |name: &str| scene.nodes.iter().any(|node| node.name == name);
     let numbered = (2..).map(|number| format!("{ROOT_NAME}_{number}"));
     let mut names = std::iter::once(ROOT_NAME.to_owned()).chain(numbered);
@@ -78,6 +79,7 @@ pub fn root_motion(scene: &mut Scene) {
         },
     );
     scene.metadata.steps.push(AppliedStep::RootMotion);
+    Some(old_root)
 }
 
 /// The root joints: the first node, or its children if it is only a group.

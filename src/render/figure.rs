@@ -127,8 +127,8 @@ impl<'a> DrawnClip<'a> {
     /// A clip whose figure is known.
     pub(super) fn of_figure(clip: Clip<'a>, known: &Figure) -> Self {
         let scene = clip.scene;
-        let links = links(scene);
-        let is_shown = shown(scene, &links);
+        let links = links(scene, &known.humanoid);
+        let is_shown = shown(scene, &known.humanoid, &links);
         let mut is_lone = is_shown.clone();
         for link in &links {
             (is_lone[link.from], is_lone[link.to]) = (false, false);
@@ -217,8 +217,8 @@ pub(super) fn body(scene: &Scene, humanoid: &Humanoid) -> Vec<bool> {
 
 /// Every node with its parent, except to and from a node that only groups others, and from one that stays where it is
 /// to a figure that moves away from it.
-pub(super) fn links(scene: &Scene) -> Vec<Link> {
-    let leaves = leaves_a_still_node(scene);
+pub(super) fn links(scene: &Scene, humanoid: &Humanoid) -> Vec<Link> {
+    let leaves = leaves_a_still_node(scene, humanoid);
     let nodes = scene.nodes.iter().enumerate();
     let links = nodes.filter_map(|(to, node)| {
         let from = node.parent?.index();
@@ -237,9 +237,9 @@ pub(super) fn links(scene: &Scene) -> Vec<Link> {
 }
 
 /// For each node whether it is drawn: not those that only group others, nor those that the figure leaves behind.
-pub(super) fn shown(scene: &Scene, links: &[Link]) -> Vec<bool> {
+pub(super) fn shown(scene: &Scene, humanoid: &Humanoid, links: &[Link]) -> Vec<bool> {
     let mut is_shown: Vec<bool> = scene.nodes.iter().map(|node| node.kind != NodeKind::Group).collect();
-    let mut above = leaves_a_still_node(scene).and_then(|node| scene.nodes[node].parent);
+    let mut above = leaves_a_still_node(scene, humanoid).and_then(|node| scene.nodes[node].parent);
     while let Some(node) = above {
         let index = node.index();
         // The lowest one holds no link, unless something else hangs on it.
@@ -250,7 +250,7 @@ pub(super) fn shown(scene: &Scene, links: &[Link]) -> Vec<bool> {
 }
 
 /// The hips, or the node above them, that moves about below nodes that all stay where they are.
-fn leaves_a_still_node(scene: &Scene) -> Option<usize> {
+fn leaves_a_still_node(scene: &Scene, humanoid: &Humanoid) -> Option<usize> {
     let animation = scene.animations.first()?;
     let (mut moves, mut is_still) = (vec![false; scene.nodes.len()], vec![true; scene.nodes.len()]);
     for (node, channel) in Binding::new(scene, animation).driven() {
@@ -260,7 +260,7 @@ fn leaves_a_still_node(scene: &Scene) -> Option<usize> {
             !moves[node.index()] && channel.rotation_keys.len() <= 1 && channel.scaling_keys.len() <= 1;
     }
     // The nodes down to the first that moves.
-    let mut chain = vec![figure::humanoid(scene).joint(HumanoidBone::Hips)?];
+    let mut chain = vec![humanoid.joint(HumanoidBone::Hips)?];
     while let Some(parent) = scene.nodes[chain[chain.len() - 1].index()].parent {
         chain.push(parent);
     }
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn a_figure_is_not_tied_to_a_node_that_it_leaves() {
         let scene = crate::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
-        let all = links(&scene).len();
+        let all = links(&scene, &figure::humanoid(&scene)).len();
         // A still joint above the hips.
         let mut moved = scene.clone();
         moved.nodes.insert(
@@ -297,8 +297,9 @@ mod tests {
         for channel in &mut moved.animations[0].channels {
             channel.node = channel.node.map(|node| NodeId::new(node.index() + 1));
         }
-        assert_eq!(links(&moved).len(), all);
-        assert!(!shown(&moved, &links(&moved))[0]);
+        assert_eq!(links(&moved, &figure::humanoid(&moved)).len(), all);
+        let humanoid = figure::humanoid(&moved);
+        assert!(!shown(&moved, &humanoid, &links(&moved, &humanoid))[0]);
         let clip = Clip {
             name: "",
             scene: &moved,
@@ -310,7 +311,7 @@ mod tests {
         still.node = Some(NodeId(0));
         still.position_keys = crate::scene::Keys::constant(Vec3::ZERO);
         moved.animations[0].channels.insert(0, still);
-        assert_eq!(links(&moved).len(), all + 1);
+        assert_eq!(links(&moved, &figure::humanoid(&moved)).len(), all + 1);
     }
 
     #[test]

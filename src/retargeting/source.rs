@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::convert::Conversion;
 use crate::error::Result;
+use crate::figure::{Figure, Humanoid};
 use crate::retarget::Retargeter;
 use crate::robot::RobotRetargeter;
 use crate::scene::{Assumption, Scene};
@@ -28,8 +29,9 @@ use crate::scene::{Assumption, Scene};
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SourceMotion {
-    /// The scene.
-    pub scene: Scene,
+    /// The scene, and the bones in it where they are found already.
+    pub(crate) scene: Scene,
+    pub(crate) bones: Option<Humanoid>,
     /// The name of its clip. Default: the name of the file, without the extension.
     pub name: String,
     /// What the file does not state, with reasons.
@@ -54,7 +56,13 @@ impl SourceMotion {
             is_rest_pose_left_out: false,
             has_other_frames: false,
             with_rest_pose: None,
+            bones: None,
         }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// Names its clip.
@@ -69,11 +77,12 @@ impl SourceMotion {
         self.with_rest_pose.as_deref().unwrap_or(&self.scene)
     }
 
-    /// Leaves out a rest pose in the first frame, unless the conversion has done so.
-    pub(super) fn leave_out_rest_pose(&mut self) -> Result<()> {
+    /// Leaves out a rest pose in the first frame, unless the conversion has done so. `figure` is that of
+    /// [`shows_t_pose`](Self::shows_t_pose).
+    pub(super) fn leave_out_rest_pose(&mut self, figure: &Figure) -> Result<()> {
         self.with_rest_pose = None;
         if !self.has_other_frames {
-            self.is_rest_pose_left_out = Conversion::leave_out_rest_pose(&mut self.scene)?;
+            self.is_rest_pose_left_out = Conversion::leave_out_rest_pose(&mut self.scene, figure)?;
         }
         Ok(())
     }

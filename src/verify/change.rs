@@ -59,7 +59,7 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
                 process::resample(scene, *frames_per_second, &Limits::default())?;
             }
             AppliedStep::InPlace => process::in_place(scene),
-            AppliedStep::RootMotion => process::root_motion(scene),
+            AppliedStep::RootMotion => drop(process::root_motion(scene)),
             AppliedStep::SelectClip { .. }
             | AppliedStep::VrmHumanoid { .. }
             | AppliedStep::Retarget { .. }

@@ -118,7 +118,7 @@ fn retarget_and_robot_hold_the_contacts_that_edit_finds() {
     for file in FILES {
         let hero = import("skeletons/human_default.gltf");
         let retargeting = Retargeting::new(import(file), hero, RetargetingOptions::new()).unwrap();
-        let source = &retargeting.sources().next().unwrap().scene;
+        let source = &retargeting.sources().next().unwrap().scene();
         let found = contacts(source, 0, None, &ContactOptions::default()).unwrap();
         let held = |points: [Bone; 2]| -> usize {
             let points: Vec<_> = points.iter().filter_map(|bone| found.point(*bone)).collect();

@@ -33,7 +33,7 @@ fn a_rest_pose_in_the_first_frame_is_left_out_for_every_target() {
         assert_eq!(clip.animation.frame_count(), frames - 1);
         assert_eq!(clip.provenance.frames, frames as u64 - 1);
         assert_eq!(
-            retargeting.sources().next().unwrap().scene.metadata.metres_per_unit,
+            retargeting.sources().next().unwrap().scene().metadata.metres_per_unit,
             Some(1.0)
         );
     }

@@ -28,7 +28,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use mocap::SkeletonMesh;
-use mocap::figure::{Figure, humanoid};
+use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Maker, SourceMap};
 use mocap::retargeting::Report;
@@ -78,9 +78,8 @@ fn write_output(policy: &ReplacePolicy, output: &Path, bytes: &[u8]) -> Result<(
 
 /// The figure of `scene`, with the bones of `--map`.
 fn mapped_figure(scene: &Scene, map: &SourceMap) -> Result<Figure, Failure> {
-    let mapped = humanoid(scene).with_map(scene, map.bones_here());
-    let bones = mapped.map_err(|error| Failure::Usage(format!("--map: {}", error.diagnostic().message)))?;
-    Ok(Figure::with_bones(scene, bones))
+    let mapped = Figure::mapped(scene, &map.bones_here());
+    mapped.map_err(|error| Failure::Usage(format!("--map: {}", error.diagnostic().message)))
 }
 
 /// Prints a value as indented JSON.

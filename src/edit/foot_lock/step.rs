@@ -55,7 +55,7 @@ impl Step for FootLock {
             blend: self.blend,
             floor: self.floor,
             largest_change: self.largest_change,
-            humanoid: input.humanoid.cloned(),
+            humanoid: input.bones().cloned(),
             ..FootLockOptions::default()
         };
         foot_lock(scene, input.animation, &options)

@@ -130,8 +130,8 @@ pub(super) fn describe(page: &PageClip<'_>, index: usize) -> (Description, Vec<V
     for (node, in_body) in nodes.iter_mut().zip(in_body) {
         node.in_body = in_body;
     }
-    let links = links(scene);
-    for (node, is_shown) in nodes.iter_mut().zip(shown_nodes(scene, &links)) {
+    let links = links(scene, &figure.humanoid);
+    for (node, is_shown) in nodes.iter_mut().zip(shown_nodes(scene, &figure.humanoid, &links)) {
         node.is_shown = is_shown;
     }
     for link in links {

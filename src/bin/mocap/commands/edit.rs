@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use mocap::edit::{ContactOptions, EditReport, StepReport, contacts};
-use mocap::figure::humanoid;
+use mocap::figure::Humanoid;
 use mocap::files::ReplacePolicy;
 use mocap::job::{Job, Said};
 use mocap::render::{Clip, Drawing, PlotOptions};
@@ -81,7 +81,10 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     made::tell(&made.written, &args.output, &mut Voice::Aloud);
     let Some(scene) = made.scene.take() else { return Ok(()) };
     let found = match &args.contacts {
-        Some(file) => Some((file, contact_bytes(args, &scene, file, &policy)?)),
+        Some(file) => Some((
+            file,
+            contact_bytes(args, &scene, made.humanoid.as_ref(), file, &policy)?,
+        )),
         None => None,
     };
     if let Some(file) = &args.curves {
@@ -105,15 +108,16 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
 }
 
 /// The contacts of the changed motion, in the format of `file`.
-fn contact_bytes(args: &EditArgs, scene: &Scene, file: &Path, policy: &ReplacePolicy) -> Result<Vec<u8>, Failure> {
+fn contact_bytes(
+    args: &EditArgs,
+    scene: &Scene,
+    humanoid: Option<&Humanoid>,
+    file: &Path,
+    policy: &ReplacePolicy,
+) -> Result<Vec<u8>, Failure> {
     policy.check_inputs(file)?;
-    let map = args.map.bones_here();
-    let bones = match map.is_empty() {
-        true => None,
-        false => Some(humanoid(scene).with_map(scene, map)?),
-    };
     let options = ContactOptions::new().hands(true);
-    let found = contacts(scene, 0, bones.as_ref(), &options);
+    let found = contacts(scene, 0, humanoid, &options);
     let found = found.map_err(|error| error.with_path(&args.inputs[0]))?;
     Ok(match extension(file).as_str() {
         "npz" => found.to_npz(),

@@ -235,7 +235,7 @@ impl OfJob<'_> {
             }
             None => &self.maker,
         };
-        maker.change(&mut scene, file, hear)?;
+        let humanoid = maker.change(&mut scene, file, hear)?;
         let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
         let guesses: Vec<Assumption> = scene.metadata.assumptions.iter().filter(is_space).cloned().collect();
         let is_unsure = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
@@ -243,7 +243,7 @@ impl OfJob<'_> {
             return Ok(None);
         }
         (record.skeleton, record.guesses) = (Some(skeleton), guesses);
-        maker.made(scene, file, &output.path).map(Some)
+        maker.made(scene, humanoid, file, &output.path).map(Some)
     }
 
     /// Writes an output, and compares it with its source where the job asks for that.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
-use mocap::figure::{Figure, HumanoidMap, humanoid};
+use mocap::figure::Figure;
 use mocap::render::{Clip, ListingEntry, Page, PageClip, listing};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
@@ -70,7 +70,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         report::clip_taken(&read.scene);
         match &body {
             Some(body) => {
-                let moved = on_body(&mut read, body, args.map.bones_here(), file)?;
+                let moved = on_body(&mut read, body, file)?;
                 // A robot is shown beside the source, a character instead of it.
                 if let Target::Robot(_) = body.retargeting.target() {
                     clips.push(read);
@@ -81,7 +81,7 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
         }
     }
     if let ([source, target], None) = (clips.as_mut_slice(), &body) {
-        target.limb_angles = compare(source, target, args.map.bones_here())?;
+        target.limb_angles = compare(source, target)?;
         if let Some(limbs) = &target.limb_angles {
             tell_limbs(target, source, limbs);
         }
@@ -192,7 +192,7 @@ struct Read {
 }
 
 impl Read {
-    fn new(name: String, scene: Scene, figure: Figure, bones: HumanoidMap) -> mocap::Result<Self> {
+    fn new(name: String, scene: Scene, figure: Figure) -> mocap::Result<Self> {
         let mut read = Self {
             name,
             scene,
@@ -201,24 +201,24 @@ impl Read {
             contacts: None,
             limb_angles: None,
         };
-        read.derive(bones)?;
+        read.derive()?;
         Ok(read)
     }
 
     /// Sets what depends on the motion.
-    fn derive(&mut self, bones: HumanoidMap) -> mocap::Result<()> {
+    fn derive(&mut self) -> mocap::Result<()> {
         let is_short = key_bytes(&self.scene) <= LARGEST_GLB;
-        self.glb = is_short.then(|| glb(&self.scene, bones)).transpose()?;
+        self.glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
         // Only a humanoid with a motion has contacts.
         self.contacts = contacts(&self.scene, 0, Some(&self.figure.humanoid), &ContactOptions::default()).ok();
         Ok(())
     }
 
     /// Leaves out a rest pose before the motion. It has shown where the T-pose is.
-    fn leave_out_rest_pose(&mut self, bones: HumanoidMap) -> mocap::Result<()> {
-        if Conversion::leave_out_rest_pose(&mut self.scene)? {
+    fn leave_out_rest_pose(&mut self) -> mocap::Result<()> {
+        if Conversion::leave_out_rest_pose(&mut self.scene, &self.figure)? {
             report::say(&format!("{}: the first frame, a rest pose, is left out", self.name));
-            self.derive(bones)?;
+            self.derive()?;
         }
         Ok(())
     }
@@ -244,13 +244,10 @@ fn read(args: &ViewArgs, file: &Path) -> Result<Read, mocap::Error> {
     let importer = importer.gltf_meshes(true);
     let mut scene = importer.at_rate(args.fps, |importer| streams::import(importer, file))?;
     args.source.state(&mut scene);
-    let changed = args.conversion().apply(&mut scene);
-    changed.map_err(|error| error.with_path(file))?;
-    let found = humanoid(&scene);
-    // A map that names no joint of the file is refused already.
-    let mapped = found.clone().with_map(&scene, args.map.bones_here()).unwrap_or(found);
-    let figure = Figure::with_bones(&scene, mapped);
-    Read::new(short_name(file), scene, figure, args.map.bones_here())
+    let found = Figure::mapped(&scene, &args.map.bones_here());
+    let changed = found.and_then(|found| args.conversion().apply_to(&mut scene, &found));
+    let (figure, _) = changed.map_err(|error| error.with_path(file))?;
+    Read::new(short_name(file), scene, figure)
 }
 
 /// What motions are shown on.
@@ -282,7 +279,7 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
 }
 
 /// A motion on a character or a robot, as `mocap retarget` and `mocap robot` put it there.
-fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> Result<Read, Failure> {
+fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure> {
     if source.scene.animations.is_empty() {
         return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
     }
@@ -291,9 +288,11 @@ fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> R
     // The others are not shown.
     scene.animations.truncate(1);
     if let Target::Robot(_) = retargeting.target() {
-        source.leave_out_rest_pose(bones)?;
+        source.leave_out_rest_pose()?;
     }
-    let prepared = retargeting.prepare(scene).map_err(|error| error.with_path(file))?;
+    let prepared = retargeting
+        .prepare_figure(scene, &source.figure)
+        .map_err(|error| error.with_path(file))?;
     let moved = retargeting.add(prepared.named(&source.name));
     if moved.map_err(|error| error.with_path(file))?.is_rest_pose_left_out {
         report::say(&format!("{}: the first frame, a rest pose, is left out", source.name));
@@ -313,7 +312,7 @@ fn on_body(source: &mut Read, body: &Body, bones: HumanoidMap, file: &Path) -> R
         None => Figure::new(&scene),
     };
     let limb_angles = retargeting.limb_angles(0);
-    let read = Read::new(name, scene, figure, HumanoidMap::default())?;
+    let read = Read::new(name, scene, figure)?;
     Ok(Read { limb_angles, ..read })
 }
 
@@ -342,14 +341,14 @@ fn tell_limbs(target: &Read, source: &Read, limbs: &[LimbAngles]) {
 
 /// The limbs of the second clip against those of the first, where both are humanoids with the same frames. A rest pose
 /// before the first, which `mocap retarget` leaves out, is left out.
-fn compare(source: &mut Read, target: &Read, bones: HumanoidMap) -> mocap::Result<Option<Vec<LimbAngles>>> {
+fn compare(source: &mut Read, target: &Read) -> mocap::Result<Option<Vec<LimbAngles>>> {
     /// As a fraction: frame rates of one take are written with few digits.
     const SAME_RATE: f64 = 1e-3;
     let Ok(retargeter) = retargeter(source, target) else {
         return Ok(None);
     };
     if source.frame_count() == target.frame_count() + 1 {
-        source.leave_out_rest_pose(bones)?;
+        source.leave_out_rest_pose()?;
     }
     let ([from, ..], [to, ..]) = (&source.scene.animations[..], &target.scene.animations[..]) else {
         return Ok(None);
@@ -362,9 +361,9 @@ fn compare(source: &mut Read, target: &Read, bones: HumanoidMap) -> mocap::Resul
 }
 
 /// In metres with +Y up.
-fn glb(scene: &Scene, bones: HumanoidMap) -> Result<Vec<u8>, mocap::Error> {
+fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     let mut in_metres = scene.clone();
-    Conversion::new().bones(bones).apply(&mut in_metres)?;
+    Conversion::new().apply_to(&mut in_metres, figure)?;
     // The page lists what was assumed.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
     gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
