@@ -188,8 +188,10 @@ pub const FORMATS: &[FormatInfo] = &[
 pub(crate) struct ReadOptions {
     /// How the root's OFFSET and its position channels combine.
     pub root_offset: RootOffset,
-    /// Frames per second, instead of the file's own.
-    pub frame_rate: Option<f64>,
+    /// Frames per second, instead of the file's own: the motion keeps its frames.
+    pub retime: Option<f64>,
+    /// Frames per second at which curves are sampled, instead of the file's own.
+    pub sampling_rate: Option<f64>,
     /// Read every row of the motion, also those beyond the declared count.
     pub all_rows: bool,
     /// Leave out the meshes of the file.
@@ -253,13 +255,23 @@ impl WriteOptions {
     }
 }
 
+/// What helps where a file states no valid frame rate.
+pub(crate) const STATE_THE_RATE: &str = "state the frame rate yourself: --retime 30, or Importer::retime";
+
 impl ReadOptions {
     /// Frames per second: the caller's, or else the file's, if it is a possible rate.
     pub(crate) fn frame_rate_or(&self, stated: f64) -> Result<f64, Failure> {
-        let rate = self.frame_rate.unwrap_or(stated);
-        limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| {
-            Box::new(diagnostic.help("state the frame rate yourself: --fps 30, or Importer::frame_rate"))
-        })
+        let rate = self.retime.unwrap_or(stated);
+        limits::frame_rate(Code::FrameTime, rate).map_err(|diagnostic| Box::new(diagnostic.help(STATE_THE_RATE)))
+    }
+
+    /// Frames per second at which curves are sampled: the file's, where that is a possible rate.
+    pub(crate) fn sampling_rate_or(&self, stated: f64) -> Result<f64, Failure> {
+        let own = || limits::frame_rate(Code::FrameTime, stated).ok();
+        match self.sampling_rate.or_else(own) {
+            Some(rate) => Ok(rate),
+            None => self.frame_rate_or(stated),
+        }
     }
 }
 

@@ -5,11 +5,11 @@ mod contents;
 mod large;
 mod memory;
 mod numbers;
+mod options;
 mod reading;
 mod sha256;
 
 use std::io::Read;
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 pub use self::clips::Clips;
@@ -20,10 +20,8 @@ use crate::format::gltf::Character;
 use crate::format::{ReadOptions, Source, read_robot};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-#[cfg(doc)]
-use crate::scene::Origin;
 use crate::scene::robot::Robot;
-use crate::scene::{Format, RootOffset, Scene, Topic};
+use crate::scene::{Format, Scene, Topic};
 
 /// Imports a motion file with the default options.
 ///
@@ -46,7 +44,7 @@ pub fn import(path: impl AsRef<Path>) -> Result<Scene> {
 ///
 /// let scene = Importer::new()
 ///     .root_offset(RootOffset::Replace)
-///     .frame_rate(60.0)
+///     .retime(60.0)
 ///     .import("fixtures/real/lecture_Test.bvh")?;
 /// assert_eq!(scene.animations[0].ticks_per_second, 60.0);
 /// # Ok::<(), mocap::Error>(())
@@ -84,260 +82,6 @@ impl Importer {
         }
     }
 
-    /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the
-    /// first frame and from the median of all; [`Metadata::root_offset`](crate::scene::Metadata::root_offset) states
-    /// the decision and its reason.
-    ///
-    /// Programs differ here: with the wrong choice the whole figure is moved by the OFFSET.
-    ///
-    /// ```
-    /// use mocap::{Importer, RootOffset};
-    ///
-    /// let text = b"HIERARCHY ROOT a { OFFSET 0 9 0 CHANNELS 3 Xposition Yposition Zposition }
-    ///     MOTION Frames: 1 Frame Time: 0.1\n0 1 0\n";
-    /// let height = |policy| -> Result<f32, mocap::Error> {
-    ///     let scene = Importer::new().root_offset(policy).read(text, "a.bvh")?;
-    ///     Ok(scene.animations[0].channels[0].position_keys.values[0].y)
-    /// };
-    /// assert_eq!(height(RootOffset::Replace)?, 1.0);
-    /// assert_eq!(height(RootOffset::Add)?, 10.0);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn root_offset(mut self, policy: RootOffset) -> Self {
-        self.read.root_offset = policy;
-        self
-    }
-
-    /// Frames per second, instead of the file's own. Default: the file's own.
-    ///
-    /// The motion keeps its frames and plays faster or slower; [`process::resample`](crate::process::resample) keeps
-    /// the speed and makes new frames. Import fails with [`Code::InvalidValue`] where the rate is not finite and
-    /// above 0.
-    ///
-    /// ```
-    /// let scene = mocap::Importer::new().frame_rate(60.0).import("fixtures/real/lecture_Test.bvh")?;
-    /// assert_eq!(scene.animations[0].ticks_per_second, 60.0);
-    /// assert_eq!(scene.animations[0].frame_count(), 10);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn frame_rate(mut self, frames_per_second: f64) -> Self {
-        self.read.frame_rate = Some(frames_per_second);
-        self
-    }
-
-    /// Whether to read the rows of a BVH file beyond the number after `Frames:`. Default: `false`, those rows are left
-    /// out. In both cases a [`Code::FrameCount`] warning states the two numbers.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let text = b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 1 Frame Time: 0.1\n10\n20\n";
-    /// let frames = |all| -> Result<usize, mocap::Error> {
-    ///     Ok(Importer::new().all_rows(all).read(text, "a.bvh")?.animations[0].frame_count())
-    /// };
-    /// assert_eq!((frames(false)?, frames(true)?), (1, 2));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn all_rows(mut self, all: bool) -> Self {
-        self.read.all_rows = all;
-        self
-    }
-
-    /// Whether to keep the unit and the axes that an FBX file states. Default: `false`, lengths are converted to metres
-    /// and the axes to +Y up. [`Metadata::metres_per_unit`](crate::scene::Metadata::metres_per_unit) and
-    /// [`Metadata::up`](crate::scene::Metadata::up) say which they are. Other formats are read in the units of the
-    /// file.
-    ///
-    /// ```
-    /// # #[cfg(feature = "fbx")] {
-    /// use mocap::scene::UpAxis;
-    ///
-    /// let scene = mocap::Importer::new().file_units(true).import("fixtures/made/tiny.fbx")?;
-    /// assert_eq!((scene.metadata.metres_per_unit, scene.metadata.up), (Some(0.01), Some(UpAxis::Z)));
-    /// # }
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn file_units(mut self, keep: bool) -> Self {
-        self.read.file_units = keep;
-        self
-    }
-
-    /// Upper bounds for the counts and sizes in a file. Default: [`Limits::default`]. A file beyond them fails with
-    /// [`Code::LimitExceeded`] before memory is taken for it. [`Limits`] has an example.
-    #[must_use]
-    pub fn limits(mut self, limits: Limits) -> Self {
-        self.read.limits = limits;
-        self
-    }
-
-    /// The animations to keep of a file that has several. Default: all.
-    ///
-    /// ```
-    /// use mocap::Clips;
-    ///
-    /// let importer = mocap::Importer::new().clips(Clips::Name("Run".to_owned()));
-    /// let error = importer.import("fixtures/real/lecture_Test.bvh").unwrap_err();
-    /// assert_eq!(error.code().as_str(), "invalid-value");
-    /// ```
-    #[must_use]
-    pub fn clips(mut self, clips: Clips) -> Self {
-        self.clips = clips;
-        self
-    }
-
-    /// The format. Default: found from the contents, or else from the extension.
-    ///
-    /// A file whose beginning is broken is then read as that format, and the error names the line.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    /// use mocap::scene::Format;
-    ///
-    /// let error = Importer::new().read(b"ROOT a {}", "take.txt").unwrap_err();
-    /// assert_eq!(error.code().as_str(), "unknown-format");
-    /// let error = Importer::new().format(Format::Bvh).read(b"ROOT a {}", "take.txt").unwrap_err();
-    /// assert_eq!(error.code().as_str(), "missing-keyword");
-    /// ```
-    #[must_use]
-    pub fn format(mut self, format: Format) -> Self {
-        self.format = Some(format);
-        self
-    }
-
-    /// The skeleton file of a motion whose skeleton is in a second file (`.amc` and its `.asf`). Default: found beside
-    /// the motion, and not at all where the motion is read from memory. Without one, import fails with
-    /// [`Code::MissingFile`].
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let motion = std::fs::read("fixtures/real/cmu_02_01.amc").unwrap();
-    /// let importer = Importer::new();
-    /// assert_eq!(importer.read(&motion, "walk.amc").unwrap_err().code().as_str(), "missing-file");
-    /// let scene = importer.skeleton("fixtures/real/cmu_02.asf").read(&motion, "walk.amc")?;
-    /// assert_eq!(scene.nodes[0].name, "root");
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn skeleton(mut self, path: impl Into<PathBuf>) -> Self {
-        self.skeleton = Some(path.into());
-        self
-    }
-
-    /// The mesh that shows the skeleton. Default: [`SkeletonMesh::Segmented`]. A file with its own meshes, such as FBX,
-    /// keeps those instead; with [`SkeletonMesh::Own`] another has none. With [`SkeletonMesh::None`] the scene has no
-    /// meshes at all, and importing takes less time.
-    ///
-    /// ```
-    /// use mocap::{Importer, SkeletonMesh};
-    ///
-    /// let meshes = |kind| -> Result<usize, mocap::Error> {
-    ///     Ok(Importer::new().skeleton_mesh(kind).import("fixtures/real/lecture_Test.bvh")?.meshes.len())
-    /// };
-    /// assert!(meshes(SkeletonMesh::Segmented)? > 1);
-    /// assert_eq!((meshes(SkeletonMesh::Skinned)?, meshes(SkeletonMesh::None)?), (1, 0));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn skeleton_mesh(mut self, kind: SkeletonMesh) -> Self {
-        self.skeleton_mesh = kind;
-        self.read.without_meshes = kind == SkeletonMesh::None;
-        self
-    }
-
-    /// Whether the meshes of a glTF file are read, with their skins, materials and textures of colour. Default:
-    /// `false`, only its skeleton and its animations are read. A mesh that cannot be read is left out with a
-    /// [`Code::IgnoredMesh`] warning.
-    ///
-    /// The meshes are as those of an FBX file: in [`Scene::meshes`], each with bones; one without a skin is moved by
-    /// the node that holds it. Morph targets have the weights that the file begins with.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let path = "fixtures/made/two_bones_textured.gltf";
-    /// let scene = Importer::new().gltf_meshes(true).import(path)?;
-    /// assert_eq!(scene.meshes[0].texture_coords.len(), scene.meshes[0].vertices.len());
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn gltf_meshes(mut self, read: bool) -> Self {
-        self.read.gltf_meshes = read;
-        self
-    }
-
-    /// Whether a track that never changes is reduced to one key. Default: `true`. With `false` every rotation track
-    /// has a key for each frame, as in the file.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let keys = |collapse| -> Result<usize, mocap::Error> {
-    ///     let text = b"HIERARCHY ROOT a { CHANNELS 1 Xrotation } MOTION Frames: 3 Frame Time: 0.1\n5\n5\n5\n";
-    ///     let scene = Importer::new().collapse_keys(collapse).read(text, "a.bvh")?;
-    ///     Ok(scene.animations[0].channels[0].rotation_keys.len())
-    /// };
-    /// assert_eq!((keys(true)?, keys(false)?), (1, 3));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn collapse_keys(mut self, collapse: bool) -> Self {
-        self.collapse_keys = collapse;
-        self
-    }
-
-    /// Whether a warning fails the import. Default: `false`, warnings are in [`Scene::warnings`]. With `true` the first
-    /// warning becomes the error, and [`Error::warnings`] has the others.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let text = b"HIERARCHY ROOT a { OFFSET 0 0 0 }";
-    /// assert_eq!(Importer::new().read(text, "a.bvh")?.warnings[0].code.as_str(), "no-motion");
-    /// let error = Importer::new().strict(true).read(text, "a.bvh").unwrap_err();
-    /// assert_eq!(error.code().as_str(), "no-motion");
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn strict(mut self, strict: bool) -> Self {
-        self.strict = strict;
-        self
-    }
-
-    /// Whether to compute [`Origin::sha256`]. Default: `true`, so that an output names the exact file it comes from. It
-    /// takes about half as long as reading the numbers; with several threads it runs beside the reader.
-    ///
-    /// ```
-    /// let scene = mocap::Importer::new().hash(false).import("fixtures/real/lecture_Test.bvh")?;
-    /// assert_eq!(scene.metadata.origin.unwrap().sha256, "");
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn hash(mut self, hash: bool) -> Self {
-        self.hash = hash;
-        self
-    }
-
-    /// The largest number of threads that read one file. Default: 0, which means the number of cores. The scene is the
-    /// same with any number. Files below a few MB are read by one thread.
-    ///
-    /// ```
-    /// use mocap::Importer;
-    ///
-    /// let path = "fixtures/real/lecture_Test.bvh";
-    /// assert_eq!(Importer::new().threads(1).import(path)?, Importer::new().threads(2).import(path)?);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn threads(mut self, threads: usize) -> Self {
-        self.read.threads = NonZeroUsize::new(threads);
-        self
-    }
-
     /// Reads a file into a scene. A pipe or a device is read to its end, which must come within 1 GiB.
     ///
     /// # Errors
@@ -366,8 +110,9 @@ impl Importer {
         }
     }
 
-    /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`.
-    /// `import` imports it with the importer that it is given.
+    /// Imports a motion that is resampled to `rate`: at its own frame rate, or where it states none, at `rate`; and
+    /// with curves sampled at `rate` where the file's own rate makes more frames than the limits allow. `import`
+    /// imports it with the importer that it is given.
     ///
     /// ```
     /// use mocap::Importer;
@@ -384,10 +129,13 @@ impl Importer {
             let mut assumptions = scene.metadata.assumptions.iter();
             assumptions.any(|assumption| assumption.topic == Topic::FrameRate)
         };
-        let at = |rate| import(&self.clone().frame_rate(rate));
+        let at = |rate| import(&self.clone().retime(rate));
         match (import(self), rate) {
             (Err(error), Some(rate)) if error.code() == Code::FrameTime => at(rate),
             (Ok(scene), Some(rate)) if assumes_rate(&scene) => at(rate),
+            (Err(error), Some(rate)) if error.code() == Code::LimitExceeded => {
+                import(&self.clone().sampling_rate(rate)).map_err(|_| error)
+            }
             (result, _) => result,
         }
     }

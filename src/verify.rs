@@ -171,12 +171,14 @@ impl Verifier {
         let mut output = Output::read(&bytes, path, &open, None).map_err(|error| error.with_path(path))?;
         let source = source.as_ref();
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
-        let scene = match self.provenance_of(&output) {
+        let provenance = self.provenance_of(&output);
+        let scene = match &provenance {
             Some(provenance) => provenance.import(importer, source)?,
             None => importer.import(source)?,
         };
+        let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
         // FBX has one frame rate for all its clips, and keys between its frames where they have several.
-        if let Some(rate) = common_rate(&scene).filter(|_| output.format() == Some(Format::Fbx)) {
+        if let Some(rate) = common_rate(&scene, steps).filter(|_| output.format() == Some(Format::Fbx)) {
             output = Output::read(&bytes, path, &open, Some(rate)).map_err(|error| error.with_path(path))?;
         }
         self.compare(&scene, Some(source), &output)

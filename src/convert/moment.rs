@@ -61,7 +61,19 @@ pub struct TimeRange {
 impl TimeRange {
     #[cfg(feature = "schema")]
     pub(crate) const TAKES: &str = "A..B in seconds, or Af..Bf in frames; either end may be left out";
+
+    /// Whether that is so in any file: both ends are times, or both are frames.
+    fn ends_before_it_begins(self) -> bool {
+        match (self.first, self.last) {
+            (Some(Moment::Seconds(first)), Some(Moment::Seconds(last))) => last < first,
+            (Some(Moment::Frame(first)), Some(Moment::Frame(last))) => last < first,
+            _ => false,
+        }
+    }
 }
+
+/// What is wrong with a part that ends before it begins.
+const ENDS_BEFORE: &str = "the part to keep ends before it begins";
 
 impl FromStr for TimeRange {
     type Err = String;
@@ -83,10 +95,14 @@ impl FromStr for TimeRange {
             moment.map(Some).ok_or_else(wrong)
         };
         let (first, last) = text.split_once("..").ok_or_else(wrong)?;
-        Ok(Self {
+        let range = Self {
             first: moment(first)?,
             last: moment(last)?,
-        })
+        };
+        match range.ends_before_it_begins() {
+            true => Err(ENDS_BEFORE.to_owned()),
+            false => Ok(range),
+        }
     }
 }
 
@@ -122,8 +138,7 @@ pub(crate) fn part_ticks(
         check_within(animation, first_tick, "the part to keep begins after the last frame")?;
     }
     if last_tick < first_tick {
-        let message = "the part to keep ends before it begins";
-        let diagnostic = Diagnostic::new(Code::InvalidValue, message).expected_found(
+        let diagnostic = Diagnostic::new(Code::InvalidValue, ENDS_BEFORE).expected_found(
             format!("frame {first_tick} or a later one"),
             format!("frame {last_tick}"),
         );

@@ -94,7 +94,7 @@ codes! {
         "Correct the number, or complete the names."
     FrameTime "frame-time"
         "The frame time is missing, zero, negative, not a number, or not one that a motion can have: the frame rate is below 0.0001 or above 1,000,000 frames per second."
-        "State the frame rate yourself, with `--fps` or `Importer::frame_rate`."
+        "State the frame rate yourself, with `--retime` or `Importer::retime`."
     RowLength "row-length"
         "A row of the motion has more or fewer values than the hierarchy has channels."
         "Correct the row, or export the file again."

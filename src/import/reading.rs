@@ -17,7 +17,7 @@ use crate::format::{FORMATS, FormatInfo, Sidecar, Source};
 use crate::limits;
 use crate::pose::Binding;
 use crate::process::{self, KeyTolerance};
-use crate::scene::{Format, Origin, Scene};
+use crate::scene::{AppliedStep, Format, Origin, Scene};
 
 impl Importer {
     /// Reads a file, of which `source` has the beginning.
@@ -30,7 +30,7 @@ impl Importer {
                 ..*source
             });
         };
-        self.check_frame_rate(source)?;
+        self.check_rates(source)?;
         if self.hash {
             file.start_hash();
         }
@@ -50,7 +50,7 @@ impl Importer {
 
     pub(super) fn read_source(&self, source: &Source<'_>) -> Result<Scene> {
         check_size(source.bytes.len() as u64, source.name, &self.read.limits)?;
-        self.check_frame_rate(source)?;
+        self.check_rates(source)?;
         let bytes = source.bytes;
         let mut sum = self.hash.then(Sha256Sum::default);
         let read = |source: &Source<'_>| {
@@ -84,13 +84,12 @@ impl Importer {
             .map_err(|error| error.with_path(source.name))
     }
 
-    fn check_frame_rate(&self, source: &Source<'_>) -> Result<()> {
-        let Some(rate) = self.read.frame_rate else {
-            return Ok(());
-        };
-        limits::frame_rate(Code::InvalidValue, rate)
-            .map(drop)
-            .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))
+    fn check_rates(&self, source: &Source<'_>) -> Result<()> {
+        for rate in [self.read.retime, self.read.sampling_rate].into_iter().flatten() {
+            limits::frame_rate(Code::InvalidValue, rate)
+                .map_err(|diagnostic| Error::from(diagnostic).with_path(source.name))?;
+        }
+        Ok(())
     }
 
     /// The steps that follow every reader.
@@ -98,6 +97,9 @@ impl Importer {
         if self.strict && !scene.warnings.is_empty() {
             let first = scene.warnings.remove(0);
             return Err(Error::from(first).with_warnings(scene.warnings));
+        }
+        if let Some(frames_per_second) = self.read.retime.filter(|_| !scene.animations.is_empty()) {
+            scene.metadata.steps.push(AppliedStep::Retime { frames_per_second });
         }
         select(&mut scene, &self.clips)?;
         numbers::check(&scene)?;

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
+#[cfg(feature = "cli")]
+use crate::convert::Conversion;
 use crate::import::{Clips, Importer};
 use crate::scene::{Format, RootOffset};
 
@@ -48,14 +50,22 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
     pub strict: bool,
-    /// Frames per second, instead of the file's own
-    // Not an argument of its own: `--fps` means this only in commands that do not resample.
-    #[cfg_attr(feature = "cli", arg(skip))]
+    /// Frames per second, instead of the file's own: the motion keeps its frames, and is slower or faster
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", value_parser = Self::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
-    pub frame_rate: Option<f64>,
+    pub retime: Option<f64>,
 }
 
 impl Reading {
+    /// Frames per second, as a command line takes them.
+    #[cfg(feature = "cli")]
+    pub fn parse_rate(text: &str) -> Result<f64, String> {
+        let rate: f64 = text.parse().map_err(|_| "it must be a number".to_owned())?;
+        let checked = Conversion::new().frame_rate(rate).check();
+        checked.map_err(|error| error.diagnostic().message.clone())?;
+        Ok(rate)
+    }
+
     /// An importer with these options.
     pub fn importer(&self) -> Importer {
         let mut importer = Importer::new()
@@ -69,8 +79,8 @@ impl Reading {
         if let Some(skeleton) = &self.skeleton {
             importer = importer.skeleton(skeleton);
         }
-        match self.frame_rate {
-            Some(rate) => importer.frame_rate(rate),
+        match self.retime {
+            Some(rate) => importer.retime(rate),
             None => importer,
         }
     }

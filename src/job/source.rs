@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
+#[cfg(feature = "cli")]
+use super::reading::Reading;
 use super::text::{Rest, UnitChoice, UpChoice};
 use crate::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
 use crate::error::{Code, Diagnostic, Result};
@@ -206,8 +208,8 @@ pub struct SourceFrames {
     #[cfg_attr(feature = "cli", arg(long, value_name = "A..B", allow_hyphen_values = true))]
     #[serde(skip_serializing_if = "is_default")]
     pub trim: Option<TimeRange>,
-    /// Frames per second to write; for an input that states no valid rate, its rate
-    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE"))]
+    /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RATE", value_parser = Reading::parse_rate))]
     #[serde(skip_serializing_if = "is_default")]
     pub fps: Option<f64>,
     /// Whether to drop the first frame; auto: if it is a rest pose, and the motion jumps after it

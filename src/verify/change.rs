@@ -60,7 +60,8 @@ fn apply(scene: &mut Scene, steps: &[AppliedStep], second: &dyn Fn(&SecondMotion
             }
             AppliedStep::InPlace => process::in_place(scene),
             AppliedStep::RootMotion => drop(process::root_motion(scene)),
-            AppliedStep::SelectClip { .. }
+            AppliedStep::Retime { .. }
+            | AppliedStep::SelectClip { .. }
             | AppliedStep::VrmHumanoid { .. }
             | AppliedStep::Retarget { .. }
             | AppliedStep::NameJoints { .. }
@@ -152,7 +153,8 @@ impl Change {
                 AppliedStep::VrmHumanoid { heading, lift } => {
                     change.humanoid = Some((DQuat::from_rotation_y(heading.to_radians()), DVec3::Y * lift));
                 }
-                AppliedStep::SelectClip { .. }
+                AppliedStep::Retime { .. }
+                | AppliedStep::SelectClip { .. }
                 | AppliedStep::Retarget { .. }
                 | AppliedStep::Edit { .. }
                 | AppliedStep::NameJoints { .. }

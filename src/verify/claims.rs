@@ -16,20 +16,29 @@ impl Provenance {
         if let Some(used) = &self.root_offset {
             importer = importer.root_offset(used.policy);
         }
+        let mut is_retimed = false;
         for step in &self.steps {
-            if let AppliedStep::SelectClip { index } = step {
-                importer = importer.clips(Clips::Index(*index));
+            match step {
+                AppliedStep::SelectClip { index } => importer = importer.clips(Clips::Index(*index)),
+                AppliedStep::Retime { frames_per_second } => {
+                    importer = importer.retime(*frames_per_second);
+                    is_retimed = true;
+                }
+                _ => {}
             }
+        }
+        if is_retimed {
+            return importer.import(source);
         }
         let Some(recorded) = self.source.as_ref().filter(|origin| origin.frame_time > 0.0) else {
             return importer.import(source);
         };
-        // Another rate than that of the file was given for all its clips; each has its own where none was given.
+        // Files of earlier versions say by this time alone that another rate was given for all clips of the source.
         let found = importer.import(source);
         let has_rate = |origin: &Origin| (origin.frame_time / recorded.frame_time - 1.0).abs() < SAME_RATE;
         match &found {
             Ok(scene) if scene.metadata.origin.as_ref().is_some_and(has_rate) => found,
-            _ => importer.frame_rate(recorded.frame_time.recip()).import(source),
+            _ => importer.retime(recorded.frame_time.recip()).import(source),
         }
     }
 }

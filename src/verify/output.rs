@@ -14,7 +14,7 @@ use crate::format::gltf::{File, Provenance};
 use crate::import::Importer;
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-use crate::scene::{Format, Scene};
+use crate::scene::{AppliedStep, Format, Scene};
 
 /// A file that was written.
 pub(super) enum Output<'a> {
@@ -42,7 +42,7 @@ impl<'a> Output<'a> {
         }
         let mut importer = Importer::new().hash(false);
         if let Some(rate) = rate {
-            importer = importer.frame_rate(rate);
+            importer = importer.sampling_rate(rate);
         }
         let provenance = fbx::provenance(bytes).map(Box::new);
         // The skin is looked at in files of this crate alone.
@@ -191,7 +191,7 @@ impl<'a> Output<'a> {
 }
 
 /// The lowest frame rate on whose frames those of all clips stand, where these have several whole ones.
-pub(super) fn common_rate(scene: &Scene) -> Option<f64> {
+pub(super) fn common_rate(scene: &Scene, steps: &[AppliedStep]) -> Option<f64> {
     /// Frames per second at most.
     const MOST: u64 = 6000;
     let greatest_divisor = |mut a: u64, mut b: u64| {
@@ -200,9 +200,18 @@ pub(super) fn common_rate(scene: &Scene) -> Option<f64> {
         }
         a
     };
-    let rates = scene.animations.iter().map(|clip| clip.ticks_per_second);
+    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
+    for step in steps {
+        if let AppliedStep::Resample { frames_per_second } = step {
+            // Both sides of a cut keep their ticks.
+            rates
+                .iter_mut()
+                .for_each(|rate| *rate = figure::rate_before(*rate, *frames_per_second));
+            rates.push(*frames_per_second);
+        }
+    }
     let mut common = 1;
-    for rate in rates.clone() {
+    for &rate in &rates {
         let whole = rate.round();
         if (rate - whole).abs() > 1e-6 * rate || !(1.0..=MOST as f64).contains(&whole) {
             return None;
@@ -213,10 +222,7 @@ pub(super) fn common_rate(scene: &Scene) -> Option<f64> {
             return None;
         }
     }
-    rates
-        .clone()
-        .any(|rate| Some(rate) != rates.clone().next())
-        .then_some(common as f64)
+    rates.iter().any(|rate| *rate != rates[0]).then_some(common as f64)
 }
 
 /// What the file beside a BVH file says of it.

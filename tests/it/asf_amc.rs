@@ -278,7 +278,7 @@ fn what_the_files_do_not_say_is_told() {
     );
 
     let scene = Importer::new()
-        .frame_rate(60.0)
+        .retime(60.0)
         .import("fixtures/real/cmu_02_01.amc")
         .unwrap();
     assert_eq!(scene.animations[0].ticks_per_second, 60.0);

@@ -368,7 +368,7 @@ fn a_rate_of_zero_asks_for_one() {
     let rate = SAMPLE.bytes().windows(4).rposition(|four| four == b"RATE").unwrap() + 8;
     let bytes = with(&[(20, &[0; 4]), (rate, &[0; 4])]);
     assert_eq!(read(&bytes).unwrap_err().code(), Code::FrameTime);
-    let scene = Importer::new().frame_rate(50.0).read(&bytes, "a.c3d").unwrap();
+    let scene = Importer::new().retime(50.0).read(&bytes, "a.c3d").unwrap();
     assert_eq!(scene.animations[0].ticks_per_second, 50.0);
 }
 

@@ -399,7 +399,7 @@ fn the_program_and_the_library_write_the_same_bytes() {
         // An AMC file without a frame rate is taken to have the one that is asked for.
         let importer = Importer::new().skeleton_mesh(SkeletonMesh::Skinned);
         let importer = match file.ends_with("amc") {
-            true => importer.frame_rate(30.0),
+            true => importer.retime(30.0),
             false => importer,
         };
         let mut scene = importer.import(&input).unwrap();

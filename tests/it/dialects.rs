@@ -215,9 +215,7 @@ fn a_stated_frame_rate_takes_the_place_of_a_useless_frame_time() {
         "frame_time_nan",
         "no_frame_time",
     ] {
-        let scene = importer()
-            .frame_rate(25.0)
-            .import(format!("fixtures/broken/{name}.bvh"));
+        let scene = importer().retime(25.0).import(format!("fixtures/broken/{name}.bvh"));
         let scene = scene.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.animations[0].ticks_per_second, 25.0, "{name}");
         assert_eq!(frames(&scene), 2, "{name}");
@@ -232,10 +230,7 @@ fn a_stated_frame_rate_takes_the_place_of_a_useless_frame_time() {
 
 #[test]
 fn a_stated_frame_rate_overrides_a_good_frame_time() {
-    let scene = importer()
-        .frame_rate(60.0)
-        .import("fixtures/dialects/plain.bvh")
-        .unwrap();
+    let scene = importer().retime(60.0).import("fixtures/dialects/plain.bvh").unwrap();
     assert_eq!(scene.animations[0].ticks_per_second, 60.0);
 }
 

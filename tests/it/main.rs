@@ -23,12 +23,16 @@ mod doors;
 mod edit;
 mod error_bounds;
 mod examples;
+#[cfg(feature = "cli")]
+mod exit_codes;
 mod exporter;
 #[cfg(feature = "fbx")]
 mod fbx;
 #[cfg(feature = "fbx")]
 mod fbx_out;
 mod fixtures;
+#[cfg(feature = "cli")]
+mod frame_rates;
 mod generated_skeletons;
 mod gltf;
 mod golden;

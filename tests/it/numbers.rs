@@ -106,7 +106,7 @@ fn every_reader_refuses_a_rate_that_no_motion_has() {
     for name in files {
         for rate in [2e-41, 1e7, f64::INFINITY, f64::NAN, 0.0] {
             let error = Importer::new()
-                .frame_rate(rate)
+                .retime(rate)
                 .import(format!("fixtures/{name}"))
                 .unwrap_err();
             assert_eq!(error.code(), Code::InvalidValue, "{name}: {error}");

@@ -93,7 +93,7 @@ fn what_cannot_be_done_is_refused_with_the_reason() {
     assert!(!refused(
         &[CHARACTER, CHARACTER],
         "a.gltf",
-        2,
+        1,
         "there is no motion in it"
     ));
     assert!(!refused(

@@ -336,7 +336,7 @@ fn a_still_skeleton_is_compared_at_rest() {
 fn files_are_read_as_the_conversion_read_them() {
     let folder = tempfile::tempdir().unwrap();
     let source = fixture("cmu_short.bvh");
-    let importer = Importer::new().root_offset(RootOffset::Add).frame_rate(25.0);
+    let importer = Importer::new().root_offset(RootOffset::Add).retime(25.0);
     let scene = importer.import(&source).unwrap();
     for name in ["a b.gltf", "a.glb"] {
         let output = folder.path().join(name);

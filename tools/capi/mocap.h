@@ -123,8 +123,9 @@ const char *mocap_version(void);
 /*
  Why the last call of this thread failed, in UTF-8; empty if it did not.
 
- The text belongs to the thread, and lives until the thread's next call of any function of this library but
- `mocap_error_text`, or until the thread ends. Copy it to keep it. Each thread sees its own failures alone.
+ The text belongs to the thread, and lives until the thread's next call that fails, or until the thread ends; a call
+ that succeeds, also one in the same expression, leaves it where it is. Copy it to keep it. Each thread sees its own
+ failures alone.
  */
 const char *mocap_error_text(void);
 

@@ -8,8 +8,8 @@ mod given;
 mod help;
 mod job;
 mod onto;
+mod output;
 mod pictures;
-mod read;
 mod retarget;
 mod robot;
 mod run;
@@ -27,17 +27,30 @@ pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs
 pub(crate) use self::change::ChangeArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
-pub(crate) use self::pictures::{GifArgs, PlotArgs, SheetArgs, ViewArgs};
-pub(crate) use self::read::FrameRateArgs;
+pub(crate) use self::output::ForceArgs;
+pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{PrintJobArgs, RunArgs};
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
+/// What the exit codes mean, in every command. `tests/it/exit_codes.rs` holds them to it.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  a file is at fault: it cannot be read or written, is broken, has no motion where one is
+     needed, would be replaced, or is not what --verify, --max-angle or --require asks for
+  2  the arguments are at fault: an unknown option, a wrong value, or a clip, joint or frame that
+     the file does not have
+  3  some of many files failed";
+
 /// Motion capture: convert files, put motions on characters and robots, change them, look at them, prove the result.
 #[derive(Debug, Parser)]
-#[command(version, arg_required_else_help = true)]
+#[command(version, arg_required_else_help = true, after_help = EXIT_CODES)]
 pub(crate) struct Args {
+    /// Say nothing but warnings and errors: neither notes nor progress nor a summary
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -108,11 +121,8 @@ pub(crate) struct ConvertArgs {
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
-    /// Replace a file that may be a source: a BVH, ASF, AMC, C3D, FBX, glTF, VRM or .bin file that is not known as an
-    /// output of this program. Known are glTF and FBX files that say so, unchanged outputs in the manifest of a folder,
-    /// and files with the same bytes as the output; a BVH file does not say who wrote it. An input is never replaced
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) source: SourceSpace,
     #[command(flatten)]
@@ -161,7 +171,7 @@ pub(crate) struct InfoArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
@@ -179,7 +189,7 @@ pub(crate) struct SkeletonArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
@@ -205,7 +215,7 @@ pub(crate) struct PoseArgs {
     #[arg(long)]
     pub(crate) spreadsheet: bool,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
@@ -217,7 +227,7 @@ pub(crate) struct CheckArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
     #[command(flatten)]
@@ -240,7 +250,7 @@ pub(crate) struct DumpArgs {
     #[arg(long, conflicts_with = "sections")]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

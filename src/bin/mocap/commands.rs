@@ -30,16 +30,16 @@ use std::path::Path;
 use mocap::SkeletonMesh;
 use mocap::figure::Figure;
 use mocap::files::ReplacePolicy;
-use mocap::job::{Maker, SourceMap};
+use mocap::job::{Maker, Reading, SourceMap};
 use mocap::retargeting::Report;
 use mocap::scene::Scene;
 use serde::Serialize;
 
-use crate::args::FrameRateArgs;
+use crate::args::PictureArgs;
 use crate::{Failure, report, streams};
 
 /// Imports a motion without meshes, prints the warnings, and says which animation of several is taken.
-fn import_motion(read: &FrameRateArgs, file: &Path) -> mocap::Result<Scene> {
+fn import_motion(read: &Reading, file: &Path) -> mocap::Result<Scene> {
     let scene = streams::import(&read.importer().skeleton_mesh(SkeletonMesh::None), file)?;
     report::warnings(Some(file), &scene.warnings);
     report::clip_taken(&scene);
@@ -51,10 +51,7 @@ fn output_format(output: &Path, to: Option<&str>, default: &str) -> Result<Strin
     match (streams::is_standard(output), to) {
         (true, to) => Ok(to.unwrap_or(default).to_owned()),
         (false, None) => Ok(extension(output)),
-        (false, Some(_)) => {
-            let message = "--to would do nothing: the name of the output names the format";
-            Err(Failure::Usage(message.to_owned()))
-        }
+        (false, Some(_)) => Err(Failure::Usage(format!("--to would do nothing: {TO_OF_FILE}"))),
     }
 }
 
@@ -90,13 +87,21 @@ fn print_json(value: &impl Serialize) -> io::Result<()> {
     out.flush()
 }
 
-/// Writes a picture in the format of the file's extension; to standard output as PNG.
-fn write_drawing(drawing: &mocap::render::Drawing, path: &Path) -> Result<(), crate::Failure> {
-    let bytes = match extension(path).as_str() {
+/// The format of a picture, which may be written.
+fn check_picture<P: AsRef<Path>>(inputs: &[P], picture: &PictureArgs) -> Result<String, Failure> {
+    let format = output_format(&picture.output, picture.to.as_deref(), "png")?;
+    if !["svg", "png"].contains(&format.as_str()) {
+        return Err(unknown_extension(&picture.output, ".png or .svg"));
+    }
+    streams::check_output(inputs, &picture.output, picture.force)?;
+    Ok(format)
+}
+
+/// Writes a picture as SVG or PNG.
+fn write_drawing(drawing: &mocap::render::Drawing, path: &Path, format: &str) -> Result<(), Failure> {
+    let bytes = match format {
         "svg" => drawing.to_svg().into_bytes(),
-        "png" => drawing.to_png()?,
-        _ if streams::is_standard(path) => drawing.to_png()?,
-        _ => return Err(unknown_extension(path, ".png or .svg")),
+        _ => drawing.to_png()?,
     };
     streams::write(path, &bytes)?;
     report::say(&format!(
@@ -135,8 +140,11 @@ fn short_name(path: &Path) -> String {
         .into_owned()
 }
 
+/// Why the name of a file and `--to` do not go together.
+const TO_OF_FILE: &str = "the name of the output names the format";
+
 /// The options of many motions, and why one output takes none of them.
-const MANY: &[&str] = &["resume", "shard", "threads", "progress", "quiet", "allow-empty"];
+const MANY: &[&str] = &["resume", "shard", "threads", "progress", "allow-empty"];
 const ONE_OUTPUT: &str = "one motion goes into one file; name a folder";
 
 /// An error where a motion on another body is worse than the arguments allow.

@@ -1,7 +1,7 @@
 //! The command line of `mocap`, which uses only the library's public interface.
 //!
-//! Data goes to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 some of
-//! many files failed.
+//! Data goes to standard output, messages to standard error. What the exit codes mean stands in `--help`:
+//! `args::EXIT_CODES`.
 
 #![warn(clippy::unwrap_used)]
 
@@ -14,6 +14,10 @@ mod streams;
 use std::io;
 use std::path::PathBuf;
 use std::process::ExitCode;
+#[cfg(unix)]
+use std::sync::Arc;
+
+use mocap::Code;
 
 use crate::args::{Args, Command};
 
@@ -58,8 +62,21 @@ impl From<io::Error> for Failure {
     }
 }
 
+/// Lets a write beyond the largest file that the system allows (`ulimit -f`) fail as one on a full disk does. By
+/// default a signal ends the program. Nothing else is wanted of it, so nobody looks at the flag.
+#[cfg(unix)]
+fn take_no_signal_for_a_large_file() {
+    // Without it, all that is lost is the message.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
+
+#[cfg(not(unix))]
+fn take_no_signal_for_a_large_file() {}
+
 fn main() -> ExitCode {
+    take_no_signal_for_a_large_file();
     let (args, given) = Args::parse_with_given();
+    report::set_quiet(args.quiet);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
         Command::Retarget(args) => commands::retarget::run(args, &given),
@@ -94,7 +111,8 @@ fn main() -> ExitCode {
         }
         Err(Failure::File(error)) => {
             report::error(&error);
-            ExitCode::from(1)
+            // The value of an option is not valid, or not valid for this file.
+            ExitCode::from(if error.code() == Code::InvalidValue { 2 } else { 1 })
         }
         Err(Failure::Usage(message)) => {
             report::complain(&message);

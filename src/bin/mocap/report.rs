@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use mocap::job::Said;
@@ -88,9 +89,22 @@ pub(crate) fn clip_taken(scene: &mocap::Scene) {
     }
 }
 
-/// Prints a line of progress or summary.
+/// Whether the user wants no more than warnings and errors: `--quiet`.
+static QUIET: AtomicBool = AtomicBool::new(false);
+
+pub(crate) fn set_quiet(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+pub(crate) fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
+}
+
+/// Prints a line of progress or summary, unless the user wants none.
 pub(crate) fn say(message: &str) {
-    print(&visible_lines(message));
+    if !is_quiet() {
+        print(&visible_lines(message));
+    }
 }
 
 /// Standard output for text and data; [`visible_lines`] if it is a terminal, else the bytes as they are.

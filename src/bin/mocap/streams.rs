@@ -8,6 +8,7 @@ use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::Job;
 use mocap::{Importer, MemoryFile, Scene, Written};
 
+use crate::args::ForceArgs;
 use crate::{Failure, report};
 
 /// Whether a path stands for standard input or standard output.
@@ -47,11 +48,11 @@ fn standard_input(importer: &Importer) -> mocap::Result<&'static [MemoryFile<'st
 }
 
 /// Refuses an output that would replace an input or a file that may be a source.
-pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path) -> mocap::Result<()> {
+pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: ForceArgs) -> mocap::Result<()> {
     if is_standard(output) {
         return Ok(());
     }
-    ReplacePolicy::new(inputs).check(output)
+    ReplacePolicy::new(inputs).force(force.force).check(output)
 }
 
 /// Writes a file, of which a killed process may have left a part, or to standard output.

@@ -32,7 +32,7 @@ pub(super) fn build(skeleton: &Skeleton, motion: Option<Motion>, options: &ReadO
         });
     }
     if let Some(motion) = motion.filter(|motion| motion.frames > 0) {
-        if options.frame_rate.is_none() {
+        if options.retime.is_none() {
             scene.metadata.assumptions.push(Assumption {
                 topic: Topic::FrameRate,
                 choice: format!("{CMU_FRAME_RATE} frames a second"),
@@ -87,7 +87,7 @@ fn build_animation(skeleton: &Skeleton, motion: &Motion, options: &ReadOptions) 
     });
     Animation {
         name: "Motion".to_owned(),
-        ticks_per_second: options.frame_rate.unwrap_or(CMU_FRAME_RATE),
+        ticks_per_second: options.retime.unwrap_or(CMU_FRAME_RATE),
         duration: (motion.frames - 1) as f64,
         channels: channels.collect(),
     }

@@ -235,7 +235,7 @@ fn read_stack(
     values_left: &mut u64,
     warnings: &mut Warnings,
 ) -> Result<Option<Animation>, Failure> {
-    let rate = options.frame_rate_or(file.settings.frames_per_second)?;
+    let rate = options.sampling_rate_or(file.settings.frames_per_second)?;
     let seconds = stack.time_end - stack.time_begin;
     // A stack of one moment is a clip of one frame where something is said of it.
     let has_curves = || stack.layers.iter().any(|layer| !layer.anim_values.is_empty());
@@ -249,7 +249,7 @@ fn read_stack(
         let expected = format!("at most {values_left} values in a file of this size");
         let found = format!("{values}: {frames} frames of {} nodes", nodes.len());
         return Err(Box::new(limit_exceeded(expected, found).help(
-            "write fewer frames a second, with --fps or Importer::frame_rate, or a shorter take",
+            "convert it to fewer frames a second, as with --fps 30, or write a shorter take",
         )));
     };
     *values_left = left;
@@ -263,7 +263,7 @@ fn read_stack(
     });
     Ok(Some(Animation {
         name: stack.element.name.to_string(),
-        ticks_per_second: rate,
+        ticks_per_second: options.retime.unwrap_or(rate),
         duration: (frames - 1) as f64,
         channels: channels.collect(),
     }))

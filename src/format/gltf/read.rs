@@ -150,7 +150,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
             limit_exceeded(expected, found).at_pointer(format!("/animations/{index}"))
         })?;
         let mut animation = build_animation(name, tracks, step, &placed, &scene.nodes);
-        if let Some(frame_rate) = options.frame_rate {
+        if let Some(frame_rate) = options.retime {
             animation.ticks_per_second = frame_rate;
         }
         scene.animations.push(animation);

@@ -175,7 +175,7 @@ fn second_motions_are_recorded_and_verified() {
     assert!(verified.status.success(), "{}", words(&verified));
     for more in [&[][..], &["--with", &walk]] {
         let refused = run(&[&["verify", &walk, &output][..], more].concat());
-        assert_eq!(refused.status.code(), Some(1));
+        assert_eq!(refused.status.code(), Some(2));
         assert!(
             words(&refused).contains("the second motion of the file, \"mirrored.bvh\", is not among the files given"),
             "{}",
@@ -295,7 +295,7 @@ fn bones_of_a_map_are_used_and_recorded() {
     assert!(verified.status.success(), "{}", words(&verified));
     std::fs::write(&map, r#"{"bones": {"hips": "Tail"}}"#).unwrap();
     let refused = run(&["edit", &walk, "-o", &path("x.glb"), "--step", "mirror", "--map", &map]);
-    assert_eq!(refused.status.code(), Some(1));
+    assert_eq!(refused.status.code(), Some(2));
     assert!(
         words(&refused).contains("no joint is called \"Tail\""),
         "{}",

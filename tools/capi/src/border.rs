@@ -59,14 +59,27 @@ impl From<mocap::Error> for Failure {
     }
 }
 
-thread_local! {
-    /// Why the last call of this thread failed, if it did.
-    static LAST_FAILURE: RefCell<Option<CString>> = const { RefCell::new(None) };
+/// The last failure of a thread.
+struct LastFailure {
+    /// Why it failed. The text stays where it is until the next failure, for C evaluates arguments in any order: in
+    /// `printf("%s %d", mocap_error_text(), ...)` a call that succeeds may come between the text and its use.
+    text: Option<CString>,
+    /// Whether it is that of the last call.
+    is_last: bool,
 }
 
-/// The text stays where it is until the thread's next call.
+thread_local! {
+    static LAST_FAILURE: RefCell<LastFailure> = const {
+        RefCell::new(LastFailure { text: None, is_last: false })
+    };
+}
+
+/// Why the thread's last call failed; empty if it did not. The text stays where it is until the thread's next failure.
 pub(crate) fn last_failure() -> *const c_char {
-    LAST_FAILURE.with_borrow(|text| text.as_deref().unwrap_or(c"").as_ptr())
+    LAST_FAILURE.with_borrow(|last| match &last.text {
+        Some(text) if last.is_last => text.as_ptr(),
+        _ => c"".as_ptr(),
+    })
 }
 
 /// Runs `call`; where it fails or panics, remembers why and returns `otherwise`.
@@ -89,7 +102,10 @@ fn caught<T>(call: impl FnOnce() -> Result<T, Failure>) -> Result<T, Status> {
         Ok(value) => (Ok(value), None),
         Err(Failure { status, message }) => (Err(status), Some(c_text(&message))),
     };
-    LAST_FAILURE.with_borrow_mut(|text| *text = message);
+    LAST_FAILURE.with_borrow_mut(|last| {
+        last.is_last = message.is_some();
+        last.text = message.or_else(|| last.text.take());
+    });
     result
 }
 
@@ -125,6 +141,17 @@ mod tests {
         assert_eq!(error_text(), "too small");
         assert_eq!(status(|| Ok(())), Status::Ok);
         assert_eq!(error_text(), "");
+    }
+
+    #[test]
+    fn a_text_outlives_calls_that_succeed() {
+        assert_eq!(status(|| Err(Failure::argument("too small"))), Status::BadArgument);
+        let text = last_failure();
+        for _ in 0..3 {
+            assert_eq!(status(|| Ok(())), Status::Ok);
+        }
+        // SAFETY: the pointer is that of a `CString` that stays until the next failure.
+        assert_eq!(unsafe { CStr::from_ptr(text) }.to_str(), Ok("too small"));
     }
 
     #[test]

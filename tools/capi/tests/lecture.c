@@ -72,6 +72,10 @@ static void check_skeleton(const mocap_scene *scene)
     CHECK(mocap_node_parent(scene, 0) == MOCAP_NO_NODE && mocap_error_text()[0] == '\0');
     CHECK(mocap_find_node(scene, "Ankle") == MOCAP_NO_NODE);
     CHECK(strcmp(mocap_error_text(), "there is no node named \"Ankle\"") == 0);
+    /* The text stays while other calls succeed, also one that frees what the failed call was about. */
+    const char *text = mocap_error_text();
+    mocap_scene *copy = mocap_convert(scene, NULL);
+    CHECK(copy != NULL && (mocap_close(copy), strcmp(text, "there is no node named \"Ankle\"") == 0));
     CHECK(mocap_animation_count(scene) == 1 && mocap_error_text()[0] == '\0');
     CHECK(mocap_channel_count(scene, 0) == 3);
     for (size_t channel = 0; channel < 3; channel++) {

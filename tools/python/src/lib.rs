@@ -81,7 +81,7 @@ pub(crate) struct ReadOptions {
     format: Option<String>,
     root_offset: String,
     all_rows: bool,
-    frame_rate: Option<f64>,
+    retime: Option<f64>,
     strict: bool,
     hash: bool,
 }
@@ -109,8 +109,8 @@ impl ReadOptions {
                 .map_err(|error| Python::attach(|py| to_python(py, &error)))?;
             importer = importer.format(format);
         }
-        if let Some(frame_rate) = self.frame_rate {
-            importer = importer.frame_rate(frame_rate);
+        if let Some(rate) = self.retime {
+            importer = importer.retime(rate);
         }
         Ok(importer)
     }

@@ -20,8 +20,8 @@ export type Bones = Record<string, string | null>;
 export interface ReadOptions {
   /** How a BVH root's OFFSET and its position channels combine. Default: `"auto"`. */
   rootOffset?: "auto" | "replace" | "add";
-  /** Frames per second in place of the file's own. */
-  frameRate?: number;
+  /** Frames per second in place of the file's own: the motion keeps its frames, and is slower or faster. */
+  retime?: number;
   /** Read the rows of a BVH file beyond its `Frames:`. */
   allRows?: boolean;
   /** Whether a track that never changes is one key. Default: true. */

@@ -24,7 +24,7 @@ fn limits() -> Limits {
 #[serde(default, rename_all = "camelCase", deny_unknown_fields)]
 pub(crate) struct ReadOptions {
     root_offset: Option<RootOffset>,
-    frame_rate: Option<f64>,
+    retime: Option<f64>,
     all_rows: bool,
     collapse_keys: Option<bool>,
     strict: bool,
@@ -69,8 +69,8 @@ impl ReadOptions {
                 Some(Clip::Index(index)) => mocap::Clips::Index(*index),
                 Some(Clip::Name(name)) => mocap::Clips::Name(name.clone()),
             });
-        if let Some(rate) = self.frame_rate {
-            importer = importer.frame_rate(rate);
+        if let Some(rate) = self.retime {
+            importer = importer.retime(rate);
         }
         if let Some(collapse) = self.collapse_keys {
             importer = importer.collapse_keys(collapse);

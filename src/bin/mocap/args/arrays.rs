@@ -10,7 +10,7 @@ use mocap::convert::TimeRange;
 
 use mocap::job::{OutSpace, Reading, SourceMap, SourceSpace};
 
-use super::Given;
+use super::{ForceArgs, Given};
 #[cfg(feature = "parquet")]
 use super::{InputArgs, SpreadArgs};
 use crate::Failure;
@@ -19,9 +19,14 @@ use crate::Failure;
 pub(crate) struct FkArgs {
     /// The motion file; - is standard input
     pub(crate) input: PathBuf,
-    /// The file to write: .npz, .csv or .parquet; - is standard output, as CSV
+    /// The file to write: .npz, .csv or .parquet; - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Format of standard output [default: csv]
+    #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Put ' before names in CSV that begin with = + - or @, which a spreadsheet would take for a formula
     #[arg(long)]
     pub(crate) spreadsheet: bool,
@@ -56,6 +61,8 @@ pub(crate) struct PackArgs {
     /// Size of one Parquet file, in megabytes of uncompressed values
     #[arg(long, value_name = "MB", default_value = "256")]
     pub(crate) part_size: u32,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Skip files that were packed with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
@@ -116,8 +123,8 @@ pub(crate) struct ArraysArgs {
     /// Joints and end sites to keep: a regular expression that matches anywhere in the name [default: all]
     #[arg(long, value_name = "REGEX")]
     joints: Option<String>,
-    /// Frames per second to write [default: the file's own]
-    #[arg(long, value_name = "RATE")]
+    /// Frames per second to write, at the same speed [default: the file's own]
+    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
     pub(crate) fps: Option<f64>,
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]

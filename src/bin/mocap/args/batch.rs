@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::OutputFormat;
 use crate::batch::progress::ProgressArg;
 use crate::batch::shard::Shard;
+use crate::report;
 
 /// Options for many files. They decide the names of outputs, but not their contents.
 #[derive(Debug, clap::Args)]
@@ -48,14 +49,15 @@ pub(crate) struct SpreadArgs {
     /// How to show progress on standard error
     #[arg(long, value_name = "KIND", default_value = "auto")]
     progress: ProgressArg,
-    /// Print neither progress nor summary
-    #[arg(short, long)]
-    pub(crate) quiet: bool,
 }
 
 impl SpreadArgs {
     pub(crate) fn progress(&self) -> ProgressArg {
-        if self.quiet { ProgressArg::None } else { self.progress }
+        if report::is_quiet() {
+            ProgressArg::None
+        } else {
+            self.progress
+        }
     }
 }
 

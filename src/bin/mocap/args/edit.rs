@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
-use mocap::job::{SourceMap, SourceSpace};
+use mocap::job::{Reading, SourceMap, SourceSpace};
 
 use super::batch::is_folder;
-use super::{FrameRateArgs, InputArgs, OutputFormat, PrintJobArgs, SpreadArgs, WriteArgs};
+use super::{ForceArgs, InputArgs, OutputFormat, PrintJobArgs, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -28,6 +28,10 @@ pub(crate) struct EditArgs {
     pub(crate) with: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) steps: Steps,
+    /// Frames per second of the motions before the first step, at the same speed; for an input that states no valid
+    /// rate, its rate. The step resample does it later
+    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    pub(crate) fps: Option<f64>,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz
     #[arg(long, value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
@@ -43,9 +47,8 @@ pub(crate) struct EditArgs {
     /// Compare the written file with its source, as `mocap verify` does
     #[arg(long)]
     pub(crate) verify: bool,
-    /// Replace a file that may be a source; an input is never replaced
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Skip motions that were changed in the same steps, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
@@ -56,7 +59,7 @@ pub(crate) struct EditArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
     #[command(flatten)]
     pub(crate) many: InputArgs,
     #[command(flatten)]

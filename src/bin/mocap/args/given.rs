@@ -8,7 +8,7 @@ use clap::error::{ContextKind, ErrorKind};
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches};
 
-use super::{Args, BatchArgs, help};
+use super::{Args, BatchArgs, ForceArgs, help};
 use crate::batch::hash::sha256;
 use crate::{Failure, report};
 
@@ -69,7 +69,7 @@ impl Args {
         if let Some((name, matches)) = matches.subcommand()
             && let Some(subcommand) = command.find_subcommand(name)
         {
-            let batch = BatchArgs::augment_args(clap::Command::default());
+            let batch = ForceArgs::augment_args(BatchArgs::augment_args(clap::Command::default()));
             let is_of_batch = |arg: &clap::Arg| batch.get_arguments().any(|other| other.get_id() == arg.get_id());
             for arg in subcommand.get_arguments().filter(|arg| !arg.is_positional()) {
                 let id = arg.get_id().as_str();

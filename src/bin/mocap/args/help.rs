@@ -40,6 +40,7 @@ pub(super) fn grouped(command: Command) -> Command {
     let others = entries.iter().filter(|(name, _)| !is_grouped(name));
     add(OTHER, others.map(|(_, lines)| lines.as_str()).collect());
     add("Options", "{options}".to_owned());
+    template.push_str("{after-help}");
     command.help_template(template)
 }
 

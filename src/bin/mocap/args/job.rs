@@ -20,7 +20,7 @@ impl ConvertArgs {
             (false, false) => RootMotion::Keep,
         };
         self.write.fill(&mut job.write, output, extension);
-        job.write.force = self.force;
+        job.write.force = self.force.force;
         job.write.verify = self.verify;
         job.write.embed = self.embed;
         job
@@ -32,7 +32,7 @@ impl EditArgs {
     /// part of it.
     pub(crate) fn job(&self, extension: &str) -> Job {
         let mut job = Job::new();
-        job.read = self.read.reading();
+        job.read = self.read.clone();
         let (motions, others) = self.inputs.split_at(match self.is_many() {
             true => self.inputs.len(),
             false => 1,
@@ -41,9 +41,10 @@ impl EditArgs {
         job.source.with = [others, &self.with].concat();
         // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
         job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
+        job.source.frames.fps = self.fps;
         job.steps.clone_from(&self.steps.0);
         self.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.force;
+        job.write.force = self.force.force;
         job.write.verify = self.verify;
         job.write.embed = extension == "gltf";
         job
@@ -57,14 +58,14 @@ impl RetargetArgs {
         body.replace_animations = self.replace_animations;
         body.max_angle = self.max_angle;
         let mut job = Job::new();
-        job.read = self.read.reading();
-        job.source = sources(motions, &self.onto.source, &self.onto.map);
+        job.read = self.read.clone();
+        job.source = self.onto.sources(motions);
         job.onto = Some(match self.to_skeleton {
             Some(_) => Onto::Skeleton(body),
             None => Onto::Character(body),
         });
         self.onto.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.onto.force;
+        job.write.force = self.onto.force.force;
         job
     }
 }
@@ -77,19 +78,17 @@ impl RobotArgs {
         body.require = self.require;
         let mut job = Job::new();
         job.read = self.read.clone();
-        job.source = sources(&self.paths, &self.onto.source, &self.onto.map);
-        job.source.frames.trim = self.trim;
-        job.source.frames.fps = self.fps;
+        job.source = self.onto.sources(&self.paths);
         job.onto = Some(Onto::Robot(body));
         let folder = self.output.join("");
         let output = if self.is_many() { &folder } else { &self.output };
         self.onto.write.fill(&mut job.write, output, format);
-        job.write.force = self.onto.force;
+        job.write.force = self.onto.force.force;
         job
     }
 }
 
-fn sources(inputs: &[PathBuf], space: &SourceSpace, map: &SourceMap) -> Sources {
+pub(super) fn sources(inputs: &[PathBuf], space: &SourceSpace, map: &SourceMap) -> Sources {
     let mut sources = Sources::default();
     sources.inputs = inputs.to_vec();
     sources.space = space.clone();

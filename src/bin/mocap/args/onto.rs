@@ -1,14 +1,23 @@
 //! The options of commands that put motions on another body.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Feet, OntoBody, SourceMap, SourceSpace, StepLength};
+use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sources, StepLength};
 
-use super::{InputArgs, PrintJobArgs, SpreadArgs, WriteArgs};
+use super::job::sources;
+use super::{ForceArgs, InputArgs, PrintJobArgs, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {
+    /// Frames per second to write, at the same speed; for an input that states no valid rate, its rate [default: those
+    /// of the motion]
+    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
+    fps: Option<f64>,
+    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
+    trim: Option<TimeRange>,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
     #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
     scale: StepLength,
@@ -22,9 +31,8 @@ pub(crate) struct OntoArgs {
     /// Skip motions that were made with the same options, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Replace a file that may be a source; an input is never replaced
-    #[arg(long)]
-    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
     #[command(flatten)]
@@ -40,6 +48,14 @@ pub(crate) struct OntoArgs {
 }
 
 impl OntoArgs {
+    /// The motions, and what is known of them.
+    pub(super) fn sources(&self, motions: &[PathBuf]) -> Sources {
+        let mut sources = sources(motions, &self.source, &self.map);
+        sources.frames.fps = self.fps;
+        sources.frames.trim = self.trim;
+        sources
+    }
+
     /// The body of a file, some of whose bones are known.
     pub(super) fn body(&self, file: &Path, map: Option<&HumanoidMap>) -> OntoBody {
         let mut body = OntoBody::new(file);

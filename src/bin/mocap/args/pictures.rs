@@ -6,7 +6,7 @@ use mocap::Conversion;
 use mocap::convert::TimeRange;
 use mocap::job::{Reading, SourceMap, SourceSpace, SourceUp};
 
-use super::{FrameRateArgs, InputArgs};
+use super::{ForceArgs, InputArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ViewArgs {
@@ -17,6 +17,11 @@ pub(crate) struct ViewArgs {
     /// The page to write: .html, or - for standard output [default: a temporary file, opened in the browser]
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: Option<PathBuf>,
+    /// Format of standard output
+    #[arg(long, value_name = "FORMAT", value_parser = ["html"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Show the motions on this character, with its skin: a .glb, .gltf, .vrm or .fbx file with the skeleton of a
     /// humanoid
     #[arg(long, value_name = "FILE")]
@@ -27,8 +32,8 @@ pub(crate) struct ViewArgs {
     /// Part to show, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) trim: Option<TimeRange>,
-    /// Frames per second to show; for an input that states no valid rate, its rate
-    #[arg(long, value_name = "RATE")]
+    /// Frames per second to show, at the same speed; for an input that states no valid rate, its rate
+    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
     pub(crate) fps: Option<f64>,
     #[command(flatten)]
     pub(crate) inputs: InputArgs,
@@ -54,16 +59,28 @@ impl ViewArgs {
     }
 }
 
+/// A picture to write.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PictureArgs {
+    /// The picture to write: .png or .svg; - is standard output
+    #[arg(long, short, value_name = "PATH")]
+    pub(crate) output: PathBuf,
+    /// Format of standard output [default: png]
+    #[arg(long, value_name = "FORMAT", value_parser = ["png", "svg"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct SheetArgs {
     /// The motion files
     #[arg(required = true)]
     pub(crate) files: Vec<PathBuf>,
-    /// The picture to write: .png or .svg; - is standard output, as PNG
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     /// Poses per file
-    #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses)]
+    #[arg(long, value_name = "COUNT", default_value_t = mocap::render::SheetOptions::default().poses, value_parser = poses())]
     pub(crate) poses: usize,
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::SheetOptions::default().width, value_parser = pixels())]
@@ -76,16 +93,21 @@ pub(crate) struct SheetArgs {
     #[command(flatten)]
     pub(crate) map: SourceMap,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct GifArgs {
     /// The motion file; - is standard input
     pub(crate) file: PathBuf,
-    /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output, as GIF
+    /// The film to write: .gif, or .apng or .png for an animated PNG; - is standard output
     #[arg(long, short, value_name = "PATH")]
     pub(crate) output: PathBuf,
+    /// Format of standard output [default: gif]
+    #[arg(long, value_name = "FORMAT", value_parser = ["gif", "apng", "png"])]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::MovieOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
@@ -104,7 +126,7 @@ pub(crate) struct GifArgs {
     #[command(flatten)]
     pub(crate) up: SourceUp,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 #[derive(Debug, clap::Args)]
@@ -114,14 +136,20 @@ pub(crate) struct PlotArgs {
     /// The joint; may be given several times
     #[arg(long, value_name = "NAME", required = true)]
     pub(crate) joint: Vec<String>,
-    /// The picture to write: .svg or .png
-    #[arg(long, short, value_name = "PATH")]
-    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     /// Width in pixels
     #[arg(long, value_name = "PIXELS", default_value_t = mocap::render::PlotOptions::default().width, value_parser = pixels())]
     pub(crate) width: u32,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
+}
+
+/// How many poses a row has.
+fn poses() -> impl clap::builder::TypedValueParser<Value = usize> {
+    use clap::builder::TypedValueParser;
+
+    clap::value_parser!(u16).range(1..).map(usize::from)
 }
 
 /// The sides of a picture, in pixels.

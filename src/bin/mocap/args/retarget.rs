@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use mocap::figure::HumanoidMap;
-use mocap::job::{Angle, BoneMap};
+use mocap::job::{Angle, BoneMap, Reading};
 
-use super::FrameRateArgs;
 use super::batch::is_folder;
 use super::onto::OntoArgs;
 use super::write::extensions_and;
@@ -44,7 +43,7 @@ pub(crate) struct RetargetArgs {
     #[command(flatten)]
     pub(crate) onto: OntoArgs,
     #[command(flatten)]
-    pub(crate) read: FrameRateArgs,
+    pub(crate) read: Reading,
 }
 
 impl RetargetArgs {

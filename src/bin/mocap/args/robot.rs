@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
 use mocap::job::{BoneMap, Reading, RequiredVerdict};
 
@@ -26,12 +25,6 @@ pub(crate) struct RobotArgs {
     /// output says, else npz]
     #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["npz", "pkl", "csv", "qpos"]))]
     pub(crate) to: Option<String>,
-    /// Frames per second to write [default: those of the motion]
-    #[arg(long, value_name = "RATE")]
-    pub(crate) fps: Option<f64>,
-    /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
-    pub(crate) trim: Option<TimeRange>,
     /// Keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,

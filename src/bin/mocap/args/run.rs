@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::{InputArgs, SpreadArgs};
+use super::write::extensions_and;
+use super::{ForceArgs, InputArgs, SpreadArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
@@ -16,6 +17,11 @@ pub(crate) struct RunArgs {
     /// Print the JSON Schema of a job
     #[arg(long, exclusive = true)]
     pub(crate) schema: bool,
+    /// Format of standard output, or of the outputs in a folder, instead of write.to
+    #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["vrm", "npz", "pkl", "csv", "qpos"]))]
+    pub(crate) to: Option<String>,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
     /// Skip motions that were made by the same job, according to the manifest, and are unchanged
     #[arg(long)]
     pub(crate) resume: bool,

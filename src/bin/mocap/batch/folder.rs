@@ -105,32 +105,51 @@ impl Many<'_> {
             policy,
         };
         let mut progress = Progress::new(spread.progress(), &inputs);
-        let waiting = run
-            .round(&inputs, &*work, &mut manifest, &mut progress)
-            .map_err(in_folder)?;
+        let done = self.rounds(&run, &inputs, work, &mut manifest, &mut progress);
+        done.map_err(|error| self.stopped(progress.counts(), error))?;
+        let counts = progress.finish();
+        let records = manifest.records().clone();
+        let finished = manifest.finish(is_input);
+        finished.map_err(|error| self.stopped(&counts, error))?;
+        let records: Vec<&Record> = records.values().filter(|record| is_input(&record.input)).collect();
+        report::say(&summary(&counts));
+        work.summary(&records).iter().for_each(|line| report::say(line));
+        tell_failures(&records);
+        work.finish(&records, &counts)
+    }
+
+    /// Works on the inputs, and then on those that waited for what the others say.
+    fn rounds<W: Work>(
+        &self,
+        run: &Run<'_>,
+        inputs: &[Input],
+        work: &mut W,
+        manifest: &mut Manifest,
+        progress: &mut Progress,
+    ) -> io::Result<()> {
+        let waiting = run.round(inputs, &*work, manifest, progress)?;
         if !waiting.is_empty() {
             let waits: HashSet<&str> = waiting.iter().map(|input| input.relative.as_str()).collect();
             let records = manifest.records().values();
             work.learn(&Vec::from_iter(
                 records.filter(|record| !waits.contains(record.input.as_str())),
             ));
-            run.round(&waiting, &*work, &mut manifest, &mut progress)
-                .map_err(in_folder)?;
+            run.round(&waiting, &*work, manifest, progress)?;
         }
         let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
-        let own = own.map(|output| folder.join(output));
+        let own = own.map(|output| self.folder.join(output));
         // Not before, because a `.gltf` that is left says whose its buffer is.
-        remove_unfinished(folder, own.chain([Manifest::path(folder, spread.shard)])).map_err(in_folder)?;
-        let counts = progress.finish();
-        let records = manifest.records().clone();
-        manifest.finish(is_input).map_err(in_folder)?;
-        let records: Vec<&Record> = records.values().filter(|record| is_input(&record.input)).collect();
-        if !spread.quiet {
-            report::say(&summary(&counts));
-            work.summary(&records).iter().for_each(|line| report::say(line));
-            tell_failures(&records);
+        remove_unfinished(self.folder, own.chain([Manifest::path(self.folder, self.spread.shard)]))
+    }
+
+    /// The failure of a run that cannot go on, such as on a full disk: of some of many, where others are done.
+    fn stopped(&self, counts: &Counts, error: io::Error) -> Failure {
+        let failure = Failure::Folder(self.folder.to_owned(), error);
+        if counts.done == counts.failed {
+            return failure;
         }
-        work.finish(&records, &counts)
+        report::complain(&failure.into_words());
+        Failure::Some
     }
 }
 

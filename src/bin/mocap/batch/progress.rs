@@ -111,6 +111,10 @@ impl Progress {
         }
     }
 
+    pub(crate) fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
     /// Ends the display, and returns the final counts.
     pub(crate) fn finish(self) -> Counts {
         let counts = self.now();

@@ -118,7 +118,7 @@ fn checked(
     assumptions: Vec<Assumption>,
 ) -> Checked {
     let file = input.path.as_path();
-    let of_warnings = if args.read.read.strict {
+    let of_warnings = if args.read.strict {
         Severity::Error
     } else {
         Severity::Warning

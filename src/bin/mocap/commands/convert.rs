@@ -8,7 +8,7 @@ use mocap::job::{Job, Made, Said, Smaller};
 use mocap::scene::Animation;
 use mocap::{Diagnostic, Exporter, Format, FormatInfo, WriteOption};
 
-use super::{made, many, run as job, unknown_extension, verify};
+use super::{TO_OF_FILE, made, many, run as job, unknown_extension, verify};
 use crate::args::{ConvertArgs, Given, OutputFormat, refuse_options};
 use crate::{Failure, report, streams};
 
@@ -37,7 +37,7 @@ fn paths<'a>(args: &'a ConvertArgs, given: &Given) -> Result<(&'a PathBuf, PathB
     let why = "it is for many files, which need an output folder: -o FOLDER";
     given.refuse(&["shard", "progress", "allow-empty"], why)?;
     if args.paths.len() == 2 && !streams::is_standard(&args.paths[1]) {
-        given.refuse(&["to"], "the name of the output names the format")?;
+        given.refuse(&["to"], TO_OF_FILE)?;
     }
     let (input, output) = match args.paths.as_slice() {
         [input] if streams::is_standard(input) => {
@@ -132,12 +132,10 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     heard.warnings.append(&mut made.written.warnings);
     report::warnings(Some(input), &heard.warnings);
     heard.notes.append(&mut made.written.notes);
-    if !args.batch.spread.quiet {
-        let choice = choice(&args.write.smaller, format.row()).filter(|_| !to_stream);
-        choice.iter().chain(&heard.notes).for_each(|note| report::say(note));
-        if !to_stream {
-            tell(args, input, output, &made, bytes)?;
-        }
+    let choice = choice(&args.write.smaller, format.row()).filter(|_| !to_stream);
+    choice.iter().chain(&heard.notes).for_each(|note| report::say(note));
+    if !to_stream && !report::is_quiet() {
+        tell(args, input, output, &made, bytes)?;
     }
     if to_stream {
         return streams::save(&mut made.written, output, &policy);
@@ -145,9 +143,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     match args.verify {
         true => {
             let verification = job.verify(made.scene, output)?;
-            if !args.batch.spread.quiet {
-                report::say(&verify::summary(&verification));
-            }
+            report::say(&verify::summary(&verification));
             verify::require(&verification, args.write.smaller.tolerance())
         }
         false => Ok(()),

@@ -137,5 +137,6 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
     write_drawing(
         &Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options),
         file,
+        &extension(file),
     )
 }

@@ -3,14 +3,14 @@
 use mocap::arrays::{Arrays, arrays};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
-use super::extension;
+use super::output_format;
 use crate::args::{FkArgs, Given};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
     let write = writer(args)?;
     args.arrays.check(&args.source, given)?;
-    streams::check_output(&[&args.input], &args.output)?;
+    streams::check_output(&[&args.input], &args.output, args.force)?;
     let scene = import(args)?;
     report::warnings(Some(&args.input), &scene.warnings);
     report::clip_taken(&scene);
@@ -35,11 +35,11 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
 
 type Writer = fn(&Arrays, &str) -> Result<Vec<u8>, mocap::Error>;
 
-/// The writer for the extension of the output, CSV for standard output; its arguments are the motion and the name of
+/// The writer for the format of the output; its arguments are the motion and the name of
 /// the clip.
 fn writer(args: &FkArgs) -> Result<Writer, Failure> {
     let output = args.output.as_path();
-    let extension = extension(output);
+    let extension = output_format(output, args.to.as_deref(), "csv")?;
     if args.spreadsheet && extension != "csv" {
         let message = "--spreadsheet would do nothing: only .csv is opened in a spreadsheet";
         return Err(Failure::Usage(message.to_owned()));
@@ -48,7 +48,6 @@ fn writer(args: &FkArgs) -> Result<Writer, Failure> {
         "npz" => Ok(|motion, _| Ok(motion.to_npz())),
         "csv" if args.spreadsheet => Ok(|motion, _| Ok(motion.to_csv_for_spreadsheet().into_bytes())),
         "csv" => Ok(|motion, _| Ok(motion.to_csv().into_bytes())),
-        _ if streams::is_standard(output) => Ok(|motion, _| Ok(motion.to_csv().into_bytes())),
         #[cfg(feature = "parquet")]
         "parquet" => Ok(Arrays::to_parquet),
         #[cfg(not(feature = "parquet"))]
@@ -68,7 +67,7 @@ fn import(args: &FkArgs) -> Result<Scene, mocap::Error> {
     let importer = || -> Importer { args.read.importer().skeleton_mesh(SkeletonMesh::None) };
     match (streams::import(&importer(), &args.input), args.arrays.fps) {
         (Err(error), Some(rate)) if error.code() == Code::FrameTime => {
-            streams::import(&importer().frame_rate(rate), &args.input)
+            streams::import(&importer().retime(rate), &args.input)
         }
         (result, _) => result,
     }

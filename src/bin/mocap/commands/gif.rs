@@ -2,12 +2,16 @@
 
 use mocap::render::{Clip, Movie, MovieOptions};
 
-use super::{extension, import_motion, short_name, unknown_extension};
+use super::{import_motion, output_format, short_name, unknown_extension};
 use crate::args::GifArgs;
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
-    streams::check_output(&[&args.file], &args.output)?;
+    let format = output_format(&args.output, args.to.as_deref(), "gif")?;
+    if !["gif", "apng", "png"].contains(&format.as_str()) {
+        return Err(unknown_extension(&args.output, ".gif, .apng or .png"));
+    }
+    streams::check_output(&[&args.file], &args.output, args.force)?;
     let mut scene = import_motion(&args.read, &args.file)?;
     args.up.state(&mut scene);
     let name = short_name(&args.file);
@@ -24,11 +28,9 @@ pub(crate) fn run(args: &GifArgs) -> Result<(), Failure> {
         },
         &options,
     )?;
-    let bytes = match extension(&args.output).as_str() {
+    let bytes = match format.as_str() {
         "gif" => movie.to_gif()?,
-        "apng" | "png" => movie.to_apng()?,
-        _ if streams::is_standard(&args.output) => movie.to_gif()?,
-        _ => return Err(unknown_extension(&args.output, ".gif, .apng or .png")),
+        _ => movie.to_apng()?,
     };
     streams::write(&args.output, &bytes)?;
     report::say(&format!("{}: {movie}, {} bytes", args.output.display(), bytes.len()));

@@ -45,7 +45,7 @@ pub(super) fn make(
     }
     maker.check(policy, output)?;
     let made = maker.make(&job.source.inputs, output, hear);
-    Ok((maker, made.map_err(|error| stopped(job, error))?))
+    Ok((maker, made.map_err(refused)?))
 }
 
 /// Makes the one output of a job, says what there is to say of it, and writes it.
@@ -59,21 +59,10 @@ pub(super) fn save(job: &Job, given: &Given) -> Result<(Maker<'static>, Made), F
 }
 
 /// An error of a job: where no file is at fault but the arguments, it is wrong usage.
-fn refused(error: Error) -> Failure {
+pub(super) fn refused(error: Error) -> Failure {
     match (error.code(), error.path()) {
         (Code::InvalidValue | Code::UnknownFormat, None) => Failure::Usage(error.diagnostic().message.clone()),
         _ => error.into(),
-    }
-}
-
-/// An error of making an output. To name a file without a motion, where one is changed or moved, is wrong usage.
-pub(super) fn stopped(job: &Job, error: Error) -> Failure {
-    let needs_motion = job.onto.is_some() || !job.steps.is_empty();
-    match (error.code(), error.path()) {
-        (Code::NoMotion, Some(file)) if needs_motion => {
-            Failure::Usage(format!("{}: {}", file.display(), error.diagnostic().message))
-        }
-        _ => refused(error),
     }
 }
 

@@ -141,7 +141,7 @@ impl Work for OfJob<'_> {
     }
 
     fn make(&self, file: &Path, output: &Output<'_>, record: &mut Record) -> Result<Made, String> {
-        let in_words = |error: mocap::Error| made::stopped(self.job, error).into_words();
+        let in_words = |error: mocap::Error| made::refused(error).into_words();
         self.maker.check(output.policy, &output.path).map_err(in_words)?;
         let mut steps = Vec::new();
         // What is guessed of the space of a motion that nothing else is done to has its own field.

@@ -9,7 +9,7 @@ use std::time::Instant;
 use mocap::arrays::table::arrow_array::RecordBatch;
 use mocap::arrays::{ArrayOptions, arrays, table};
 use mocap::files::{unfinished_target, write_file};
-use mocap::{Importer, Scene, SkeletonMesh};
+use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
 use crate::args::{ArraysArgs, Given, PackArgs, TableArg};
 use crate::batch::hash::sha256;
@@ -45,6 +45,8 @@ struct Parts<'a> {
     rows: Vec<RecordBatch>,
     records: Vec<Record>,
     manifest: Manifest,
+    /// How many files this run has written.
+    written: usize,
 }
 
 pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
@@ -66,7 +68,9 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         Some(shard) => format!("part-{}-", shard.name()),
         None => "part-".to_owned(),
     };
-    refuse_parts_of_others(folder, &prefix)?;
+    if !args.force.force {
+        refuse_parts_of_others(folder, &prefix)?;
+    }
     let all = |_: &str| true;
     let is_kept = args.resume.then_some(&all as &dyn Fn(&str) -> bool);
     let manifest = Manifest::open(folder, args.spread.shard, is_kept).map_err(in_folder)?;
@@ -86,6 +90,7 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         rows: Vec::new(),
         records: Vec::new(),
         manifest,
+        written: 0,
     };
     let is_kept = |input: &Input| {
         let output = former.get(&input.relative).and_then(|record| record.output.as_deref());
@@ -125,26 +130,24 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
         |input: &Input| packer.pack(input),
         |input: &Input| packer.panicked(input),
     );
-    batch::for_each(&left, threads, pack, panicked, take_in).map_err(in_folder)?;
-    parts.write().map_err(in_folder)?;
+    let packed = batch::for_each(&left, threads, pack, panicked, take_in);
+    packed
+        .and_then(|()| parts.write())
+        .map_err(|error| parts.stopped(error))?;
     let names: BTreeSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
     parts
         .manifest
         .finish(|input| names.contains(input))
         .map_err(in_folder)?;
     let counts = progress.finish();
-    if !args.spread.quiet {
-        let packed = left.len() - counts.failed;
-        report::say(&format!(
-            "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",
-            counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
-        ));
-        failures.sort();
-        // The manifest names them all.
-        for failure in failures.iter().take(20) {
-            report::say(failure);
-        }
-    }
+    let packed = left.len() - counts.failed;
+    report::say(&format!(
+        "{packed} of {} files packed, {} done before, {} failed: {:.1} s, {:.1} MB/s",
+        counts.files, counts.skipped, counts.failed, counts.seconds, counts.megabytes_per_second
+    ));
+    failures.sort();
+    // The manifest names them all.
+    failures.iter().take(20).for_each(|failure| report::say(failure));
     counts.verdict()
 }
 
@@ -196,6 +199,16 @@ impl Packer<'_> {
 }
 
 impl Parts<'_> {
+    /// The failure of a run that cannot go on, such as on a full disk: of some of many, where others are written.
+    fn stopped(&self, error: io::Error) -> Failure {
+        let failure = Failure::Folder(self.folder.to_owned(), error);
+        if self.written == 0 {
+            return failure;
+        }
+        report::complain(&failure.into_words());
+        Failure::Some
+    }
+
     fn push(&mut self, packed: Packed) -> io::Result<()> {
         if let Some(rows) = packed.rows {
             self.bytes += rows.get_array_memory_size();
@@ -218,6 +231,7 @@ impl Parts<'_> {
             let bytes = table::to_parquet(&rows).map_err(io::Error::other)?;
             write_file(&self.folder.join(&name), &bytes).map_err(io::Error::other)?;
             self.next += 1;
+            self.written += 1;
             output = Some(name);
         }
         self.bytes = 0;
@@ -279,8 +293,10 @@ fn refuse_parts_of_others(folder: &Path, prefix: &str) -> Result<(), Failure> {
     match parts.iter().find(is_of_others) {
         None => Ok(()),
         Some((path, _)) => {
-            let message = "this program did not write this Parquet file; name another folder";
-            Err(Failure::Usage(format!("{}: {message}", path.display())))
+            let message = "this program did not write this Parquet file, which would be replaced";
+            let diagnostic = Diagnostic::new(Code::OutputExists, message)
+                .help("name another folder, or replace the Parquet files of this one with --force");
+            Err(Error::from(diagnostic).with_path(path).into())
         }
     }
 }

@@ -3,12 +3,12 @@
 use mocap::render::{Clip, Drawing, PlotOptions};
 use mocap::scene::{NodeId, Scene};
 
-use super::{import_motion, short_name, write_drawing};
+use super::{check_picture, import_motion, short_name, write_drawing};
+use crate::Failure;
 use crate::args::PlotArgs;
-use crate::{Failure, streams};
 
 pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
-    streams::check_output(&[&args.file], &args.output)?;
+    let format = check_picture(&[&args.file], &args.picture)?;
     let scene = import_motion(&args.read, &args.file)?;
     let joints = joints_named(&scene, &args.joint)?;
     let name = short_name(&args.file);
@@ -22,7 +22,8 @@ pub(crate) fn run(args: &PlotArgs) -> Result<(), Failure> {
             &joints,
             &options,
         ),
-        &args.output,
+        &args.picture.output,
+        &format,
     )
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use mocap::job::{Job, JobReport};
 
-use super::{MANY, many, print_json};
+use super::{MANY, TO_OF_FILE, many, print_json};
 use crate::args::{Given, RunArgs};
 use crate::{Failure, report, streams};
 
@@ -15,7 +15,14 @@ pub(crate) fn run(args: &RunArgs, given: &Given) -> Result<(), Failure> {
         return Ok(report::stdout().write_all(Job::SCHEMA.as_bytes())?);
     }
     let file = args.job.as_deref().unwrap_or(Path::new("-"));
-    let job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;
+    let mut job = Job::from_json(&text(file)?).map_err(|error| error.with_path(file))?;
+    job.write.force |= args.force.force;
+    if let Some(to) = &args.to {
+        if !job.write.is_folder() && !job.write.is_stream() {
+            given.refuse(&["to"], TO_OF_FILE)?;
+        }
+        job.write.to = Some(to.clone());
+    }
     if job.write.is_folder() {
         given.refuse(&["json"], "the manifest in the folder has what was done")?;
         return many::run(&job, &Given::default(), &args.inputs, &args.spread, args.resume);

@@ -2,20 +2,20 @@
 
 use std::path::Path;
 
-use mocap::Scene;
 use mocap::figure::Figure;
 use mocap::job::SourceMap;
 use mocap::render::{Clip, Drawing, SheetOptions, TPoseClip};
+use mocap::{Code, Diagnostic, Error, Scene};
 
-use super::{import_motion, mapped_figure, short_name, write_drawing};
+use super::{check_picture, import_motion, mapped_figure, short_name, write_drawing};
+use crate::Failure;
 use crate::args::{Given, SheetArgs};
-use crate::{Failure, streams};
 
 pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
     if !args.t_pose {
         given.refuse(&["map"], "only the T-pose comes from the bones; add --t-pose")?;
     }
-    streams::check_output(&args.files, &args.output)?;
+    let format = check_picture(&args.files, &args.picture)?;
     let mut named_scenes: Vec<(String, Scene)> = Vec::new();
     for file in &args.files {
         let mut scene = import_motion(&args.read, file)?;
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &SheetArgs, given: &Given) -> Result<(), Failure> {
         true => t_poses(args, &named_scenes)?,
         false => poses(args, &named_scenes),
     };
-    write_drawing(&drawing, &args.output)
+    write_drawing(&drawing, &args.picture.output, &format)
 }
 
 fn poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Drawing {
@@ -55,8 +55,9 @@ fn t_poses(args: &SheetArgs, named_scenes: &[(String, Scene)]) -> Result<Drawing
 fn figure_with_t_pose(scene: &Scene, file: &Path, map: &SourceMap) -> Result<Figure, Failure> {
     let figure = mapped_figure(scene, map)?;
     if figure.t_pose(scene).is_none() {
-        let message = format!("{}: there is no T-pose: {}", file.display(), figure.humanoid.reason);
-        return Err(Failure::Usage(message));
+        let message = format!("there is no T-pose: {}", figure.humanoid.reason);
+        let error = Error::from(Diagnostic::new(Code::NotHumanoid, message));
+        return Err(error.with_path(file).into());
     }
     Ok(figure)
 }

@@ -1,7 +1,9 @@
 //! `mocap view`: writes a page with a player, or a list of the clips in a folder.
 
 use std::collections::BTreeMap;
+use std::env;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
@@ -12,7 +14,7 @@ use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
 use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
-use super::{extension, retarget, short_name, unknown_extension};
+use super::{output_format, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
@@ -21,11 +23,11 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let options_are_sound = args.conversion().check();
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     let output = match &args.output {
-        Some(output) if !streams::is_standard(output) && !["html", "htm"].contains(&extension(output).as_str()) => {
+        Some(output) if !["html", "htm"].contains(&output_format(output, args.to.as_deref(), "html")?.as_str()) => {
             return Err(unknown_extension(output, ".html"));
         }
         Some(output) => {
-            streams::check_output(&args.files, output)?;
+            streams::check_output(&args.files, output, args.force)?;
             output.clone()
         }
         None => temporary_folder()?.join(format!("{}.html", short_name(&args.files[0]))),
@@ -56,9 +58,9 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
 /// A folder that is not removed, because the browser reads from it after this program has ended.
 fn temporary_folder() -> Result<PathBuf, Failure> {
     let folder = tempfile::Builder::new().prefix("mocap-").tempdir();
-    Ok(folder
-        .map_err(|error| Failure::Usage(format!("no temporary folder: {error}; name an output file with -o")))?
-        .keep())
+    let no_folder = |error| io::Error::other(format!("no temporary folder: {error}; name an output file with -o"));
+    let folder = folder.map_err(|error| Failure::Folder(env::temp_dir(), no_folder(error)))?;
+    Ok(folder.keep())
 }
 
 fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), Failure> {
@@ -281,7 +283,8 @@ fn read_body(args: &ViewArgs) -> Result<Option<Body>, Failure> {
 /// A motion on a character or a robot, as `mocap retarget` and `mocap robot` put it there.
 fn on_body(source: &mut Read, body: &Body, file: &Path) -> Result<Read, Failure> {
     if source.scene.animations.is_empty() {
-        return Err(Failure::Usage(format!("{}: there is no motion in it", file.display())));
+        let error = mocap::Error::from(Diagnostic::new(Code::NoMotion, "there is no motion in it"));
+        return Err(error.with_path(file).into());
     }
     let mut retargeting = body.retargeting.clone();
     let mut scene = source.scene.clone();

@@ -4,9 +4,9 @@ use super::Failure;
 use super::decimals::accept_comma;
 use super::hierarchy::Hierarchy;
 use crate::error::{Code, Diagnostic};
-use crate::format::ReadOptions;
 use crate::format::text::{Cursor, Word, number, quote};
 use crate::format::warnings::Warnings;
+use crate::format::{ReadOptions, STATE_THE_RATE};
 use crate::limits::{self, limit_exceeded};
 
 /// The lines between MOTION and the first row.
@@ -132,7 +132,7 @@ fn read_frame_rate<'a>(cursor: &mut Cursor<'a>, options: &ReadOptions) -> Result
     }
     let number = word.and_then(|word| number::parse(word.bytes).filter(|number| number.length == word.bytes.len()));
     let comma = word.filter(|_| number.is_some_and(|number| number.comma));
-    if let Some(frame_rate) = options.frame_rate {
+    if let Some(frame_rate) = options.retime {
         return Ok((frame_rate, comma));
     }
     match number {
@@ -157,7 +157,7 @@ fn invalid_frame_time(cursor: &Cursor<'_>, word: Option<Word<'_>>, expected: &st
             .expected_found(expected, quote(word.bytes)),
         None => missing_line_diagnostic(cursor, Code::FrameTime, &format!("Frame Time: followed by {expected}")),
     };
-    diagnostic.help("state the frame rate yourself: --fps 30, or Importer::frame_rate")
+    diagnostic.help(STATE_THE_RATE)
 }
 
 fn missing_line(cursor: &Cursor<'_>, expected: &str) -> Failure {

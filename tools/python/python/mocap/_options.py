@@ -22,7 +22,7 @@ class ReadOptions:
         root_offset: What to do with a root's OFFSET where the root has position channels too: ``"auto"`` adds where
             the first frame's root position is near zero while the OFFSET is not, else replaces.
         all_rows: Read rows beyond the declared number of frames too.
-        frame_rate: Frames per second to take in place of the file's own.
+        retime: Frames per second in place of the file's own: the motion keeps its frames, and is slower or faster.
         strict: Take every warning for an error.
         hash: Compute the SHA-256 of the file, for the provenance; without, it is empty.
     """
@@ -30,7 +30,7 @@ class ReadOptions:
     format: str | None = None
     root_offset: Literal["auto", "replace", "add"] = "auto"
     all_rows: bool = False
-    frame_rate: float | None = None
+    retime: float | None = None
     strict: bool = False
     hash: bool = True
 

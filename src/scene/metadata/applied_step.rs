@@ -1,0 +1,151 @@
+//! The steps that changed a scene, as they are recorded in it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Origin, RootOffsetUsed, UpAxis};
+use crate::scene::{HumanoidBone, Scene};
+
+fn one_metre() -> f64 {
+    1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_one_metre(metres: &f64) -> bool {
+    *metres == 1.0
+}
+
+/// A step that changed positions or times, with the values that are needed to undo it.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "step", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum AppliedStep {
+    /// [`Importer::retime`](crate::Importer::retime): all frames are kept, and play at another rate.
+    Retime {
+        /// The ticks per second in place of the file's own.
+        frames_per_second: f64,
+    },
+    /// [`Importer::clips`](crate::Importer::clips): the other animations of the file were dropped.
+    SelectClip {
+        /// Its index among the file's animations, from 0.
+        index: usize,
+    },
+    /// [`process::convert_units`](crate::process::convert_units).
+    ConvertUnits {
+        /// Metres per unit of length before.
+        metres_per_unit: f64,
+        /// The up axis before.
+        up: UpAxis,
+        /// Metres per unit of length after; 1 if absent.
+        #[serde(default = "one_metre", skip_serializing_if = "is_one_metre")]
+        out_metres_per_unit: f64,
+        /// The up axis after; Y if absent.
+        #[serde(default, skip_serializing_if = "UpAxis::is_y")]
+        out_up: UpAxis,
+    },
+    /// [`process::trim`](crate::process::trim).
+    Trim {
+        /// The earlier tick that is now tick 0.
+        first: f64,
+        /// The earlier tick that is now the last.
+        last: f64,
+    },
+    /// [`process::resample`](crate::process::resample).
+    Resample {
+        /// The new ticks per second.
+        frames_per_second: f64,
+    },
+    /// [`process::in_place`](crate::process::in_place).
+    InPlace,
+    /// [`process::root_motion`](crate::process::root_motion).
+    RootMotion,
+    /// The frames of all joints were put along the axes of the world at rest, so that the rotations of the rest pose
+    /// are zero: [`RestPoseSource::TPose`](crate::convert::RestPoseSource::TPose).
+    ZeroRestRotations,
+    /// [`retarget::vrm_humanoid`](crate::retarget::vrm_humanoid()): the bones of the humanoid alone.
+    VrmHumanoid {
+        /// The rotation about +Y that brought the figure to face +Z at rest, in degrees.
+        heading: f64,
+        /// How far it was raised, in metres, because its feet stood below the origin.
+        lift: f64,
+    },
+    /// [`retarget`](crate::retarget): the motion is on the skeleton of another file.
+    Retarget {
+        /// Where the skeleton comes from, and what was done to it.
+        onto: SecondMotion,
+        /// How many times as long the steps over the ground are, both in metres.
+        scale: f64,
+        /// Whether the feet were to be held as those of the source are.
+        lock_feet: bool,
+    },
+    /// [`process::name_joints`](crate::process::name_joints): joints were given other names.
+    NameJoints {
+        /// Those whose name is another.
+        joints: Vec<NamedJoint>,
+    },
+    /// A step of [`edit`](crate::edit), which cannot be undone.
+    Edit {
+        /// Its name in `step`, and all its options beside it, as [`EditStep`](crate::edit::EditStep) reads it; in files
+        /// of earlier versions it is text.
+        edit: serde_json::Value,
+        /// The second motion, of a step that takes one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        with: Option<SecondMotion>,
+        /// Which joint is which bone, where the caller of the step said so: the name of the joint, or none for a bone
+        /// that no joint is. Empty where the step found the bones.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        bones: BTreeMap<HumanoidBone, Option<String>>,
+    },
+}
+
+/// A joint that was given another name.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct NamedJoint {
+    /// Its name before.
+    pub from: String,
+    /// Its name after.
+    pub to: String,
+    /// How many nodes of the name before stand before it, in the order of nodes.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub earlier: usize,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+/// The second motion, or the skeleton, that a step took: where it comes from, and what was done to it before.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct SecondMotion {
+    /// The file that it was read from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<Origin>,
+    /// How the root's OFFSET was used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub root_offset: Option<RootOffsetUsed>,
+    /// The steps that changed it, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<AppliedStep>,
+}
+
+impl SecondMotion {
+    /// A motion that is at hand.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        Self {
+            source: scene.metadata.origin.clone(),
+            root_offset: scene.metadata.root_offset.clone(),
+            steps: scene.metadata.steps.clone(),
+        }
+    }
+}
