@@ -21,6 +21,7 @@ mod feet;
 mod limb_angles;
 mod measure;
 mod plan;
+mod report;
 mod root;
 mod rules;
 mod sight;
@@ -31,9 +32,9 @@ use glam::{Quat, Vec3};
 
 pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
-pub use self::measure::{Clamped, FeetReport, FootMotion, LimbError, RetargetReport, Verdict};
 use self::plan::Plan;
 pub use self::plan::Unmapped;
+pub use self::report::{Clamped, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
 use self::root::Root;
 pub use self::sight::{Aspect, Seen};
 use self::solve::Solved;

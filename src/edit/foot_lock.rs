@@ -12,28 +12,26 @@ mod hips;
 mod hold;
 mod knee;
 mod leg;
+mod legs;
+mod pace;
 mod shift;
 mod sole;
 mod step;
 
-use glam::Vec3;
 use serde::Serialize;
 
 use self::follow::Follow;
 pub(crate) use self::follow::Followed;
 use self::hold::Hold;
-use self::leg::Foot;
+use self::legs::Legs;
 pub(crate) use self::sole::SolePoint;
 pub use self::step::FootLock;
-use super::body::{Leg, and_below, figure_of, mover};
+use super::body::figure_of;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
-use super::frames::Frames;
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid, HumanoidBone, Side};
-use crate::ik::{Goal, two_bone};
+use crate::figure::{Figure, Humanoid};
 use crate::limits::{not_negative, positive};
 use crate::options::setters;
-use crate::pose::{Pose, Trs};
 use crate::scene::{NodeId, Scene};
 
 /// Options of [`foot_lock()`].
@@ -110,10 +108,14 @@ pub struct FootLockReport {
     pub out_of_reach: [usize; 2],
     /// The largest distance of such a foot from there.
     pub farthest_out_of_reach: [f32; 2],
+    /// The largest ratio of the speed of a foot to its speed without the lock around that moment: at most 1.2, or the
+    /// foot gives way.
+    pub speed_ratio: f32,
+    /// The largest ratio of accelerations likewise: at most 1.5.
+    pub acceleration_ratio: f32,
+    /// The frames in which the left and the right foot give way to the motion without the lock.
+    pub given_way: [usize; 2],
 }
-
-/// The distance from a goal that counts as out of reach, in metres.
-const OUT_OF_REACH: f32 = 0.001;
 
 /// Holds the feet of `animation`, an index into the animations of `scene`, still while they are in contact, and above
 /// the floor. Bones keep their lengths.
@@ -198,206 +200,4 @@ pub(crate) fn follow_feet(
     });
     legs.write(scene, animation);
     Ok(report)
-}
-
-/// The frames of a motion whose legs are to be changed.
-struct Legs {
-    frames: Frames,
-    legs: Vec<(Side, Leg)>,
-    /// The node that carries the figure.
-    mover: NodeId,
-    /// The joints that turn.
-    turned: Vec<NodeId>,
-    /// Whether the figure is shifted.
-    moved: bool,
-}
-
-impl Legs {
-    fn new(scene: &Scene, animation: usize, figure: &Figure, pivots: &[NodeId]) -> Result<Self> {
-        let hips = figure.humanoid.joint(HumanoidBone::Hips);
-        let legs: Option<Vec<_>> = Side::ALL
-            .into_iter()
-            .map(|side| Some((side, Leg::new(&figure.humanoid, side)?)))
-            .collect();
-        let (Some(hips), Some(legs)) = (hips, legs) else {
-            let message = "the skeleton has no joint for the hips, a thigh, a shin or a foot";
-            return Err(Diagnostic::new(Code::NotHumanoid, message).into());
-        };
-        let moves = |node: NodeId| {
-            let channels = scene.animations.get(animation).map(|animation| &animation.channels);
-            channels.is_some_and(|channels| {
-                let own = |channel: &&crate::scene::Channel| channel.node == Some(node);
-                channels
-                    .iter()
-                    .find(own)
-                    .is_some_and(|channel| channel.position_keys.len() > 1)
-            })
-        };
-        let mover = mover(scene, hips, moves);
-        let mut turned = Vec::new();
-        for (_, leg) in &legs {
-            turned.extend([leg.thigh, leg.knee]);
-            let turns = |node: &NodeId| sole::turns(scene, *node) || pivots.contains(node);
-            turned.extend(and_below(scene, leg.ankle).filter(turns));
-        }
-        let frames = Frames::new(scene, animation, &[&[mover], &*turned].concat())?;
-        Ok(Self {
-            frames,
-            legs,
-            mover,
-            turned,
-            moved: false,
-        })
-    }
-
-    /// The length of the longer leg at rest.
-    fn length(&self, scene: &Scene) -> f32 {
-        let rest = Pose::rest(scene);
-        let length = |(_, leg): &(Side, Leg)| {
-            let [thigh, knee, ankle] = [leg.thigh, leg.knee, leg.ankle].map(|node| rest.position(node));
-            thigh.distance(knee) + knee.distance(ankle)
-        };
-        self.legs.iter().map(length).fold(0.0, f32::max)
-    }
-
-    fn check(&self, contacts: &DetectedContacts) -> Result<()> {
-        if contacts.frames == self.frames.len() {
-            return Ok(());
-        }
-        let message = "the known contacts are those of another number of frames";
-        Err(Diagnostic::new(Code::InvalidValue, message)
-            .expected_found(self.frames.len().to_string(), contacts.frames.to_string())
-            .into())
-    }
-
-    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` finds the shifts of the hips
-    /// and completes those of the feet, of which it gets what is known.
-    fn change<F: Foot>(
-        &mut self,
-        scene: &Scene,
-        figure: &Figure,
-        floor: f32,
-        feet: &mut [F],
-        hips: impl FnOnce(&mut [F], Vec<Vec<Option<Vec3>>>) -> Vec<Vec3>,
-    ) -> FootLockReport {
-        let (up, metres) = (figure.up_direction(), figure.metres());
-        let mut pose = Pose::rest(scene);
-        for frame in 0..self.frames.len() {
-            self.frames.pose(frame, &mut pose);
-            for foot in &mut *feet {
-                foot.see(frame, &mut pose, up, floor);
-            }
-        }
-        let rate = self.frames.rate as f32;
-        let known = feet.iter().map(|foot| foot.known_shifts(up, rate)).collect();
-        let carried = hips(feet, known);
-        let heights = || carried.iter().map(|carried| carried.dot(up));
-        let slide = |feet: &[F]| feet.iter().map(|foot| foot.slide(up)).sum::<f64>() * f64::from(metres);
-        let mut report = FootLockReport {
-            slide_before: slide(feet),
-            contacts: feet.iter().map(|foot| foot.leg().contacts()).sum(),
-            deepest_before: feet.iter().map(|foot| foot.leg().deepest(floor)).fold(0.0, f32::max) * metres,
-            hips_lowered: heights().map(|height| -height).fold(0.0, f32::max) * metres,
-            hips_raised: heights().fold(0.0, f32::max) * metres,
-            ..FootLockReport::default()
-        };
-        self.apply(scene, figure, feet, &carried, floor, &mut report);
-        report.slide_after = slide(feet);
-        report
-    }
-
-    /// Moves the hips by `carried` and the feet by their shifts, and adds to the report what that changed.
-    fn apply<F: Foot>(
-        &mut self,
-        scene: &Scene,
-        figure: &Figure,
-        feet: &mut [F],
-        carried: &[Vec3],
-        floor: f32,
-        report: &mut FootLockReport,
-    ) {
-        let mut pose = Pose::rest(scene);
-        let mut before = pose.clone();
-        for (frame, &carried) in carried.iter().enumerate() {
-            self.frames.pose(frame, &mut pose);
-            if carried == Vec3::ZERO && !feet.iter().any(|foot| foot.is_changed(frame, floor)) {
-                feet.iter_mut()
-                    .for_each(|foot| foot.leg_mut().replace_points(frame, &pose));
-                continue;
-            }
-            before.clone_from(&pose);
-            if carried != Vec3::ZERO {
-                self.carry(scene, frame, &mut pose, carried);
-            }
-            for (side, foot) in feet.iter_mut().enumerate() {
-                let missed = self.place(foot, frame, (&before, &mut pose), figure, floor);
-                if missed > OUT_OF_REACH {
-                    report.out_of_reach[side] += 1;
-                    report.farthest_out_of_reach[side] = report.farthest_out_of_reach[side].max(missed);
-                }
-                let shift = foot.leg().shifts[frame].length() * figure.metres();
-                report.largest_shift = report.largest_shift.max(shift);
-                foot.leg_mut().replace_points(frame, &pose);
-            }
-            for index in 0..scene.nodes.len() {
-                let node = NodeId::new(index);
-                let change = pose.position(node).distance(before.position(node)) * figure.metres();
-                if change > report.largest_other_change && !feet.iter().any(|foot| foot.leg().foot.contains(&node)) {
-                    report.largest_other_change = change;
-                    report.largest_other_joint.clone_from(&scene.nodes[index].name);
-                }
-            }
-        }
-    }
-
-    /// Brings one foot to its goal in a frame. Returns how far it is from there, in metres.
-    fn place<F: Foot>(
-        &mut self,
-        foot: &F,
-        frame: usize,
-        (before, pose): (&Pose, &mut Pose),
-        figure: &Figure,
-        floor: f32,
-    ) -> f32 {
-        let (leg, up) = (foot.leg(), figure.up_direction());
-        let [thigh, knee, ankle] = [leg.leg.thigh, leg.leg.knee, leg.leg.ankle];
-        let rotation = Trs::from_matrix(before.node_to_world[ankle.index()]).rotation;
-        let mut position = leg.ankle[frame] + leg.shifts[frame];
-        let offset = position - pose.position(thigh);
-        let rise = hips::rise_to_reach(offset, leg.reach(frame), up).unwrap_or(0.0);
-        position += up * rise.min(foot.slack());
-        let goal = Goal::at(position).with_rotation(rotation);
-        let missed = two_bone(pose, [thigh, knee, ankle], &goal, None) * figure.metres();
-        foot.turn(frame, pose, up, floor);
-        for node in [thigh, knee].iter().chain(&leg.foot) {
-            self.frames.set_rotation_of(frame, *node, pose);
-        }
-        missed
-    }
-
-    /// Moves the whole figure in a frame.
-    fn carry(&mut self, scene: &Scene, frame: usize, pose: &mut Pose, offset: Vec3) {
-        let Some(trs) = self.frames.get(frame, self.mover) else {
-            return;
-        };
-        let parent = scene.nodes[self.mover.index()].parent;
-        let to_parent = parent.map_or(glam::Mat4::IDENTITY, |parent| {
-            pose.node_to_world[parent.index()].inverse()
-        });
-        self.moved = true;
-        let translation = trs.translation + to_parent.transform_vector3(offset);
-        self.frames.set(frame, self.mover, Trs { translation, ..trs });
-        pose.node_to_parent[self.mover.index()].w_axis = translation.extend(1.0);
-        pose.update_below(self.mover);
-    }
-
-    /// Makes the frames the keys of what changed.
-    fn write(&self, scene: &mut Scene, animation: usize) {
-        let moved = if self.moved {
-            std::slice::from_ref(&self.mover)
-        } else {
-            &[]
-        };
-        self.frames.write(scene, animation, &self.turned, moved);
-    }
 }

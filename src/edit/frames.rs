@@ -10,6 +10,7 @@ use crate::pose::{Binding, Pose, Trs};
 use crate::scene::{Animation, Channel, Keys, NodeId, Scene};
 
 /// Every driven node's transform to its parent, at every whole tick and at the end.
+#[derive(Clone)]
 pub(super) struct Frames {
     /// The tick of each frame.
     pub(super) ticks: Vec<f64>,
@@ -125,6 +126,11 @@ impl Frames {
     /// All transforms of a frame, in the order of [`nodes`](Self::nodes).
     pub(super) fn row(&self, frame: usize) -> &[Trs] {
         &self.transforms[frame * self.held..(frame + 1) * self.held]
+    }
+
+    /// Sets all transforms of a frame.
+    pub(super) fn set_row(&mut self, frame: usize, row: &[Trs]) {
+        self.transforms[frame * self.held..(frame + 1) * self.held].copy_from_slice(row);
     }
 
     /// The same between two frames, or at the nearest end.

@@ -108,15 +108,21 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     let floor = ground::floor(body);
     let height = |place: Vec3| place.dot(body.up()) - floor;
     let here = body.position(ankle);
+    let (forward, left) = (body.axes * Vec3::Z, body.axes * Vec3::X);
     let toes = body.foot_joint(Bone::LeftToes.on(side));
+    let points_to = toes.map(|toes| (body.position(toes) - here).reject_from_normalized(body.up()));
+    let points_to = points_to.filter(|along| along.dot(forward) > 0.0).unwrap_or(forward);
+    let across = points_to.normalize_or(forward).cross(body.up());
+    let axis = |pivot: NodeId| Some(body.rotation(pivot).inverse() * across);
     let point = |node: NodeId| {
         let point = SolePoint::at(scene, node, height(body.position(node)));
+        let axis = point.pivot.and_then(axis);
         let most = if point.pivot == Some(ankle) {
             ANKLE_TURNS
         } else {
             TOES_TURN
         };
-        SolePoint { most, ..point }
+        SolePoint { most, axis, ..point }
     };
     let mut points = vec![SolePoint {
         pivot: None,
@@ -124,7 +130,6 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
     }];
     let below = (ankle.index() + 1..body.hierarchy.parents.len()).map(NodeId::new);
     points.extend(below.filter(|node| body.depends_on(*node, ankle)).map(point));
-    let (forward, left) = (body.axes * Vec3::Z, body.axes * Vec3::X);
     let Some(toes) = toes.filter(|toes| (body.position(*toes) - here).dot(forward) > 0.0) else {
         return points;
     };
@@ -144,6 +149,7 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
             parts: vertex.parts,
             height: height(vertex.place).min(0.0),
             pivot,
+            axis: pivot.and_then(axis),
             most,
         });
     }
@@ -163,6 +169,7 @@ fn sole(body: &Body, scene: &Scene, side: Side) -> Vec<SolePoint> {
             )],
             height: 0.0,
             pivot,
+            axis: pivot.and_then(axis),
             most,
         });
     };

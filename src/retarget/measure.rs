@@ -1,13 +1,13 @@
 //! How well a motion sits on another skeleton, measured on the poses of both.
 
 use glam::{Quat, Vec3};
-use serde::{Deserialize, Serialize};
 
 use super::feet::Soles;
 use super::plan::Unmapped;
+use super::report::{FeetReport, FootMotion, LimbError, RetargetReport, Verdict, verdict};
 use super::root::Root;
-use super::sight::{Aspect, Seen, Sight};
-use crate::edit::{FootLockReport, contacts_of};
+use super::sight::{Seen, Sight};
+use crate::edit::contacts_of;
 use crate::figure::HumanoidBone as Bone;
 use crate::figure::body::Body;
 use crate::figure::t_pose::limb_end;
@@ -16,262 +16,6 @@ use crate::scene::{Animation, NodeId, Scene};
 
 /// The depth below the floor that counts, in metres.
 const BELOW: f32 = 0.01;
-
-/// How much faster the feet of the target may slide than those of the source, in metres a second.
-const MORE_SKATE: f64 = 0.005;
-
-/// The fraction of frames in which they may be below the floor.
-const MOST_BELOW: f64 = 0.01;
-
-/// The largest differences between feet that move alike, in metres a second and in metres.
-const SAME_SKATE: f64 = 1e-4;
-const SAME_HEIGHT: f64 = 1e-3;
-
-/// How far the directions of a limb are apart on two bodies.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct LimbError {
-    /// The bone.
-    pub bone: Bone,
-    /// The mean of all frames, in degrees.
-    pub mean_degrees: f64,
-    /// The largest angle of a frame, in degrees.
-    pub max_degrees: f64,
-    /// The tick of the largest angle.
-    pub tick: f64,
-}
-
-/// The feet of one skeleton in a motion.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct FootMotion {
-    /// The mean speed over the ground of feet that stand, in metres a second.
-    pub skate: f64,
-    /// The fraction of frames in which a joint of a foot, or a sole of the skin, is more than 1 cm below the floor.
-    pub share_below_floor: f64,
-    /// How far below the floor one of them is at most, in metres.
-    pub deepest: f64,
-}
-
-/// The feet before and after.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct FeetReport {
-    /// Frames in which the source stands on a foot, those of both feet together.
-    pub contact_frames: usize,
-    /// The feet of the source.
-    pub source: FootMotion,
-    /// The feet of the target, at the same frames.
-    pub target: FootMotion,
-    /// The largest difference between heights of a joint of the feet over where it stands, in metres.
-    pub height_difference: f64,
-}
-
-/// A leg that could not do what was asked of it.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Clamped {
-    /// The foot that is elsewhere.
-    pub bone: Bone,
-    /// The frames in which it is.
-    pub frames: usize,
-    /// How far it is from where it belongs at most, in metres.
-    pub largest: f32,
-    /// Why, as one phrase.
-    pub reason: String,
-}
-
-/// Whether a motion is good enough to use unchanged. The reports that have it say how it is found.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Verdict {
-    /// It is.
-    Good,
-    /// It should be looked at first.
-    Fair,
-    /// It is not, or nothing could be compared.
-    Poor,
-}
-
-impl Verdict {
-    /// Its name in JSON.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Fair => "fair",
-            Self::Poor => "poor",
-        }
-    }
-}
-
-/// How well a motion sits on another skeleton.
-///
-/// [`Retargeter`](crate::retarget::Retargeter) has an example.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct RetargetReport {
-    /// The name of the motion.
-    pub clip: String,
-    /// Frames compared.
-    pub frames: usize,
-    /// How many times as long the steps of the target are, both in metres.
-    pub scale: f64,
-    /// Arms and legs.
-    pub limbs: Vec<LimbError>,
-    /// The mean of all limbs and frames, in degrees.
-    pub mean_degrees: f64,
-    /// The largest angle of a limb in a frame, in degrees.
-    pub max_degrees: f64,
-    /// Roll, trunk, head and palms, the farthest off first.
-    pub seen: Vec<Seen>,
-    /// Bones of the source of which nothing says how they are turned about themselves, and how they are turned.
-    pub guessed: Vec<Unmapped>,
-    /// What is not moved, and why.
-    pub unmapped: Vec<Unmapped>,
-    /// What a leg could not reach, and why: with locked feet alone.
-    pub clamped: Vec<Clamped>,
-    /// The feet; absent where one skeleton has none.
-    pub feet: Option<FeetReport>,
-    /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
-    /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a
-    /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm
-    /// is turned about itself is guessed; poor where a roll or a line is more than 30 off, a head more than 90, or
-    /// the feet are below the floor in more than half of the frames and deeper than 20 cm.
-    pub verdict: Verdict,
-}
-
-/// The angles of an aspect above which a motion is no more than fair, and above which it is poor, in degrees.
-const fn limits(aspect: Aspect) -> (f64, f64) {
-    match aspect {
-        Aspect::Roll | Aspect::Trunk => (15.0, 30.0),
-        Aspect::Head => (60.0, 90.0),
-        Aspect::Palm => (60.0, f64::INFINITY),
-    }
-}
-
-/// The fraction of frames with a foot below the floor, and how deep, in metres, above which a motion is poor.
-const OFTEN_BELOW: f64 = 0.5;
-const DEEP_BELOW: f64 = 0.2;
-
-/// What a motion is good for by its limbs, in degrees in the mean, and by all else in its report.
-fn verdict(report: &RetargetReport) -> Verdict {
-    let by_limbs = match report.mean_degrees {
-        _ if report.limbs.is_empty() => Verdict::Poor,
-        mean if mean <= 1.0 => Verdict::Good,
-        mean if mean <= 3.0 => Verdict::Fair,
-        _ => Verdict::Poor,
-    };
-    let by_sight = report.seen.iter().map(|seen| match limits(seen.aspect) {
-        (_, poor) if seen.mean_degrees > poor => Verdict::Poor,
-        (fair, _) if seen.mean_degrees > fair => Verdict::Fair,
-        _ => Verdict::Good,
-    });
-    let by_guess = if report.guessed.is_empty() {
-        Verdict::Good
-    } else {
-        Verdict::Fair
-    };
-    let is_below = |feet: FootMotion| feet.share_below_floor > OFTEN_BELOW && feet.deepest > DEEP_BELOW;
-    let by_floor = match report.feet {
-        Some(feet) if is_below(feet.target) => Verdict::Poor,
-        _ => Verdict::Good,
-    };
-    let all = by_sight.chain([by_limbs, by_guess, by_floor]);
-    all.max_by_key(|verdict| *verdict as u8).unwrap_or(Verdict::Poor)
-}
-
-impl RetargetReport {
-    /// The report of a motion whose feet were locked, with what its legs could not reach.
-    #[must_use]
-    pub fn with_lock(mut self, lock: &FootLockReport) -> Self {
-        let feet = [Bone::LeftFoot, Bone::RightFoot].into_iter().enumerate();
-        let clamped = feet.map(|(side, bone)| Clamped {
-            bone,
-            frames: lock.out_of_reach[side],
-            largest: lock.farthest_out_of_reach[side],
-            reason: "the leg is too short to reach where the foot belongs".to_owned(),
-        });
-        self.clamped = clamped.filter(|clamped| clamped.frames > 0).collect();
-        self
-    }
-
-    /// The worst angle of all: the largest of a limb in a frame, and the mean of each roll, line of the trunk and
-    /// palm.
-    pub fn worst_degrees(&self) -> f64 {
-        // Where a head looks is no difference: people do look aside.
-        let differences = self.seen.iter().filter(|seen| seen.aspect != Aspect::Head);
-        differences
-            .map(|seen| seen.mean_degrees)
-            .fold(self.max_degrees, f64::max)
-    }
-
-    /// What is farther off than `allowed` degrees, as a sentence; `None` where nothing is.
-    ///
-    /// ```
-    /// use mocap::retargeting::{Retargeting, RetargetingOptions};
-    ///
-    /// let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-    /// let target = mocap::import("fixtures/skeletons/human_default.gltf")?;
-    /// let retargeting = Retargeting::new(walk, target, RetargetingOptions::new())?;
-    /// let report = retargeting.clips()[0].report.body().unwrap();
-    /// assert_eq!(report.problem(180.0), None);
-    /// assert!(report.problem(0.0).unwrap().ends_with("and 0 are allowed"));
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    pub fn problem(&self, allowed: f64) -> Option<String> {
-        let angle = self.worst_degrees();
-        let limb = self.limbs.iter().find(|limb| limb.max_degrees == angle);
-        let seen = self.seen.iter().find(|seen| seen.mean_degrees == angle);
-        let what = match (limb, seen) {
-            (Some(limb), _) => format!("{} is {angle:.2} degrees off at tick {}", limb.bone.as_str(), limb.tick),
-            (None, Some(seen)) => format!("the {seen} is {angle:.2} degrees off in the mean"),
-            (None, None) => format!("a limb is {angle:.2} degrees off"),
-        };
-        (angle > allowed).then(|| format!("{}: {what}, and {allowed} are allowed", self.clip))
-    }
-
-    /// Whether a motion with locked feet is better than `free`, the same without: its feet slide less or are above the
-    /// floor more often, neither much worse, and its limbs still point where they should.
-    pub fn is_better_locked_than(&self, free: &Self) -> bool {
-        let Some((locked, free_feet)) = self.feet.zip(free.feet) else {
-            return false;
-        };
-        let (locked, before) = (locked.target, free_feet.target);
-        let less_skate = before.skate - locked.skate;
-        let less_below = before.share_below_floor - locked.share_below_floor;
-        self.verdict != Verdict::Poor
-            && less_skate > -MORE_SKATE
-            && less_below > -MOST_BELOW
-            && (less_skate > 0.0 || less_below > 0.0)
-    }
-
-    /// Whether feet that stand slide more on the target than on the source, or are often below its floor. Feet that do
-    /// what those of the source do, on a body of the same size, are left as they are.
-    pub fn slides(&self) -> bool {
-        self.feet.is_some_and(|FeetReport { source, target, .. }| {
-            let is_below = target.share_below_floor > MOST_BELOW;
-            !self.feet_move_alike() && (is_below || target.skate > source.skate + MORE_SKATE)
-        })
-    }
-
-    /// Whether the feet do what those of the source do, as on a body of the same size.
-    pub fn feet_move_alike(&self) -> bool {
-        self.feet.is_some_and(|feet| {
-            (feet.source.skate - feet.target.skate).abs() < SAME_SKATE && feet.height_difference < SAME_HEIGHT
-        })
-    }
-}
 
 /// A skeleton with a motion.
 pub(super) struct Moving<'a> {
@@ -389,6 +133,7 @@ pub(super) fn measure(
         mean_degrees,
         unmapped: unmapped.to_vec(),
         clamped: Vec::new(),
+        lock: None,
         feet: feet(source, target, (&was, &is), ticks, root),
     };
     report.verdict = verdict(&report);

@@ -57,10 +57,16 @@ export function readGltf(path) {
   return { nodes: json.nodes, parents, names, tracks };
 }
 
-/** The nodes in the world at a time in seconds; without a time, at rest. @returns {import("./bvh.js").Pose} */
-export function poseAt({ nodes, parents, tracks }, time) {
+/**
+ * The nodes in the world at a time in seconds; without a time, at rest. `wanted` are the nodes that are looked at: all of
+ * them, unless they are named. @returns {import("./bvh.js").Pose}
+ */
+export function poseAt({ nodes, parents, tracks }, time, wanted = nodes.map((_, index) => index)) {
   const local = nodes.map(restOfNode);
-  for (const track of time === undefined ? [] : tracks) local[track.node][track.path] = valueAt(track, time);
+  const above = new Set();
+  for (const node of wanted) for (let at = node; at >= 0 && !above.has(at); at = parents[at]) above.add(at);
+  const moving = time === undefined ? [] : tracks.filter(({ node }) => above.has(node));
+  for (const track of moving) local[track.node][track.path] = valueAt(track, time);
   const world = [];
   const of = (index) => {
     if (index < 0) return { place: [0, 0, 0], rotation: identity, scale: [1, 1, 1] };
@@ -75,7 +81,7 @@ export function poseAt({ nodes, parents, tracks }, time) {
     })();
     return world[index];
   };
-  const all = nodes.map((_, index) => of(index));
+  const all = wanted.map((index) => of(index));
   return { places: all.map(({ place }) => place), rotations: all.map(({ rotation }) => rotation) };
 }
 
@@ -88,8 +94,13 @@ function restOfNode({ translation = [0, 0, 0], rotation = identity, scale = [1, 
 }
 
 function valueAt({ times, values, path, isStep }, time) {
-  let next = times.findIndex((at) => at > time + 1e-6);
-  if (next < 0) next = times.length;
+  // The first key after the time, by halving.
+  let [first, next] = [0, times.length];
+  while (first < next) {
+    const half = (first + next) >> 1;
+    if (times[half] > time + 1e-6) next = half;
+    else first = half + 1;
+  }
   if (next === 0 || next === times.length || isStep) return values[Math.max(next - 1, 0)];
   const share = (time - times[next - 1]) / (times[next] - times[next - 1]);
   const [from, to] = [values[next - 1], values[next]];

@@ -4,7 +4,7 @@
 use glam::{Quat, Vec3};
 
 use super::leg::{ContactTrack, Foot, LegTrack};
-use super::sole::{SolePoint, turn_to_height, turn_up};
+use super::sole::{SolePoint, angle_to_height, turn_up, world_axis};
 use crate::edit::body::Leg;
 use crate::edit::contacts::DetectedContacts;
 use crate::figure::{Figure, HumanoidBone, Side};
@@ -212,9 +212,13 @@ impl Foot for Follow {
         {
             let to_ball = pose.position(point.node) - pose.position(ankle);
             let wanted = point.rest + ball - self.rest_of(ankle) - follow.ankle;
-            let height = to_ball.dot(up);
-            let goal = height + follow.weight * (wanted - height);
-            turn_to_height(pose, ankle, to_ball, up, goal, LARGEST_TURN);
+            let hinge = self.leg.sole.iter().find(|point| point.pivot == Some(ankle));
+            if let Some(axis) = hinge.and_then(|point| point.axis) {
+                let axis = world_axis(pose, ankle, axis);
+                let [angle, steepness] = angle_to_height(axis, to_ball, up, wanted);
+                let angle = follow.weight * (1.0 - steepness) * angle.clamp(-LARGEST_TURN, LARGEST_TURN);
+                pose.rotate(ankle, Quat::from_axis_angle(axis, angle));
+            }
         }
         turn_up(pose, &self.leg.sole, up, floor);
     }

@@ -1,5 +1,7 @@
 //! The sole of a foot, and how it is kept above the floor.
 
+use std::f32::consts::{FRAC_PI_2, TAU};
+
 use glam::{DQuat, Quat, Vec3};
 
 use super::shift::envelope;
@@ -17,6 +19,9 @@ pub(crate) struct SolePoint {
     pub(crate) height: f32,
     /// The joint that turns to bring it up. Without one the whole foot is lifted.
     pub(crate) pivot: Option<NodeId>,
+    /// The axis across the foot about which that joint brings toes up, in its own space, where it is known: an axis
+    /// that is found in each frame flips where toes point straight down.
+    pub(crate) axis: Option<Vec3>,
     /// The largest angle by which it turns for this point, in radians.
     pub(crate) most: f32,
 }
@@ -29,6 +34,7 @@ impl SolePoint {
             parts: Vec::new(),
             height,
             pivot: scene.nodes[node.index()].parent,
+            axis: None,
             most: std::f32::consts::PI,
         }
     }
@@ -58,10 +64,49 @@ pub(super) fn turn_up(pose: &mut Pose, points: &[SolePoint], up: Vec3, floor: f3
         let here = pose.position(pivot);
         let offset = point.position(pose) - here;
         let wanted = floor + point.height - here.dot(up);
-        if offset.dot(up) < wanted && wanted < offset.length() {
-            turn_to_height(pose, pivot, offset, up, wanted, point.most);
+        if offset.dot(up) >= wanted || wanted >= offset.length() {
+            continue;
+        }
+        match point.axis {
+            Some(axis) => {
+                let axis = world_axis(pose, pivot, axis);
+                let [angle, steepness] = angle_to_height(axis, offset, up, wanted);
+                let angle = angle.clamp(0.0, point.most * (1.0 - steepness));
+                pose.rotate(pivot, Quat::from_axis_angle(axis, angle));
+            }
+            None => turn_to_height(pose, pivot, offset, up, wanted, point.most),
         }
     }
+}
+
+/// An axis of a joint's own space in the world.
+pub(super) fn world_axis(pose: &Pose, joint: NodeId, axis: Vec3) -> Vec3 {
+    Trs::from_matrix(pose.node_to_world[joint.index()]).rotation * axis
+}
+
+/// The angle below the horizontal, as its sine, from which on a foot is steep: about 60 degrees.
+const STEEP: f32 = 0.87;
+
+/// The angle about `axis`, which lies across a flat foot, by which the end of `offset` comes to a height; it grows from
+/// toes that point down to toes that point up. With it how steep the foot is: 1 where toes point straight down, or
+/// farther back, so that a rotation no longer brings them up.
+pub(super) fn angle_to_height(axis: Vec3, offset: Vec3, up: Vec3, height: f32) -> [f32; 2] {
+    let along = offset.project_onto_normalized(axis);
+    let across = offset - along;
+    let [cosine, sine] = [across.dot(up), axis.cross(across).dot(up)];
+    let largest = cosine.hypot(sine);
+    if largest <= f32::EPSILON * offset.length() {
+        return [0.0, 1.0];
+    }
+    // The angle at which it points straight up: a quarter turn from where toes point forward.
+    let top = sine.atan2(cosine);
+    let top = if top < -FRAC_PI_2 { top + TAU } else { top };
+    let wanted = ((height - along.dot(up)) / largest).clamp(-1.0, 1.0);
+    let steepness = match sine > 0.0 {
+        true => ((-cosine / largest - STEEP) / (1.0 - STEEP)).clamp(0.0, 1.0),
+        false => 1.0,
+    };
+    [top - wanted.acos(), steepness * steepness * (3.0 - 2.0 * steepness)]
 }
 
 /// Rotates a joint so that the end of `offset`, which begins at the joint, comes to a height above it; by at most

@@ -73,6 +73,14 @@ impl fmt::Display for FootLockReport {
             centimetres(self.largest_shift),
             centimetres(self.hips_lowered),
         )?;
+        write!(
+            f,
+            "; feet at most {:.2} times as fast and {:.2} times as much accelerated as without",
+            self.speed_ratio, self.acceleration_ratio
+        )?;
+        if let given_way @ 1.. = self.given_way.iter().sum::<usize>() {
+            write!(f, ", for which they give way in {given_way} frames")?;
+        }
         if !self.largest_other_joint.is_empty() {
             let by = centimetres(self.largest_other_change);
             write!(

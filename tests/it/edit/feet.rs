@@ -3,6 +3,7 @@
 use mocap::edit::{ContactOptions, FootLockOptions, contacts, foot_lock};
 use mocap::figure::HumanoidBone;
 use mocap::process::{convert_units, validate};
+use mocap::retarget::{RetargetOptions, Retargeter};
 use mocap::scene::UpAxis;
 
 use super::*;
@@ -130,6 +131,81 @@ fn no_joint_is_jerked() {
                 );
             }
         }
+    }
+}
+
+/// The largest ratio of `values` to those of `free` within a quarter of a second; less than `still`, or than a quarter
+/// of the fastest moment, is no movement.
+fn ratio(values: &[f32], free: &[f32], around: usize, still: f32) -> f32 {
+    let most = |values: &[f32]| values.iter().copied().fold(0.0, f32::max);
+    let floor = still.max(0.25 * most(free));
+    let ratio = |(frame, value): (usize, &f32)| {
+        let around = frame.saturating_sub(around)..(frame + around + 1).min(free.len());
+        value / floor.max(most(&free[around]))
+    };
+    most(&values.iter().enumerate().map(ratio).collect::<Vec<_>>())
+}
+
+/// The largest ratios of speeds and of accelerations of the joints of both feet, with a lock to without.
+fn ratios(locked: &[Vec<Vec3>], free: &[Vec<Vec3>], joints: &[NodeId], rate: f32) -> [f32; 2] {
+    let around = (0.25 * rate).round() as usize;
+    let mut found = [0.0_f32; 2];
+    for joint in joints {
+        let [locked, free] = [locked, free].map(|at| at.iter().map(|at| at[joint.index()]).collect::<Vec<Vec3>>());
+        let speeds =
+            |at: &[Vec3]| -> Vec<f32> { at.windows(3).map(|at| (at[2] - at[0]).length() * rate / 2.0).collect() };
+        let changes = |at: &[Vec3]| -> Vec<f32> {
+            at.windows(3)
+                .map(|at| (at[2] - 2.0 * at[1] + at[0]).length() * rate * rate)
+                .collect()
+        };
+        found[0] = found[0].max(ratio(&speeds(&locked), &speeds(&free), around, 0.1));
+        found[1] = found[1].max(ratio(&changes(&locked), &changes(&free), around, 2.0));
+    }
+    found
+}
+
+/// A lock is never worse than none: no foot is much faster with it, or jerks.
+#[test]
+fn locked_feet_are_no_faster_than_free_ones() {
+    for file in CLIPS {
+        let mut scene = import(file);
+        let free = positions(&scene);
+        let found = contacts(&scene, 0, None, &ContactOptions::default()).unwrap();
+        let joints: Vec<NodeId> = found.points.iter().map(|point| point.node).collect();
+        let report = foot_lock(&mut scene, 0, &FootLockOptions::default()).unwrap();
+        let [speed, acceleration] = ratios(&positions(&scene), &free, &joints, found.frame_rate as f32);
+        assert!(speed <= 1.2 && acceleration <= 1.5, "{file}: {speed} {acceleration}");
+        let differs = (report.speed_ratio - speed)
+            .abs()
+            .max((report.acceleration_ratio - acceleration).abs());
+        assert!(differs < 0.05, "{file}: {speed} {acceleration} {report:?}");
+    }
+}
+
+/// The same of a motion on another body, whose feet had to catch up by 30 cm in one swing.
+#[test]
+fn locked_feet_of_another_body_are_no_faster_than_free_ones() {
+    let target = crate::retarget::character("human_vrm1");
+    for file in ["motionbuilder_vicon_walk.bvh", "z_up_dab.bvh", "additive_root_walk.bvh"] {
+        let source = import(file);
+        let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+        let mut on_target = |lock_feet| {
+            let (animation, report) = retargeter.clip(&source, 0, &target, lock_feet).unwrap();
+            let mut scene = target.clone();
+            scene.animations = vec![animation];
+            (scene, report)
+        };
+        let ((free, _), (locked, report)) = (on_target(false), on_target(true));
+        let lock = report.lock.unwrap_or_else(|| panic!("{file}: the feet are free"));
+        let found = contacts(&free, 0, None, &ContactOptions::default()).unwrap();
+        let joints: Vec<NodeId> = found.points.iter().map(|point| point.node).collect();
+        let [speed, acceleration] = ratios(&positions(&locked), &positions(&free), &joints, found.frame_rate as f32);
+        assert!(speed <= 1.2 && acceleration <= 1.5, "{file}: {speed} {acceleration}");
+        let differs = (lock.speed_ratio - speed)
+            .abs()
+            .max((lock.acceleration_ratio - acceleration).abs());
+        assert!(differs < 0.05, "{file}: {speed} {acceleration} {lock:?}");
     }
 }
 
@@ -264,8 +340,10 @@ fn a_known_slide_is_found_and_taken_back() {
                 recall > if speed < 0.2 { 0.95 } else { 0.85 },
                 "{file} at {speed}: {recall}"
             );
+            // A foot that stands for five seconds at 0.2 m/s is a metre away in the end, and gives way.
+            let largest = if speed < 0.2 { 0.1 } else { 0.25 };
             assert!(
-                report.slide_after < 0.1 * report.slide_before,
+                report.slide_after < largest * report.slide_before,
                 "{file} at {speed}: {report:?}"
             );
         }

@@ -114,6 +114,16 @@ pub(super) fn tell(found: &RetargetReport) {
             100.0 * feet.source.share_below_floor
         ));
     }
+    if let Some(lock) = &found.lock {
+        let given_way = match lock.given_way.iter().sum::<usize>() {
+            0 => String::new(),
+            frames => format!(", for which they give way in {frames} frames"),
+        };
+        report::say(&format!(
+            "{}: locked feet are at most {:.2} times as fast and {:.2} times as much accelerated as free ones{given_way}",
+            found.clip, lock.speed_ratio, lock.acceleration_ratio
+        ));
+    }
     for clamped in &found.clamped {
         report::say(&format!(
             "{}: {} is up to {:.1} cm away in {} frames: {}",

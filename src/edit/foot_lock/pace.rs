@@ -1,0 +1,177 @@
+//! How fast a foot goes with the lock and without it, and where the lock gives way.
+//!
+//! A foot that is held has to catch up with its swing, and a leg that is too short pulls at it. Neither may be seen:
+//! where a joint of the foot is faster than without the lock, or changes its speed faster, what the lock changes is
+//! made less around that moment, round by round, until it is not.
+
+use glam::Vec3;
+
+use super::leg::LegTrack;
+use super::shift::envelope;
+use crate::edit::frames::Frames;
+use crate::pose::Pose;
+use crate::scene::NodeId;
+
+/// The largest ratios of the speed and of the acceleration of a foot to those without the lock, and those that are
+/// aimed at, for keys are rounded.
+pub(super) const LARGEST_RATIOS: [f32; 2] = [1.2, 1.5];
+const AIM: f32 = 0.97;
+
+/// What is around a moment, in seconds: a lock may move the same acceleration to another frame.
+const AROUND: f64 = 0.25;
+
+/// Slower than this fraction of the fastest moment of the motion, in m/s and in m/s2, a foot may always be ...
+const OF_FASTEST: f32 = 0.25;
+/// ... and slower than this, which is no movement that can be seen.
+const STILL: [f32; 2] = [0.1, 2.0];
+
+/// The time in which a foot gives way, and takes hold again, in seconds.
+const EASE: f64 = 0.15;
+
+/// After so many rounds a foot gives way altogether around its moments, and after as many again in the whole motion.
+const ROUNDS: usize = 10;
+
+/// The smallest fraction by which a round makes a change less.
+const LEAST: f32 = 0.2;
+
+/// The joints of one foot over time, with the lock and without.
+pub(super) struct Pace {
+    /// The ankle and the ball.
+    joints: Vec<NodeId>,
+    free: Vec<Vec<Vec3>>,
+    changed: Vec<Vec<Vec3>>,
+    /// For each joint and frame the largest speed and acceleration, in metres and seconds.
+    most: Vec<[Vec<f32>; 2]>,
+    /// For each frame the fraction of the change that is made, and whether the last round changed it.
+    weights: Vec<f32>,
+    is_new: Vec<bool>,
+    rate: f32,
+    metres: f32,
+    around: usize,
+    ease: usize,
+    rounds: usize,
+    /// The largest ratios of speeds and accelerations that were found last.
+    pub(super) ratios: [f32; 2],
+}
+
+impl Pace {
+    pub(super) fn new(leg: &LegTrack, frames: &Frames) -> Self {
+        let joints: Vec<NodeId> = leg.points.iter().map(|point| point.node).collect();
+        Self {
+            free: vec![Vec::with_capacity(frames.len()); joints.len()],
+            changed: Vec::new(),
+            most: Vec::new(),
+            weights: vec![1.0; frames.len()],
+            is_new: vec![true; frames.len()],
+            rate: frames.rate as f32,
+            metres: 1.0,
+            around: frames.frames_in(AROUND),
+            ease: frames.frames_in(EASE),
+            rounds: 0,
+            ratios: [0.0; 2],
+            joints,
+        }
+    }
+
+    /// Takes in the next frame without the lock.
+    pub(super) fn see(&mut self, pose: &Pose) {
+        for (track, joint) in self.free.iter_mut().zip(&self.joints) {
+            track.push(pose.position(*joint));
+        }
+    }
+
+    /// Finds what no frame may exceed. `metres` are those of a unit.
+    pub(super) fn compare_with_free(&mut self, metres: f32) {
+        self.metres = metres;
+        self.changed.clone_from(&self.free);
+        let most = self.free.iter().map(|track| {
+            let mut kind = 0;
+            self.paces(track).map(|values| {
+                let floor = STILL[kind].max(OF_FASTEST * values.iter().copied().fold(0.0, f32::max));
+                kind += 1;
+                highest_around(&values, self.around)
+                    .map(|highest| highest.max(floor))
+                    .collect()
+            })
+        });
+        self.most = most.collect();
+    }
+
+    /// Takes in a frame with the lock.
+    pub(super) fn see_changed(&mut self, frame: usize, pose: &Pose) {
+        for (track, joint) in self.changed.iter_mut().zip(&self.joints) {
+            track[frame] = pose.position(*joint);
+        }
+    }
+
+    /// The fraction of the change that a frame gets.
+    pub(super) fn weight(&self, frame: usize) -> f32 {
+        self.weights[frame]
+    }
+
+    /// Whether a frame has to be changed anew.
+    pub(super) fn is_new(&self, frame: usize) -> bool {
+        self.is_new[frame]
+    }
+
+    /// The frames in which less than the whole change is made.
+    pub(super) fn frames_given_way(&self) -> usize {
+        self.weights.iter().filter(|weight| **weight < 1.0).count()
+    }
+
+    /// Makes the change less where a joint exceeds what it may. `None` where none does.
+    pub(super) fn give_way(&mut self) -> Option<()> {
+        let mut excess = vec![0.0_f32; self.weights.len()];
+        self.ratios = [0.0; 2];
+        self.is_new.fill(false);
+        for (track, most) in self.changed.iter().zip(&self.most) {
+            let kinds = self.paces(track).into_iter().zip(most).zip(LARGEST_RATIOS);
+            for (kind, ((values, most), largest)) in kinds.enumerate() {
+                for ((excess, value), most) in excess.iter_mut().zip(values).zip(most) {
+                    self.ratios[kind] = self.ratios[kind].max(value / most);
+                    *excess = excess.max(value / (AIM * largest * most));
+                }
+            }
+        }
+        if excess.iter().all(|excess| *excess <= 1.0) || self.weights.iter().all(|weight| *weight == 0.0) {
+            return None;
+        }
+        self.rounds += 1;
+        let less = |excess: &f32| match *excess > 1.0 {
+            _ if self.rounds > 2 * ROUNDS => 1.0,
+            true if self.rounds > ROUNDS => 1.0,
+            true => (1.0 - 1.0 / excess).max(LEAST),
+            false => 0.0,
+        };
+        let less: Vec<f32> = excess.iter().map(less).collect();
+        for ((weight, is_new), less) in self
+            .weights
+            .iter_mut()
+            .zip(&mut self.is_new)
+            .zip(envelope(&less, self.ease))
+        {
+            *is_new = less > 0.0 && *weight > 0.0;
+            *weight *= 1.0 - less.min(1.0);
+        }
+        Some(())
+    }
+
+    /// The speed and the acceleration in each frame, by central differences.
+    fn paces(&self, track: &[Vec3]) -> [Vec<f32>; 2] {
+        let [mut speeds, mut accelerations] = [vec![0.0; track.len()], vec![0.0; track.len()]];
+        for frame in 1..track.len().saturating_sub(1) {
+            let [from, to] = [track[frame] - track[frame - 1], track[frame + 1] - track[frame]];
+            speeds[frame] = (from + to).length() * self.metres * self.rate / 2.0;
+            accelerations[frame] = (to - from).length() * self.metres * self.rate.powi(2);
+        }
+        [speeds, accelerations]
+    }
+}
+
+/// The largest value within `radius` of each.
+fn highest_around(values: &[f32], radius: usize) -> impl Iterator<Item = f32> {
+    (0..values.len()).map(move |index| {
+        let around = index.saturating_sub(radius)..=(index + radius).min(values.len() - 1);
+        values[around].iter().copied().fold(0.0, f32::max)
+    })
+}
