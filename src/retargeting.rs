@@ -36,7 +36,8 @@ pub use self::target::Target;
 use crate::convert::{Conversion, FirstFrame};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{Figure, Humanoid, humanoid};
-use crate::format::gltf::{GltfOptions, GltfReport, Provenance};
+use crate::format::Written;
+use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::{self, SkeletonMesh};
 use crate::retarget::{LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
@@ -310,22 +311,23 @@ impl Retargeting {
     /// # Errors
     /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
     pub fn character_file(&self) -> Result<Option<Vec<u8>>> {
-        let written = self.character_file_with(&GltfOptions::default())?;
-        Ok(written.map(|(bytes, _)| bytes))
+        let options = GltfOptions::new().buffer(BufferPlace::Embedded);
+        let written = self.character_files(&options, "")?;
+        written.map(Written::into_bytes).transpose()
     }
 
-    /// As [`Self::character_file`], with the clips compressed as `options` say, and what there is to say about it.
-    ///
-    /// # Errors
-    /// As [`Character::with_clips`](crate::gltf::Character::with_clips).
-    pub fn character_file_with(&self, options: &GltfOptions) -> Result<Option<(Vec<u8>, GltfReport)>> {
+    /// As [`Self::character_file`] for an output of this name, with the clips stored as `options` say.
+    pub(crate) fn character_files(&self, options: &GltfOptions, name: &str) -> Result<Option<Written>> {
         let Target::Character(character) = &self.target else {
             return Ok(None);
         };
         let clips = self.clips.iter().map(|clip| (&clip.animation, &clip.provenance));
-        character
-            .with_clips(clips, self.options.replace_animations, options)
-            .map(Some)
+        let (files, report) = character.clip_files(clips, self.options.replace_animations, options, name)?;
+        Ok(Some(Written {
+            warnings: report.warnings,
+            error: report.achieved,
+            ..Written::of(files)
+        }))
     }
 
     /// The target as a scene in its own unit and axes, with the clips alone. It records the motion of the first.

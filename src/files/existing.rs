@@ -245,7 +245,9 @@ impl FileId {
 fn is_our_buffer(path: &Path) -> bool {
     let is_buffer_of = |asset: &Asset| {
         let mut names = asset.buffers.iter().filter_map(Buffer::file_name);
-        asset.asset.is_ours() && names.any(|name| path.ends_with(name))
+        // Clips of a character never go into a buffer of its own.
+        let is_ours = asset.asset.is_ours() || asset.animations.iter().any(Extras::is_ours);
+        is_ours && names.any(|name| path.ends_with(name))
     };
     let text = path.with_extension("gltf");
     // A process may have been killed after it wrote the buffer.

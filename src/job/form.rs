@@ -67,6 +67,7 @@ impl Form {
         let what = match self {
             Self::Scene(row) => return row.refusal(option, extension),
             Self::Character if OF_KEYS.contains(&option) => return None,
+            Self::Character if option == WriteOption::Embed && OF_TEXT.contains(&extension) => return None,
             Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
             Self::Character => "a character, whose file is passed through",
             Self::Robot(_) => "the numbers of a robot's joints",

@@ -351,12 +351,9 @@ impl<'a> Maker<'a> {
         let row = match self.form {
             Form::Robot(format) => return format.write(target),
             Form::Character => {
-                let written = target.character_file_with(&write.smaller.gltf())?;
-                let (bytes, gltf) = written.unwrap_or_default();
-                let mut written = Written::from(bytes);
-                written.warnings = gltf.warnings;
-                written.error = gltf.achieved;
-                return Ok(written);
+                let name = output.file_name().unwrap_or_default().to_string_lossy();
+                let written = target.character_files(&write.gltf(), &name)?;
+                return Ok(written.unwrap_or_default());
             }
             Form::Scene(row) => row,
         };

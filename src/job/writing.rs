@@ -267,8 +267,7 @@ impl Smaller {
             .map_or(ErrorBound::default().max_error, Length::to_metres)
     }
 
-    /// How the clips of a character are stored, whose file is passed through.
-    pub(super) fn gltf(&self) -> GltfOptions {
+    fn gltf(&self) -> GltfOptions {
         let compression = match (self.compress, self.max_error) {
             (Some(kind), _) => kind,
             (None, Some(_)) => Compression::Int16,
@@ -385,9 +384,18 @@ impl Writing {
         if let Some(kind) = self.smaller.compress {
             exporter = exporter.compression(kind);
         }
+        exporter.buffer(self.buffer())
+    }
+
+    /// How the clips of a character are stored, whose file is passed through.
+    pub(super) fn gltf(&self) -> GltfOptions {
+        self.smaller.gltf().buffer(self.buffer())
+    }
+
+    fn buffer(&self) -> BufferPlace {
         match self.embed || self.is_stream() {
-            true => exporter.buffer(BufferPlace::Embedded),
-            false => exporter,
+            true => BufferPlace::Embedded,
+            false => BufferPlace::Beside,
         }
     }
 

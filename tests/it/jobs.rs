@@ -24,9 +24,12 @@ const LINES: &[&str] = &[
     "convert fixtures/real/cmu_short.bvh OUT/a.glb --trim 10f..60f --root-motion --drop-first-frame yes --rest frame:20",
     "convert fixtures/real/cmu_short.bvh OUT/a.glb --max-error 1mm --compress none",
     "edit fixtures/real/cmu_short.bvh -o OUT/a.glb --step smooth:cut-off=8 --step mirror",
+    "edit fixtures/real/cmu_short.bvh -o OUT/a.gltf --step mirror",
+    "edit fixtures/real/cmu_short.bvh -o OUT/a.gltf --step mirror --embed",
     "edit fixtures/real/cmu_short.bvh -o OUT/a.bvh --step foot-lock --unit cmu",
     "edit fixtures/real/cmu_short.bvh fixtures/real/cmu_short.bvh -o OUT/a.fbx --step concat --step warp:speed=2",
     "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_vrm1.gltf -o OUT/a.gltf",
+    "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_vrm1.gltf -o OUT/a.gltf --embed",
     "retarget fixtures/real/cmu_short.bvh -o OUT/a.bvh --to-skeleton fixtures/skeletons/human_default.gltf --scale 2",
     "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_vrm1.gltf -o OUT/a.vrma --feet free",
     "retarget fixtures/real/cmu_short.bvh fixtures/skeletons/human_cmu.gltf -o OUT/a.fbx --max-error 1mm",
@@ -57,6 +60,46 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect();
     files.sort();
     files
+}
+
+/// What `--print-job` gives for a command of `mocap --help`, by the least arguments that it takes.
+#[test]
+fn every_command_prints_its_job_or_says_why_it_has_none() {
+    const JOBS: [(&str, &str); 4] = [
+        ("convert", "a.bvh a.glb"),
+        ("edit", "a.bvh -o a.glb --step mirror"),
+        ("retarget", "a.bvh hero.gltf -o b.gltf"),
+        ("robot", "a.bvh --robot h1.urdf -o a.csv"),
+    ];
+    let help = mocap(&["--help".to_owned()]).stdout;
+    let help = String::from_utf8(help).unwrap();
+    let listed = help.lines().take_while(|line| *line != "Options:").filter_map(|line| {
+        let (name, about) = line.strip_prefix("  ")?.split_once("  ")?;
+        (!name.is_empty() && !about.is_empty()).then_some(name)
+    });
+    let listed: Vec<&str> = listed.collect();
+    assert!(listed.len() >= 19, "{listed:?}");
+    assert!(JOBS.iter().all(|(name, _)| listed.contains(name)));
+    for name in listed {
+        let arguments = JOBS
+            .iter()
+            .find(|(job, _)| *job == name)
+            .map(|(_, arguments)| *arguments);
+        let line = [name, arguments.unwrap_or_default(), "--print-job"].join(" ");
+        let line: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        let printed = mocap(&line);
+        let said = String::from_utf8(printed.stderr).unwrap();
+        if arguments.is_some() {
+            assert!(printed.status.success(), "{name}: {said}");
+            Job::from_json(&String::from_utf8(printed.stdout).unwrap()).unwrap();
+            continue;
+        }
+        assert_eq!(printed.status.code(), Some(2), "{name}: {said}");
+        assert!(printed.stdout.is_empty() && said.lines().count() == 1, "{name}: {said}");
+        // A build without Parquet has no such command.
+        let has_none = said.contains("are jobs; leave it out") || name == "pack" && said.contains("this build cannot");
+        assert!(has_none, "{name}: {said}");
+    }
 }
 
 /// A command line and the job that it prints write the same files, byte for byte.

@@ -111,9 +111,6 @@ pub(crate) struct ConvertArgs {
     /// or output, in the format of --to; with -o any number of motion files, folders and wildcards
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<PathBuf>,
-    /// Embed the buffer of a .gltf, instead of writing a .bin beside it
-    #[arg(long)]
-    pub(crate) embed: bool,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
     #[command(flatten)]

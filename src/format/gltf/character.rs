@@ -2,10 +2,10 @@
 
 use super::Provenance;
 use super::read::{Placed, RestPose, read_placed};
-use super::write::{GltfOptions, GltfReport, patch};
+use super::write::{BufferPlace, GltfOptions, GltfReport, patch};
 use crate::error::Result;
 use crate::figure::{Humanoid, humanoid};
-use crate::format::{ReadOptions, Source};
+use crate::format::{ReadOptions, Source, WrittenFile};
 use crate::scene::{Animation, Scene};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
@@ -86,7 +86,7 @@ impl Character {
     /// is not finite, [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         let animations: Vec<_> = animations.iter().map(|animation| (animation, None)).collect();
-        Ok(self.with(&animations, replace, &GltfOptions::default())?.0)
+        Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
     }
 
     /// As [`Character::with_animations`], and each animation says in its `extras.mocap` where it is from. Then `mocap
@@ -107,7 +107,32 @@ impl Character {
         options: &GltfOptions,
     ) -> Result<(Vec<u8>, GltfReport)> {
         let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
-        self.with(&clips, replace, options)
+        self.embedded(&clips, replace, options)
+    }
+
+    /// The files for an output of this name, the character last: before it the buffer of the clips, where
+    /// a `.gltf` does not embed it.
+    pub(crate) fn clip_files<'a>(
+        &self,
+        clips: impl IntoIterator<Item = (&'a Animation, &'a Provenance)>,
+        replace: bool,
+        options: &GltfOptions,
+        name: &str,
+    ) -> Result<(Vec<WrittenFile>, GltfReport)> {
+        let clips: Vec<_> = clips.into_iter().map(|(clip, from)| (clip, Some(from))).collect();
+        self.with(&clips, replace, options, name)
+    }
+
+    /// One file.
+    fn embedded(
+        &self,
+        clips: &[(&Animation, Option<&Provenance>)],
+        replace: bool,
+        options: &GltfOptions,
+    ) -> Result<(Vec<u8>, GltfReport)> {
+        let options = options.clone().buffer(BufferPlace::Embedded);
+        let (mut files, report) = self.with(clips, replace, &options, "")?;
+        Ok((files.pop().unwrap_or_default().into_bytes(), report))
     }
 
     fn with(
@@ -115,11 +140,12 @@ impl Character {
         clips: &[(&Animation, Option<&Provenance>)],
         replace: bool,
         options: &GltfOptions,
-    ) -> Result<(Vec<u8>, GltfReport)> {
+        name: &str,
+    ) -> Result<(Vec<WrittenFile>, GltfReport)> {
         let skeleton = patch::Skeleton {
             scene: &self.scene,
             nodes: &self.nodes,
         };
-        patch::with_animations(&self.bytes, &skeleton, clips, replace, options)
+        patch::with_animations(&self.bytes, &skeleton, clips, replace, options, name)
     }
 }

@@ -56,6 +56,60 @@ fn a_second_motion_is_joined_with_each() {
     assert!(folder.succeeds(command).contains("0 done before"));
 }
 
+#[test]
+fn a_second_motion_among_the_inputs_is_an_input_too() {
+    let folder = folder();
+    let said = folder.succeeds("edit in -o out/ --step concat --with in/a.bvh --to bvh");
+    assert!(said.contains("2 of 2 files converted"), "{said}");
+    folder.succeeds("edit in/a.bvh second.bvh -o alone.bvh --step concat");
+    assert!(folder.read("out/a.bvh") == folder.read("alone.bvh"));
+    assert_eq!(folder.records("out").len(), 2);
+}
+
+#[test]
+fn a_character_among_the_inputs_is_said_to_be_none() {
+    let folder = folder();
+    folder.write("in/hero.gltf", &fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap());
+    let said = folder.succeeds("retarget in --character in/hero.gltf -o moved/");
+    assert!(
+        said.contains("in/hero.gltf: motions are put on it, so it is no input"),
+        "{said}"
+    );
+    assert!(said.contains("2 of 2 files converted"), "{said}");
+    assert!(folder.path("moved/a.bin").exists());
+}
+
+/// As `mocap convert` writes it: the buffer beside the text, or in it with `--embed`; a former output is replaced.
+#[test]
+fn gltf_has_its_buffer_where_it_is_asked_for() {
+    let folder = folder();
+    folder.write("hero.gltf", &fs::read("fixtures/skeletons/human_vrm1.gltf").unwrap());
+    for (command, name) in [
+        ("edit in/a.bvh --step mirror", "edited"),
+        ("retarget in/a.bvh hero.gltf", "moved"),
+    ] {
+        for _ in 0..2 {
+            folder.succeeds(&format!("{command} -o {name}.gltf"));
+        }
+        folder.succeeds(&format!("{command} -o {name}_whole.gltf --embed"));
+        let (text, bin) = (format!("{name}.gltf"), format!("{name}.bin"));
+        assert!(folder.path(&bin).exists() && !folder.path(&format!("{name}_whole.bin")).exists());
+        assert!(
+            String::from_utf8(folder.read(&text))
+                .unwrap()
+                .contains(&format!("\"{bin}\""))
+        );
+        let keys = |file: &str| mocap::import(folder.path(file)).unwrap().animations[0].channels.clone();
+        assert!(!keys(&text).is_empty());
+        assert_eq!(keys(&text), keys(&format!("{name}_whole.gltf")));
+    }
+    // A buffer of somebody else stays.
+    folder.write("other.bin", b"numbers");
+    let said = folder.ends_with(1, "retarget in/a.bvh hero.gltf -o other.gltf");
+    assert!(said.contains("other.bin: error[output-exists]"), "{said}");
+    assert_eq!(folder.read("other.bin"), b"numbers");
+}
+
 /// What a file of bones says counts, and not its name.
 #[test]
 fn a_map_that_has_changed_makes_its_outputs_anew() {

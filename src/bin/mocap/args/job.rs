@@ -22,7 +22,6 @@ impl ConvertArgs {
         self.write.fill(&mut job.write, output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;
-        job.write.embed = self.embed;
         job
     }
 }
@@ -46,7 +45,6 @@ impl EditArgs {
         self.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;
-        job.write.embed = extension == "gltf";
         job
     }
 }

@@ -69,6 +69,9 @@ pub(crate) struct WriteArgs {
     /// ...}}, as `mocap skeleton --json` prints [default: those of the input]
     #[arg(long, value_name = "NAMES", value_parser = |names: &str| JointNames::parse(names).map_err(|error| error.diagnostic().message.clone()))]
     names: Option<JointNames>,
+    /// Embed the buffer of a .gltf, instead of writing a .bin beside it
+    #[arg(long)]
+    embed: bool,
     #[command(flatten)]
     bvh: WritingBvh,
     #[command(flatten)]
@@ -88,6 +91,7 @@ impl WriteArgs {
         writing.mesh = self.mesh;
         writing.space = self.out.clone();
         writing.keep_constant = self.keep_constant;
+        writing.embed = self.embed;
         writing.smaller = self.smaller.clone();
         writing.names = self.names.clone();
         writing.bvh = self.bvh.clone();

@@ -3,6 +3,7 @@
 //! A command says by [`Work`] what it does with one file. All else is here: which files are inputs, the names of the
 //! outputs, what former runs have done, shards, threads, progress, the manifest, and what is said at the end.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs;
 use std::io;
@@ -66,7 +67,9 @@ pub(crate) enum Made {
 pub(crate) struct Many<'a> {
     pub(crate) paths: &'a [PathBuf],
     pub(crate) folder: &'a Path,
-    /// Files that every output depends on, such as a character: no inputs, and never replaced.
+    /// The body that motions are put on: no input, and never replaced.
+    pub(crate) target: Option<&'a Path>,
+    /// Further files that every output depends on, which are never replaced. One among the inputs is an input too.
     pub(crate) others: &'a [PathBuf],
     pub(crate) inputs: &'a InputArgs,
     pub(crate) spread: &'a SpreadArgs,
@@ -86,11 +89,26 @@ impl Many<'_> {
         let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
         // The input folder may contain outputs of a former run.
         let known = KnownOutputs::of(folder);
-        let is_other = |path: &Path| self.others.iter().any(|other| is_same_file(path, other));
-        let mut inputs = inputs::find_except(self.paths, self.inputs, |path| known.has(path) || is_other(path))?;
+        let left_out = Cell::new(false);
+        let is_target = |path: &Path| {
+            let is_it = self.target.is_some_and(|target| is_same_file(path, target));
+            left_out.set(left_out.get() || is_it);
+            is_it
+        };
+        let mut inputs = inputs::find_except(self.paths, self.inputs, |path| known.has(path) || is_target(path))?;
+        if let Some(target) = self.target.filter(|_| left_out.get()) {
+            report::say(&format!(
+                "{}: motions are put on it, so it is no input",
+                target.display()
+            ));
+        }
         // Outputs are named before the shard is taken, so that every shard names them alike.
         let outputs = name_outputs(&inputs, work.extension())?;
-        let all = inputs.iter().map(|input| &input.path).chain(self.others);
+        let all = inputs
+            .iter()
+            .map(|input| input.path.as_path())
+            .chain(self.others.iter().map(PathBuf::as_path))
+            .chain(self.target);
         let policy = ReplacePolicy::new(all).force(self.force);
         work.check(&policy)?;
         inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));

@@ -54,12 +54,11 @@ impl Many<'_> {
         let job = self.job;
         // Many files keep all threads busy, a thread a file.
         let maker = made::maker(job, self.given, &mut |said| Voice::Aloud.hear(said))?.threads(1);
-        let target = job.onto.as_ref().map(|onto| onto.body().file.clone());
-        let others: Vec<PathBuf> = job.source.with.iter().cloned().chain(target).collect();
         let many = folder::Many {
             paths: &job.source.inputs,
             folder: &job.write.output,
-            others: &others,
+            target: job.onto.as_ref().map(|onto| onto.body().file.as_path()),
+            others: &job.source.with,
             inputs: self.inputs,
             spread: self.spread,
             resume: self.resume,

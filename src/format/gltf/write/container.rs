@@ -37,7 +37,7 @@ impl Document {
 
     /// A `.gltf` file after the `.bin` of its buffer, which has the same name, and is absent where it is empty.
     pub(in crate::format::gltf) fn into_text_and_bin_files(self, name: &str) -> Result<Vec<WrittenFile>> {
-        let bin_name = Path::new(name).with_extension("bin").to_string_lossy().into_owned();
+        let bin_name = bin_name(name);
         let text = WrittenFile::new(name, self.to_text_and_bin(&bin_name)?.0);
         let bin = (!self.bin.is_empty()).then(|| WrittenFile::new(bin_name, self.bin));
         Ok(bin.into_iter().chain([text]).collect())
@@ -83,8 +83,13 @@ pub(super) fn unwritable(error: &dyn std::error::Error) -> Error {
     Diagnostic::new(Code::Unrepresentable, error.to_string()).into()
 }
 
+/// The name of the buffer beside a `.gltf` file.
+pub(super) fn bin_name(name: &str) -> String {
+    Path::new(name).with_extension("bin").to_string_lossy().into_owned()
+}
+
 /// A file name as a relative URI: all but RFC 3986's unreserved characters as `%` and two digits.
-fn percent_encoded(name: &str) -> String {
+pub(super) fn percent_encoded(name: &str) -> String {
     let mut uri = String::with_capacity(name.len());
     for byte in name.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {

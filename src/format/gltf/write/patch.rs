@@ -14,12 +14,12 @@ use super::super::invalid::invalid;
 use super::super::json::{self, MAGIC};
 use super::animation::{self, Nodes};
 use super::buffer::{self as writer, Base, buffer as buffer_of};
-use super::container::unwritable;
+use super::container::{bin_name, percent_encoded, unwritable};
 use super::glb::Glb;
 use super::rest::Rest;
-use super::{GltfOptions, GltfReport, text};
+use super::{BufferPlace, GltfOptions, GltfReport, text};
 use crate::error::{Code, Diagnostic, Result};
-use crate::format::Failure;
+use crate::format::{Failure, WrittenFile};
 use crate::pose::Trs;
 use crate::scene::{self, Animation, Scene};
 
@@ -95,7 +95,8 @@ pub(in super::super) fn with_animations(
     animations: &[(&Animation, Option<&Provenance>)],
     replace: bool,
     options: &GltfOptions,
-) -> Result<(Vec<u8>, GltfReport)> {
+    name: &str,
+) -> Result<(Vec<WrittenFile>, GltfReport)> {
     let is_glb = bytes.starts_with(MAGIC);
     let (text, bin) = json::split(bytes)?;
     let text = utf8(text)?;
@@ -145,12 +146,27 @@ pub(in super::super) fn with_animations(
     }
     edits.append("accessors", sections.accessors, &items(&parts.accessors)?)?;
     edits.append("bufferViews", sections.buffer_views, &items(&parts.views)?)?;
+    let is_beside = !is_glb && options.buffer == BufferPlace::Beside && !parts.bytes.is_empty();
+    let beside = is_beside.then(|| bin_name(name));
+    if let Some(taken) = beside
+        .as_ref()
+        .filter(|beside| external_files(bytes).is_ok_and(|files| files.contains(beside)))
+    {
+        let message =
+            format!("the buffer of the clips would be {taken}, which the character names as a file of its own");
+        return Err(Diagnostic::new(Code::OutputExists, message)
+            .help("name another output, or embed the buffer")
+            .into());
+    }
     let mut new_buffers = Vec::new();
     match (in_chunk, buffers.first()) {
         (true, Some(first)) => edits.replace(first.byte_length, (base.bytes + parts.bytes.len()).to_string()),
         (true, None) => new_buffers.push(buffer_of(base.bytes + parts.bytes.len(), None)),
         (false, _) => {
-            let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&parts.bytes));
+            let uri = match &beside {
+                Some(beside) => percent_encoded(beside),
+                None => format!("data:application/octet-stream;base64,{}", STANDARD.encode(&parts.bytes)),
+            };
             new_buffers.push(buffer_of(parts.bytes.len(), Some(uri)));
         }
     }
@@ -166,7 +182,7 @@ pub(in super::super) fn with_animations(
         if in_chunk {
             let chunk = chunk.get_or_insert_default();
             chunk.resize(base.bytes, 0);
-            chunk.extend(parts.bytes);
+            chunk.extend_from_slice(&parts.bytes);
         }
         let length = chunk.as_ref().map(Vec::len);
         let glb = Glb::new(text.into_bytes(), length, json::further_chunks(bytes)?)?;
@@ -175,8 +191,10 @@ pub(in super::super) fn with_animations(
         let mark = bytes.len() - bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).len();
         [&bytes[..mark], text.as_bytes()].concat()
     };
-    report.bytes = file.len();
-    Ok((file, report))
+    let beside = beside.map(|beside| WrittenFile::new(beside, parts.bytes));
+    let files = Vec::from_iter(beside.into_iter().chain([WrittenFile::new(name, file)]));
+    report.bytes = files.iter().map(WrittenFile::len).sum();
+    Ok((files, report))
 }
 
 /// The number of items of a section.
