@@ -238,8 +238,10 @@ fn match_names(ours: &Skeleton, theirs: &Skeleton, key: impl Fn(&str) -> String)
         }
     }
     let pairs = matching.of_ours.iter().enumerate();
+    // A file may have a motion and no joint: its groups are all there is to compare.
+    let has_joints = ours.joints.iter().any(|joint| joint.kind != NodeKind::Group);
     pairs
-        .filter(|(index, _)| ours.joints[*index].kind != NodeKind::Group)
+        .filter(|(index, _)| !has_joints || ours.joints[*index].kind != NodeKind::Group)
         .filter_map(|(index, pair)| Some((index, (*pair)?)))
         .collect()
 }

@@ -4,9 +4,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 use mocap::process::{convert_units, in_place};
-use mocap::scene::UpAxis;
-use mocap::verify::{FindingKind, Verification, verify_files};
-use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
+use mocap::scene::{NodeKind, UpAxis};
+use mocap::verify::{FindingKind, Verification, verify, verify_files};
+use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
 /// A `.gltf` of these nodes; each clip is a name, frames a second, frames and the nodes that rotate in it.
@@ -363,4 +363,35 @@ fn in_place_files_of_other_programs_are_not_their_source() {
     let mut scene = files.scene();
     in_place(&mut scene);
     assert!(!files.verify(&scene, "glb", &foreign).is_within(1e-3));
+}
+
+/// An FBX file of which fuzzing had changed the kind of each joint.
+#[test]
+fn groups_that_move_are_compared_where_there_is_no_joint() {
+    let mut scene = Importer::new().import("fixtures/real/cmu_short.bvh").unwrap();
+    scene.nodes.iter_mut().for_each(|node| node.kind = NodeKind::Group);
+    let written = |scene: &Scene| {
+        Exporter::new()
+            .write(scene, Format::Gltf)
+            .unwrap()
+            .into_bytes()
+            .unwrap()
+    };
+    assert!(verify(&scene, &written(&scene)).unwrap().is_within(1e-5));
+    let mut late = scene.clone();
+    late.animations[0].channels[0].position_keys.values.rotate_right(1);
+    assert!(!verify(&scene, &written(&late)).unwrap().is_within(1e-3));
+}
+
+/// A packed clip of which fuzzing had changed the duration: it was written with two keys at one time, which no reader takes.
+#[test]
+fn a_take_of_no_length_in_32_bits_is_one_pose() {
+    let mut scene = Importer::new().import("fixtures/dialects/plain.bvh").unwrap();
+    mocap::process::trim(&mut scene, 0.0, 0.0);
+    scene.animations[0].duration = 1e-50;
+    let written = Exporter::new().write(&scene, Format::Gltf).unwrap();
+    let again = Importer::new()
+        .read(&written.into_bytes().unwrap(), "pose.glb")
+        .unwrap();
+    assert_eq!(again.animations[0].duration, 0.0);
 }

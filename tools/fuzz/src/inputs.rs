@@ -1,140 +1,18 @@
 //! The formats, and how to make an input of each from bytes.
 
+mod made;
+mod words;
+
 use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{env, fs, process};
 
-use mocap::compress::PackedClip;
-use mocap::gltf::Compression;
+use mocap::verify::verify_files;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
-/// Keywords of each format.
-const BVH_WORDS: &[&str] = &[
-    "HIERARCHY",
-    "ROOT",
-    "JOINT",
-    "OFFSET",
-    "CHANNELS",
-    "End Site",
-    "MOTION",
-    "Frames:",
-    "Frame Time:",
-    "{",
-    "}",
-    "#",
-    " Xposition",
-    " Yrotation",
-    " Zscale",
-    "JOINT a{OFFSET 0 1 0}",
-    "End Site{OFFSET 1 0 0}",
-    "CHANNELS 0",
-    "CHANNELS 1 Xrotation",
-    "CHANNELS 1 Yposition",
-    "\n",
-    "\r",
-    "\r\n",
-    "\t",
-    "\0",
-    "\u{feff}",
-    "\u{e9}",
-];
-
-/// As above.
-const ACCLAIM_WORDS: &[&str] = &[
-    ":units",
-    ":root",
-    ":bonedata",
-    ":hierarchy",
-    ":FULLY-SPECIFIED",
-    ":DEGREES",
-    ":RADIANS",
-    "begin",
-    "end",
-    "name",
-    "direction 0 1 0",
-    "length",
-    "axis 0 0 90 XYZ",
-    "ZYX",
-    "dof rx ry rz",
-    "dof l tx",
-    "order",
-    "TX TY TZ RX RY RZ",
-    "root",
-    "lfemur",
-    "head",
-    "limits (-90 90)",
-    "#",
-    "\n",
-    "\r\n",
-    "\t",
-    "\0",
-    "\u{feff}",
-];
-
-/// As above.
-const C3D_WORDS: &[&str] = &[
-    "POINT",
-    "USED",
-    "SCALE",
-    "RATE",
-    "DATA_START",
-    "FRAMES",
-    "LABELS",
-    "LABELS2",
-    "UNITS",
-    "Y_SCREEN",
-    "ANALOG",
-    "TRIAL",
-    "ACTUAL_END_FIELD",
-    "P",
-    "\0",
-];
-
-/// As above.
-const FBX_WORDS: &[&str] = &[
-    "Objects:  {",
-    "Connections:  {",
-    "}",
-    "C: \"OO\",2,1\n",
-    "C: \"OP\",31,1, \"Lcl Rotation\"\n",
-    "Model:",
-    "NodeAttribute:",
-    "LimbNode",
-    "AnimationStack:",
-    "AnimationCurve:",
-    "Deformer:",
-    "Cluster",
-    "Geometry:",
-    "PolygonVertexIndex: *3 {",
-    "a: 0,1,-3",
-    "KeyTime: *2 {",
-    "TransformLink: *16 {",
-    "Lcl Translation",
-    "RotationOrder",
-    "UnitScaleFactor",
-    "GeometricTranslation",
-    "\n",
-    "*4000000000 {",
-    "\0",
-];
-
-/// As above.
-const GLTF_WORDS: &[&str] = &[
-    "{",
-    "}",
-    "[",
-    "]",
-    ",",
-    "\"children\":[0]",
-    "\"byteOffset\":",
-    "\"componentType\":5123",
-    "\"type\":\"VEC4\"",
-    "\"sparse\":",
-    "\"interpolation\":\"CUBICSPLINE\"",
-    "\"extensionsRequired\":[\"a\"]",
-    "null",
-    "\0",
-];
+use self::words::{
+    ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, NPZ_WORDS, ROBOT_WORDS, VRMA_WORDS,
+};
 
 /// Bytes of the motion for testing skeletons: the first frames of a walk.
 const MOTION_LENGTH: usize = 2400;
@@ -187,7 +65,7 @@ pub const BVH: Input = Input {
 };
 
 /// An Acclaim skeleton, alone and with a motion.
-pub const ASF: Input = Input {
+pub(crate) const ASF: Input = Input {
     name: "asf",
     folders: &["made", "real"],
     longest_seed: 8 << 10,
@@ -209,7 +87,7 @@ pub const ASF: Input = Input {
 };
 
 /// An Acclaim motion on a known skeleton.
-pub const AMC: Input = Input {
+pub(crate) const AMC: Input = Input {
     name: "amc",
     folders: &["made", "real"],
     longest_seed: MOTION_LENGTH,
@@ -230,7 +108,7 @@ pub const AMC: Input = Input {
 };
 
 /// A C3D file.
-pub const C3D: Input = Input {
+pub(crate) const C3D: Input = Input {
     name: "c3d",
     folders: &["made", "real"],
     longest_seed: 16 << 10,
@@ -244,7 +122,7 @@ pub const C3D: Input = Input {
 };
 
 /// An FBX file.
-pub const FBX: Input = Input {
+pub(crate) const FBX: Input = Input {
     name: "fbx",
     folders: &["made", "real"],
     longest_seed: 512 << 10,
@@ -259,12 +137,12 @@ pub const FBX: Input = Input {
 };
 
 /// A glTF file.
-pub const GLB: Input = Input {
+pub(crate) const GLB: Input = Input {
     name: "glb",
     folders: &[],
     longest_seed: 64 << 10,
     cut: false,
-    made: glb_seeds,
+    made: made::glb,
     words: GLTF_WORDS,
     base: 1 << 20,
     factor: 512,
@@ -273,19 +151,19 @@ pub const GLB: Input = Input {
 };
 
 /// A glTF file in text, with its buffer in it.
-pub const GLTF: Input = Input {
+pub(crate) const GLTF: Input = Input {
     name: "gltf",
-    made: gltf_seeds,
+    made: made::gltf,
     read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.gltf"),
     ..GLB
 };
 
 /// A packed clip.
-pub const MCLIP: Input = Input {
+pub(crate) const MCLIP: Input = Input {
     name: "mclip",
     folders: &[],
     longest_seed: 16 << 10,
-    made: mclip_seeds,
+    made: made::mclip,
     words: &["MCLP", "\0"],
     read: |bytes, importer| importer.clone().format(mocap::Format::Mclip).read(bytes, "fuzz.mclip"),
     // 4 million values, and 256 for each byte.
@@ -293,9 +171,9 @@ pub const MCLIP: Input = Input {
 };
 
 /// A scene of any format that is known by its contents, to be written as FBX.
-pub const FBX_OUT: Input = Input {
+pub(crate) const FBX_OUT: Input = Input {
     name: "fbx_out",
-    made: scene_seeds,
+    made: made::scenes,
     base: 256 << 20,
     factor: 16_384,
     outputs: Outputs::Fbx,
@@ -303,8 +181,58 @@ pub const FBX_OUT: Input = Input {
     ..GLB
 };
 
+/// A VRM animation.
+pub(crate) const VRMA: Input = Input {
+    name: "vrma",
+    made: made::vrma,
+    words: VRMA_WORDS,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Vrma).read(bytes, "fuzz.vrma"),
+    ..GLB
+};
+
+/// A robot of ROS.
+pub(crate) const URDF: Input = Input {
+    name: "urdf",
+    made: made::urdf,
+    words: ROBOT_WORDS,
+    base: 4 << 20,
+    factor: 1024,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Urdf).read(bytes, "fuzz.urdf"),
+    ..GLB
+};
+
+/// A robot of MuJoCo.
+pub(crate) const MJCF: Input = Input {
+    name: "mjcf",
+    made: made::mjcf,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Mjcf).read(bytes, "fuzz.xml"),
+    ..URDF
+};
+
+/// Arrays of NumPy, which `verify` reads.
+pub(crate) const NPZ: Input = Input {
+    name: "npz",
+    made: made::npz,
+    words: NPZ_WORDS,
+    base: 4 << 20,
+    factor: 1024,
+    read: |bytes, _| verified(bytes, "npz"),
+    ..GLB
+};
+
+/// Arrays in text, which `verify` reads.
+pub(crate) const CSV: Input = Input {
+    name: "csv",
+    made: made::csv,
+    words: CSV_WORDS,
+    read: |bytes, _| verified(bytes, "csv"),
+    ..NPZ
+};
+
 /// All of them.
-pub const FORMATS: &[&Input] = &[&BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &MCLIP, &FBX_OUT];
+pub const FORMATS: &[&Input] = &[
+    &BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &CSV, &FBX_OUT,
+];
 
 impl Input {
     /// Bytes as this kind of file. A panic is a finding.
@@ -313,76 +241,13 @@ impl Input {
     }
 }
 
-/// Small motions, as this crate writes them.
-fn glb_seeds() -> Vec<Vec<u8>> {
-    let written = documents().map(|document| document.to_glb().expect("the fixture is written"));
-    written.collect()
-}
-
-/// As above, in text, and one with a skin and a texture.
-fn gltf_seeds() -> Vec<Vec<u8>> {
-    let written = documents().map(|document| document.to_embedded().expect("the fixture is written"));
-    let skin = include_bytes!("../../../fixtures/made/two_bones_textured.gltf");
-    written.chain([skin.to_vec()]).collect()
-}
-
-/// Small motions as packed clips, with a key at every frame and at some.
-fn mclip_seeds() -> Vec<Vec<u8>> {
-    let packed = |(name, bound)| {
-        let scene = mocap::import(fixture(name)).expect("the fixture is read");
-        let clip = PackedClip::encode(&scene, 0, bound).expect("the fixture is packed");
-        clip.bytes().to_vec()
-    };
-    let seeds = [
-        ("dialects/plain.bvh", 0.001),
-        ("dialects/channels_0_to_6.bvh", 0.001),
-        ("real/cmu_short.bvh", 0.01),
-        ("real/cmu_short.bvh", 0.5),
-        ("real/lecture_Test.bvh", 0.0001),
-    ];
-    seeds.into_iter().map(packed).collect()
-}
-
-/// Scenes with and without a motion, a skin, a texture.
-fn scene_seeds() -> Vec<Vec<u8>> {
-    let files = [
-        "dialects/plain.bvh",
-        "dialects/two_roots.bvh",
-        "made/tiny.fbx",
-        "made/two_bones_textured.gltf",
-    ];
-    let read = |name| fs::read(fixture(name)).expect("the fixture can be read");
-    files
-        .into_iter()
-        .map(read)
-        .chain(glb_seeds())
-        .chain(gltf_seeds())
-        .collect()
-}
-
-fn documents() -> impl Iterator<Item = mocap::gltf::Document> {
-    let names = [
-        "dialects/plain.bvh",
-        "dialects/channels_0_to_6.bvh",
-        "dialects/two_roots.bvh",
-    ];
-    let compressions: &[_] = match cfg!(feature = "meshopt") {
-        true => &[
-            Compression::None,
-            Compression::Int16,
-            Compression::Meshopt,
-            Compression::MeshoptKhr,
-        ],
-        false => &[Compression::None, Compression::Int16],
-    };
-    let scenes = names.map(|name| mocap::import(fixture(name)).expect("the fixture is read"));
-    let written = |scene: mocap::Scene| {
-        compressions.iter().map(move |&compression| {
-            let options = mocap::gltf::GltfOptions::new().compression(compression);
-            mocap::gltf::Document::new(&scene, &options).expect("the fixture can be written")
-        })
-    };
-    scenes.into_iter().flat_map(written)
+/// The verdict on arrays of a small motion: an error, or the motion. `verify` opens files alone.
+fn verified(bytes: &[u8], extension: &str) -> Result<Scene> {
+    let source = fixture(made::ARRAYS_OF);
+    let path = env::temp_dir().join(format!("mocap-fuzz-{}.{extension}", process::id()));
+    fs::write(&path, bytes).expect("the folder of temporary files can be written");
+    verify_files(&source, &path)?;
+    mocap::import(source)
 }
 
 /// The first frames of a walk on the skeleton of `cmu_02.asf`.

@@ -240,11 +240,9 @@ impl<'a> Writer<'a> {
     /// A constant track, so that a take without motion keeps its length and a pose stays an animation: of the first
     /// property of the node that has no track yet.
     fn hold(&mut self, node: usize, rest: &Rest, duration: f64) {
-        let ticks = if duration > 0.0 { vec![0.0, duration] } else { vec![0.0] };
-        let times: Vec<_> = ticks
-            .iter()
-            .map(|tick| [(tick / self.ticks_per_second) as f32])
-            .collect();
+        let end = (duration / self.ticks_per_second) as f32;
+        // A time that 32 bits cannot tell from 0 would be a second key at the time of the first.
+        let times = if end > 0.0 { vec![[0.0], [end]] } else { vec![[0.0]] };
         // Plain, so that a file without any motion needs no extension.
         let input = self.buffer.push_times(Compression::None, &times);
         let has = |property| {

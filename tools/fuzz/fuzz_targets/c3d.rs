@@ -1,5 +1,0 @@
-//! A C3D file, from any bytes: an error, or a scene that can be written.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| mocap_fuzz::C3D.hold(bytes));

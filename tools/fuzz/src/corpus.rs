@@ -1,0 +1,126 @@
+//! What is changed: the fixtures of a format, and inputs that reach what fixtures do not, which `corpus/` keeps.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use mocap_fuzz::{Input, fixture};
+
+use crate::coverage::Seen;
+
+/// Bytes of the longest input that is kept.
+const LONGEST: usize = 24 << 10;
+
+/// Bytes that are kept of one format, at most.
+const MOST: usize = 140 << 10;
+
+/// The fixtures of a format; from longer ones the first bytes, where the beginning of a file says something.
+pub(crate) fn seeds(input: &Input) -> Vec<Vec<u8>> {
+    let mut paths: Vec<PathBuf> = (input.folders.iter())
+        .flat_map(|name| fs::read_dir(fixture(name)).expect("the fixtures are there"))
+        .map(|entry| entry.expect("a folder can be listed").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == input.name))
+        .collect();
+    // The order in which a folder is listed is not the same everywhere; the seed of the generator is.
+    paths.sort();
+    let files = paths.iter().map(|path| fs::read(path).expect("a fixture can be read"));
+    let mut seeds: Vec<Vec<u8>> = files
+        .filter(|bytes| input.cut || bytes.len() <= input.longest_seed)
+        .map(|mut bytes| {
+            bytes.truncate(input.longest_seed);
+            bytes
+        })
+        .collect();
+    seeds.extend((input.made)());
+    assert!(!seeds.is_empty(), "there are no fixtures of {}", input.name);
+    seeds
+}
+
+/// The inputs of a format that the repository keeps.
+pub(crate) fn kept(input: &Input) -> Vec<Vec<u8>> {
+    files(&folder("corpus", input))
+}
+
+/// Puts an input beside those that earlier runs found on this machine.
+pub(crate) fn remember(input: &Input, bytes: &[u8]) {
+    write(&folder("artifacts/found", input).join(name_of(bytes)), bytes);
+}
+
+/// Keeps of what was found and of what was kept the shortest inputs that together reach all that the fixtures do not.
+/// `try_input` runs one.
+pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), String>) -> Result<(), String> {
+    let mut candidates = kept(input);
+    candidates.extend(files(&folder("artifacts/found", input)));
+    candidates.sort_by_key(|bytes| (bytes.len(), name_of(bytes)));
+    candidates.dedup();
+    let mut seen = Seen::default();
+    let mut reach = |bytes: &[u8]| {
+        Seen::reset();
+        try_input(bytes).map(|()| seen.reach())
+    };
+    for bytes in seeds(input) {
+        reach(&bytes)?;
+    }
+    let (mut keep, mut length) = (Vec::new(), 0);
+    for bytes in &candidates {
+        if bytes.len() <= LONGEST && length + bytes.len() <= MOST && reach(bytes)? {
+            length += bytes.len();
+            keep.push(bytes);
+        }
+    }
+    let folder = folder("corpus", input);
+    let _ = fs::remove_dir_all(&folder);
+    for bytes in &keep {
+        write(&folder.join(name_of(bytes)), bytes);
+    }
+    println!(
+        "{}: {} of {} inputs are kept, {length} bytes",
+        input.name,
+        keep.len(),
+        candidates.len()
+    );
+    Ok(())
+}
+
+/// Where an input is written that is a finding, or that is being tried.
+pub(crate) fn artifact(name: &str, extension: &str) -> PathBuf {
+    here().join("artifacts").join(name).with_extension(extension)
+}
+
+/// Writes a file and its folder. What cannot be written is said, and ends nothing.
+pub(crate) fn write(path: &Path, bytes: &[u8]) {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let written = fs::create_dir_all(folder).and_then(|()| fs::write(path, bytes));
+    if let Err(error) = written {
+        eprintln!("{}: {error}", path.display());
+    }
+}
+
+/// The folder of this program.
+fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn folder(of: &str, input: &Input) -> PathBuf {
+    here().join(of).join(input.name)
+}
+
+/// The files of a folder, sorted by name; none where there is no such folder.
+fn files(folder: &Path) -> Vec<Vec<u8>> {
+    let listed = match fs::read_dir(folder) {
+        Ok(listed) => listed,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Vec::new(),
+        Err(error) => panic!("{}: {error}", folder.display()),
+    };
+    let mut paths: Vec<PathBuf> = listed
+        .map(|entry| entry.expect("a folder can be listed").path())
+        .collect();
+    paths.sort();
+    let read = |path: &PathBuf| fs::read(path).expect("a kept input can be read");
+    paths.iter().map(read).collect()
+}
+
+/// FNV-1a, 64 bits: the same name for the same bytes on every machine.
+fn name_of(bytes: &[u8]) -> String {
+    let mix = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    format!("{:016x}", bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix))
+}

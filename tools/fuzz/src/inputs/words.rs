@@ -1,0 +1,185 @@
+//! Keywords, of which changed files are put together.
+
+/// Keywords of each format.
+pub(super) const BVH_WORDS: &[&str] = &[
+    "HIERARCHY",
+    "ROOT",
+    "JOINT",
+    "OFFSET",
+    "CHANNELS",
+    "End Site",
+    "MOTION",
+    "Frames:",
+    "Frame Time:",
+    "{",
+    "}",
+    "#",
+    " Xposition",
+    " Yrotation",
+    " Zscale",
+    "JOINT a{OFFSET 0 1 0}",
+    "End Site{OFFSET 1 0 0}",
+    "CHANNELS 0",
+    "CHANNELS 1 Xrotation",
+    "CHANNELS 1 Yposition",
+    "\n",
+    "\r",
+    "\r\n",
+    "\t",
+    "\0",
+    "\u{feff}",
+    "\u{e9}",
+];
+
+/// As above.
+pub(super) const ACCLAIM_WORDS: &[&str] = &[
+    ":units",
+    ":root",
+    ":bonedata",
+    ":hierarchy",
+    ":FULLY-SPECIFIED",
+    ":DEGREES",
+    ":RADIANS",
+    "begin",
+    "end",
+    "name",
+    "direction 0 1 0",
+    "length",
+    "axis 0 0 90 XYZ",
+    "ZYX",
+    "dof rx ry rz",
+    "dof l tx",
+    "order",
+    "TX TY TZ RX RY RZ",
+    "root",
+    "lfemur",
+    "head",
+    "limits (-90 90)",
+    "#",
+    "\n",
+    "\r\n",
+    "\t",
+    "\0",
+    "\u{feff}",
+];
+
+/// As above.
+pub(super) const C3D_WORDS: &[&str] = &[
+    "POINT",
+    "USED",
+    "SCALE",
+    "RATE",
+    "DATA_START",
+    "FRAMES",
+    "LABELS",
+    "LABELS2",
+    "UNITS",
+    "Y_SCREEN",
+    "ANALOG",
+    "TRIAL",
+    "ACTUAL_END_FIELD",
+    "P",
+    "\0",
+];
+
+/// As above.
+pub(super) const FBX_WORDS: &[&str] = &[
+    "Objects:  {",
+    "Connections:  {",
+    "}",
+    "C: \"OO\",2,1\n",
+    "C: \"OP\",31,1, \"Lcl Rotation\"\n",
+    "Model:",
+    "NodeAttribute:",
+    "LimbNode",
+    "AnimationStack:",
+    "AnimationCurve:",
+    "Deformer:",
+    "Cluster",
+    "Geometry:",
+    "PolygonVertexIndex: *3 {",
+    "a: 0,1,-3",
+    "KeyTime: *2 {",
+    "TransformLink: *16 {",
+    "Lcl Translation",
+    "RotationOrder",
+    "UnitScaleFactor",
+    "GeometricTranslation",
+    "\n",
+    "*4000000000 {",
+    "\0",
+];
+
+/// As above.
+pub(super) const GLTF_WORDS: &[&str] = &[
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    "\"children\":[0]",
+    "\"byteOffset\":",
+    "\"componentType\":5123",
+    "\"type\":\"VEC4\"",
+    "\"sparse\":",
+    "\"interpolation\":\"CUBICSPLINE\"",
+    "\"extensionsRequired\":[\"a\"]",
+    "null",
+    "\0",
+];
+
+/// As above.
+pub(super) const VRMA_WORDS: &[&str] = &[
+    "\"VRMC_vrm_animation\":",
+    "\"humanBones\":",
+    "\"hips\":{\"node\":0}",
+    "\"specVersion\":\"1.0\"",
+    "\"expressions\":",
+    "\"lookAt\":{\"node\":1}",
+    "{",
+    "}",
+    ",",
+    "null",
+];
+
+/// As above.
+pub(super) const ROBOT_WORDS: &[&str] = &[
+    "<robot name=\"a\">",
+    "<link name=\"a\"/>",
+    "<joint name=\"a\" type=\"revolute\">",
+    "<parent link=\"a\"/>",
+    "<child link=\"a\"/>",
+    "<axis xyz=\"0 0 1\"/>",
+    "<limit lower=\"-1\" upper=\"1\"/>",
+    "<mimic joint=\"a\" multiplier=\"2\"/>",
+    "<origin xyz=\"0 0 1\" rpy=\"0 1 0\"/>",
+    "<geometry><box size=\"1 1 1\"/></geometry>",
+    "<mujoco>",
+    "<worldbody>",
+    "<body name=\"a\" pos=\"0 0 1\">",
+    "</body>",
+    "<freejoint/>",
+    "<joint type=\"hinge\" axis=\"0 1 0\" range=\"-1 1\"/>",
+    "<geom type=\"capsule\" fromto=\"0 0 0 0 0 1\"/>",
+    "<default class=\"a\">",
+    "<compiler angle=\"radian\" eulerseq=\"xyz\"/>",
+    "<!-- -->",
+    "&#0;",
+    "&a;",
+    "<!DOCTYPE a [<!ENTITY a \"aaaa\">]>",
+];
+
+/// As above.
+pub(super) const CSV_WORDS: &[&str] = &["time", ",", "\n", "Hips", ".x", "\"", "# mocap", "{", "}", "nan"];
+
+/// As above.
+pub(super) const NPZ_WORDS: &[&str] = &[
+    "PK\u{3}\u{4}",
+    "\u{93}NUMPY",
+    "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }",
+    "(4294967295,)",
+    "'<f8'",
+    "'|S1'",
+    "positions.npy",
+    "\0",
+];

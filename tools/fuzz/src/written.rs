@@ -1,0 +1,285 @@
+//! What must hold of a scene in every written format: an error with a reason that the format has, or a file that is read
+//! back, and of which `verify` says that it is the scene.
+
+use mocap::arrays::{ArrayOptions, arrays};
+use mocap::fbx::{FbxOptions, FbxTarget, FbxVersion};
+use mocap::scene::{Animation, NodeKind};
+use mocap::verify::verify;
+use mocap::{Code, Conversion, Error, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh};
+
+use crate::inputs::Outputs;
+
+/// Everything that is written of a scene with such a mesh. `choice` chooses what is too slow to be done to each. The scene
+/// goes out in metres, as the program writes it.
+pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u8) {
+    let mut converted = read.clone();
+    let Ok(_) = Conversion::new().apply(&mut converted) else {
+        return;
+    };
+    let scenes = Scenes {
+        read,
+        converted: &converted,
+        is_bare: mesh == SkeletonMesh::None,
+    };
+    if outputs == Outputs::Fbx {
+        let options = FBX_OPTIONS[usize::from(choice) % FBX_OPTIONS.len()]();
+        return round_trip(&scenes, Format::Fbx, &Exporter::new().fbx(options));
+    }
+    round_trip(&scenes, Format::Gltf, &Exporter::new());
+    if mesh == SkeletonMesh::None {
+        round_trip(&scenes, Format::Bvh, &Exporter::new());
+        round_trip(&scenes, Format::Mclip, &Exporter::new().max_error(CLOSE));
+        round_trip(&scenes, Format::Vrma, &Exporter::new());
+        if choice % 8 == 0 {
+            round_trip(&scenes, Format::Fbx, &Exporter::new());
+        }
+        make_arrays(&converted);
+    }
+}
+
+/// What was read, and what goes out.
+struct Scenes<'a> {
+    read: &'a Scene,
+    converted: &'a Scene,
+    /// Whether it has no mesh: `verify` takes the mesh of a skin from the source file, which does not exist here.
+    is_bare: bool,
+}
+
+/// An error with a reason of the format, or a file that is read back to the scene, as `verify` sees it.
+fn round_trip(scenes: &Scenes<'_>, format: Format, exporter: &Exporter) {
+    let scene = scenes.converted;
+    // Two keys may be hours apart, with a row for each frame between them.
+    if rows(scene) > MOST_ROWS && (format != Format::Gltf) {
+        return;
+    }
+    let written = match exporter.write(scene, format) {
+        Ok(written) => written,
+        Err(error) => return assert_reason(format, &error),
+    };
+    // What a format cannot hold, such as scales in BVH, is left out with a warning.
+    let row = FormatInfo::of(format);
+    let has_clips = !row.has_one_clip || scene.animations.len() <= 1;
+    // A VRM animation leaves out what is no bone of a humanoid, and what such joints carry is elsewhere then.
+    let is_left_out = written.notes.iter().any(|note| note.contains("left out"));
+    let is_whole = scenes.is_bare && written.warnings.is_empty() && !is_left_out && has_clips && has_whole_ticks(scene);
+    let bytes = written.into_bytes().expect("the usual files stand alone");
+    match format {
+        Format::Gltf => check_gltf(scene, &bytes),
+        Format::Bvh => check_text(&bytes),
+        _ => (),
+    }
+    let importer = Importer::new().format(format).skeleton_mesh(SkeletonMesh::None);
+    let extension = row.extensions[0];
+    let again = match importer.read(&bytes, format!("written.{extension}")) {
+        Ok(again) => again,
+        // A name becomes longer where it had no letters that text has, and a group is a node of its own.
+        Err(error) if error.code() == Code::LimitExceeded => return,
+        Err(error) => panic!("{format}: what was written is refused: {error}"),
+    };
+    if format == Format::Bvh {
+        check_bvh(scene, &again);
+    }
+    check_counts(scene, &again, format);
+    if is_whole {
+        check_verdict(scenes, &bytes, format);
+    }
+}
+
+/// Whether every key stands on a frame, as formats have them that hold frames and no ticks.
+fn has_whole_ticks(scene: &Scene) -> bool {
+    scene.animations.iter().all(|clip| clip.duration.fract() == 0.0)
+}
+
+/// A writer refuses what its format cannot hold, and nothing else.
+fn assert_reason(format: Format, error: &Error) {
+    let is_reason = matches!(
+        error.code(),
+        Code::Unrepresentable
+            | Code::FrameTime
+            | Code::NoMotion
+            | Code::ErrorBound
+            | Code::LimitExceeded
+            | Code::NotHumanoid
+            // A VRM animation is in metres, and nobody has said what the scene is in.
+            | Code::UnknownUnit
+    );
+    assert!(is_reason, "{format}: no reason to refuse a scene: {error}");
+    if std::env::var_os("FUZZ_REASONS").is_some() {
+        eprintln!("REFUSED {format}: {error}");
+    }
+}
+
+/// As many nodes and clips as the scene, where the format has all of them.
+fn check_counts(scene: &Scene, again: &Scene, format: Format) {
+    let joints = |scene: &Scene| scene.nodes.iter().filter(|node| node.kind != NodeKind::Group).count();
+    match format {
+        Format::Fbx => {
+            assert!(joints(again) >= joints(scene), "{format}: joints were lost");
+            assert_eq!(
+                again.animations.len(),
+                scene.animations.len(),
+                "{format}: clips were lost"
+            );
+        }
+        Format::Bvh => assert!(joints(again) >= joints(scene), "{format}: joints were lost"),
+        // A node without a motion above all joints is a group there.
+        Format::Mclip => assert_eq!(again.nodes.len(), scene.nodes.len(), "{format}: nodes were lost"),
+        _ => (),
+    }
+}
+
+/// The farthest that a joint of a written file may be from its position in the scene, in metres, and for each metre of
+/// the size of the scene: 32 bits have seven digits, of which a chain of joints loses two.
+const FARTHEST: f64 = 1e-3;
+/// See [`FARTHEST`].
+const FARTHEST_OF_SIZE: f64 = 1e-5;
+/// Scenes of which `verify` is asked, in metres: the precision of larger and of smaller ones is not that of motions.
+const SIZES: std::ops::RangeInclusive<f64> = 0.01..=1e4;
+
+/// The largest error of packed clips, in metres: a motion that is smaller is no motion in them.
+const CLOSE: f64 = 1e-6;
+
+/// What was written is what the scene is, in the eyes of `verify`.
+fn check_verdict(scenes: &Scenes<'_>, bytes: &[u8], format: Format) {
+    let size = size(scenes.converted);
+    if !SIZES.contains(&size) {
+        return;
+    }
+    match verify(scenes.read, bytes) {
+        Ok(verified) => assert!(
+            verified.is_within(FARTHEST + FARTHEST_OF_SIZE * size),
+            "{format}: what was written is not what was read: {} m, rotations {:?} m, {:?}",
+            verified.max_error,
+            verified.turn_error,
+            verified.findings
+        ),
+        Err(error) => panic!("{format}: what was written cannot be verified: {error}"),
+    }
+}
+
+/// The lengths of all links together, with the farthest position of each joint.
+fn size(scene: &Scene) -> f64 {
+    let rest: f64 = (scene.nodes.iter())
+        .map(|node| f64::from(node.transform.w_axis.truncate().length()))
+        .sum();
+    let channels = scene.animations.iter().flat_map(|animation| &animation.channels);
+    let farthest = channels.map(|channel| {
+        let keys = channel.position_keys.values.iter();
+        keys.map(|key| f64::from(key.length())).fold(0.0, f64::max)
+    });
+    rest + farthest.sum::<f64>()
+}
+
+/// A glTF file that another reader takes, with the nodes of the scene.
+fn check_gltf(scene: &Scene, glb: &[u8]) {
+    let file = ::gltf::Gltf::from_slice(glb).expect("what was exported is valid glTF");
+    assert!(file.nodes().len() >= scene.nodes.len());
+    assert_finite(&file, glb);
+    let written = file.animations().len();
+    assert!(written <= scene.animations.len() && (written >= 1 || !moves(scene)));
+}
+
+/// JSON has no number that is not finite: `null` stands for it, and for nothing else in what is written.
+fn assert_finite(file: &::gltf::Gltf, glb: &[u8]) {
+    let length = glb.get(12..16).and_then(|four| four.first_chunk().copied());
+    let json = &glb[20..20 + u32::from_le_bytes(length.expect("a chunk has a length")) as usize];
+    let json: serde_json::Value = serde_json::from_slice(json).expect("what was exported is JSON");
+    assert!(!has_null(&json), "a number of the JSON is not finite");
+    let bin = file.blob.as_deref().unwrap_or_default();
+    for accessor in file.accessors() {
+        let Some(view) = accessor
+            .view()
+            .filter(|_| accessor.data_type() == ::gltf::accessor::DataType::F32)
+        else {
+            continue;
+        };
+        let start = view.offset() + accessor.offset();
+        let (numbers, _) = bin[start..start + accessor.count() * accessor.size()].as_chunks::<4>();
+        let finite = numbers.iter().all(|number| f32::from_le_bytes(*number).is_finite());
+        assert!(finite, "a number of accessor {} is not finite", accessor.index());
+    }
+}
+
+fn has_null(value: &serde_json::Value) -> bool {
+    match value {
+        serde_json::Value::Null => true,
+        serde_json::Value::Array(values) => values.iter().any(has_null),
+        serde_json::Value::Object(values) => values.values().any(has_null),
+        _ => false,
+    }
+}
+
+/// Frames of all joints, beyond which what is written frame by frame takes more memory than an input may.
+const MOST_ROWS: usize = 2000;
+
+fn rows(scene: &Scene) -> usize {
+    let frames = scene.animations.first().map_or(0, Animation::frame_count);
+    frames.saturating_mul(scene.nodes.len())
+}
+
+/// Arrays of finite numbers, or an error.
+fn make_arrays(scene: &Scene) {
+    if rows(scene) > MOST_ROWS {
+        return;
+    }
+    let options = ArrayOptions::new().velocities(true);
+    let Ok(motion) = arrays(scene, &options) else { return };
+    let velocities = motion.velocities.as_deref().unwrap_or_default();
+    let all = [motion.positions.as_slice(), &motion.rotations, velocities];
+    assert!(
+        all.into_iter().flatten().all(|value| value.is_finite()),
+        "arrays are not finite"
+    );
+}
+
+/// A motion of finite numbers.
+fn check_text(text: &[u8]) {
+    let motion = text.split(|byte| *byte == b'\n').skip_while(|line| *line != b"MOTION");
+    let is_finite = |line: &[u8]| !line.windows(3).any(|word| word == b"NaN" || word == b"inf");
+    assert!(
+        motion.into_iter().all(is_finite),
+        "a value of the BVH file is not finite"
+    );
+}
+
+/// As many frames, and no warning but of names, roots and far places.
+fn check_bvh(scene: &Scene, again: &Scene) {
+    let said: Vec<_> = (again.warnings.iter())
+        .filter(|warning| {
+            !matches!(
+                warning.code,
+                Code::DuplicateName | Code::SeveralRoots | Code::WorldPositions
+            )
+        })
+        .collect();
+    assert!(said.is_empty(), "what was written deviates from the format: {said:?}");
+    // Durations that were computed from seconds fall a little short of a whole tick.
+    let frames = |scene: &Scene| {
+        scene
+            .animations
+            .first()
+            .map_or(0.0, |animation| (animation.duration + 1e-6).floor())
+    };
+    assert_eq!(frames(again), frames(scene), "frames were lost");
+}
+
+/// FBX as each program wants it.
+const FBX_OPTIONS: [fn() -> FbxOptions; 6] = [
+    || FbxOptions::of_target(FbxTarget::Unreal),
+    || FbxOptions::of_target(FbxTarget::Unity),
+    || FbxOptions::of_target(FbxTarget::Maya),
+    || FbxOptions::of_target(FbxTarget::MotionBuilder),
+    || FbxOptions::new().version(FbxVersion::V7400),
+    FbxOptions::default,
+];
+
+/// Whether any track has more than one key: glTF stores the others in their nodes.
+fn moves(scene: &Scene) -> bool {
+    scene
+        .animations
+        .iter()
+        .flat_map(|animation| &animation.channels)
+        .any(|channel| {
+            channel.position_keys.len() > 1 || channel.rotation_keys.len() > 1 || channel.scaling_keys.len() > 1
+        })
+}
