@@ -219,15 +219,15 @@ fn the_table_is_without_circles() {
 fn files_used(source: &Source, modules: &[Vec<String>], own: &[String]) -> Vec<usize> {
     let code: Vec<&str> = source.code.iter().map(|(_, line)| line.as_str()).collect();
     let mut paths = Vec::new();
+    let is_path = |word: &&str| word.contains("::");
     for statement in code.join("\n").split(';') {
         // `use a::{b, c::d};` is `a::b` and `a::c::d`.
         let begin = statement.find("use ").filter(|at| !statement[..*at].contains('{'));
         match begin {
             Some(at) => expand("", &statement[at + 4..], &mut paths),
             None => {
-                for word in statement.split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':') {
-                    paths.push(word.to_owned());
-                }
+                let words = statement.split(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
+                paths.extend(words.filter(is_path).map(str::to_owned));
             }
         }
     }
@@ -317,13 +317,14 @@ fn files_within_a_module_use_each_other_without_circles() {
     );
     // Files that use no other that is left, or that none uses, go round by round. What stays is on a circle, or between
     // two.
+    let mut users: Vec<Vec<usize>> = vec![Vec::new(); sources.len()];
+    for (file, used) in edges.iter().enumerate() {
+        used.iter().for_each(|&other| users[other].push(file));
+    }
     let mut left: Vec<bool> = vec![true; sources.len()];
     loop {
-        let uses = |file: usize, other: usize| left[file] && left[other] && edges[file].contains(&other);
-        let is_on_an_end = |file: usize| {
-            let all = 0..sources.len();
-            !all.clone().any(|other| uses(file, other)) || !all.clone().any(|other| uses(other, file))
-        };
+        let are_gone = |files: &[usize]| !files.iter().any(|&other| left[other]);
+        let is_on_an_end = |file: usize| are_gone(&edges[file]) || are_gone(&users[file]);
         let ends: Vec<usize> = (0..sources.len())
             .filter(|&file| left[file] && is_on_an_end(file))
             .collect();

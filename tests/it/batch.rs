@@ -14,6 +14,7 @@ use mocap::{Pose, process};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use crate::cut;
 use crate::program::{MANIFEST, command};
 
 fn mocap(args: &[&str]) -> Command {
@@ -41,17 +42,10 @@ impl Corpus {
             folder: tempfile::tempdir().unwrap(),
         };
         let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
-        let rows = text
-            .lines()
-            .skip_while(|line| !line.starts_with("Frame Time"))
-            .skip(1)
-            .count();
+        let rows = cut::count(&text);
         for copy in 0..copies {
-            let frames = rows - copy % rows;
-            let shorter = text.replace(&format!("Frames: {rows}"), &format!("Frames: {frames}"));
-            let lines = shorter.lines().count() - (rows - frames);
-            let kept: Vec<&str> = shorter.lines().take(lines).collect();
-            corpus.add(&format!("{}/take {copy:03}.bvh", copy % 3), &kept.join("\n"));
+            let shorter = cut::frames(&text, 0..rows - copy % rows);
+            corpus.add(&format!("{}/take {copy:03}.bvh", copy % 3), &shorter);
         }
         corpus
     }

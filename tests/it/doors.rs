@@ -11,6 +11,7 @@ use mocap::job::{Job, RobotFormat};
 use mocap::process::name_joints;
 use mocap::{Conversion, Exporter, FORMATS, FormatInfo, MemoryFile, Scene, WriteOption};
 
+use crate::cut;
 use crate::program::{Folder, words};
 use crate::sample::Sample;
 
@@ -37,11 +38,7 @@ const FILES: [(&str, &str); 3] = [
 fn folder() -> Folder {
     const FRAMES: usize = 12;
     let folder = Folder::with(&[]);
-    let text = fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
-    let end = text.lines().position(|line| line.starts_with("Frame Time")).unwrap() + 1 + FRAMES;
-    let kept: Vec<&str> = text.lines().take(end).collect();
-    let short = kept.join("\n").replace("Frames: 75", &format!("Frames: {FRAMES}"));
-    folder.write("walk.bvh", short.as_bytes());
+    folder.write("walk.bvh", cut::first_frames("real/cmu_short.bvh", FRAMES).as_bytes());
     for (name, file) in FILES {
         folder.write(name, &fs::read(file).unwrap());
     }

@@ -10,6 +10,7 @@ use mocap::verify::Verifier;
 use mocap::{Code, Conversion, Exporter, FORMATS, Format, FormatInfo, Importer, Scene, SkeletonMesh, WriteOption};
 
 use crate::program::Folder;
+use crate::sample::{Sample, is_all};
 
 /// Each written format with each of its extensions.
 fn written() -> Vec<(&'static FormatInfo, &'static str)> {
@@ -199,8 +200,15 @@ fn given(option: WriteOption) -> String {
 fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
     let folder = Folder::of_real(&["cmu_short.bvh"]);
     let mut counts = [0, 0];
-    for (row, extension) in written() {
-        for option in WriteOption::ALL {
+    // Each format with every third option, each option with every third format.
+    let parts = if is_all() { 1 } else { 3 };
+    let first = Sample::new().below(parts);
+    for (place, (row, extension)) in written().into_iter().enumerate() {
+        for option in WriteOption::ALL
+            .into_iter()
+            .skip((first + place) % parts)
+            .step_by(parts)
+        {
             let arguments = format!("convert cmu_short.bvh new.{extension} --force {}", given(option));
             match row.refusal(option, extension) {
                 Some(refusal) => {
@@ -225,7 +233,7 @@ fn every_option_is_taken_or_refused_as_the_row_of_the_format_says() {
             }
         }
     }
-    assert!(counts.into_iter().all(|count| count > 30), "{counts:?}");
+    assert!(counts.into_iter().all(|count| count > 10), "{counts:?}");
 }
 
 /// What is written stands in the row alone: the program's lists are made from it.

@@ -17,6 +17,7 @@ mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
 mod creatures;
+mod cut;
 mod dialects;
 #[cfg(all(feature = "cli", feature = "fbx", feature = "npz"))]
 mod doors;
@@ -56,9 +57,9 @@ mod process;
 mod program;
 mod properties;
 mod public;
-#[cfg(feature = "render")]
 #[cfg(feature = "cli")]
 mod refusals;
+#[cfg(feature = "render")]
 mod render;
 mod rest_out;
 mod retarget;

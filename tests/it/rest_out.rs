@@ -11,6 +11,9 @@ use mocap::scene::Format;
 use mocap::verify::Verifier;
 use mocap::{Code, Conversion, Exporter, Importer, Pose, Scene};
 
+use crate::cut;
+use crate::sample::Sample;
+
 /// Rest poses that do not stand, along +X and along other axes; one that does; one with +Z up; CMU's.
 const FILES: [(&str, [&str; 6]); 4] = [
     (
@@ -31,14 +34,11 @@ const FILES: [(&str, [&str; 6]); 4] = [
     ),
 ];
 
-fn fixture(name: &str) -> std::path::PathBuf {
-    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fixtures")
-        .join(name)
-}
+/// Frames of each file that are tried: a second and more, in which hinges show how limbs are rolled.
+const FRAMES: usize = 150;
 
-fn converted(name: &str, conversion: &Conversion) -> Scene {
-    let mut scene = Importer::new().import(fixture(name)).unwrap();
+fn converted(bytes: &[u8], conversion: &Conversion) -> Scene {
+    let mut scene = Importer::new().read(bytes, "take.bvh").unwrap();
     conversion.apply(&mut scene).unwrap();
     scene
 }
@@ -86,7 +86,9 @@ fn angle(from: Vec3, to: Vec3) -> f32 {
 #[test]
 fn zero_rotations_are_the_t_pose_or_the_a_pose() {
     let half = 0.5_f32.sqrt();
+    let mut random = Sample::new();
     for (name, [left_arm, left_hand, right_arm, right_hand, thigh, foot]) in FILES {
+        let take = cut::some_frames(&mut random, name, FRAMES);
         for (rest, arms) in [
             (RestPoseSource::TPose, [Vec3::X, Vec3::NEG_X]),
             (
@@ -94,7 +96,7 @@ fn zero_rotations_are_the_t_pose_or_the_a_pose() {
                 [Vec3::new(half, -half, 0.0), Vec3::new(-half, -half, 0.0)],
             ),
         ] {
-            let scene = converted(name, &Conversion::new().rest(rest));
+            let scene = converted(take.as_bytes(), &Conversion::new().rest(rest));
             let (joints, _) = zero_pose(&scene);
             let way = |from: &str, to: &str| joints[to] - joints[from];
             let facing_forward = [
@@ -114,7 +116,7 @@ fn zero_rotations_are_the_t_pose_or_the_a_pose() {
 fn the_first_frame_has_no_rotation_and_stands() {
     for (name, _) in FILES {
         let conversion = Conversion::new().rest(RestPoseSource::TPose).t_pose_first(true);
-        let scene = converted(name, &conversion);
+        let scene = converted(cut::first_frames(name, FRAMES).as_bytes(), &conversion);
         let (_, rotations) = zero_pose(&scene);
         assert!(rotations.len() > 50, "{name}");
         assert!(rotations.iter().all(|angle| angle.abs() < 0.1), "{name}: {rotations:?}");
@@ -137,7 +139,10 @@ fn the_first_frame_has_no_rotation_and_stands() {
 #[test]
 fn the_motion_is_unchanged_in_every_format() {
     let folder = tempfile::tempdir().unwrap();
+    let mut random = Sample::new();
     for (name, _) in FILES {
+        let source = folder.path().join("source.bvh");
+        std::fs::write(&source, cut::some_frames(&mut random, name, FRAMES)).unwrap();
         for (rest, is_first) in [
             (RestPoseSource::TPose, false),
             (RestPoseSource::APose, false),
@@ -145,12 +150,12 @@ fn the_motion_is_unchanged_in_every_format() {
             (RestPoseSource::APose, true),
         ] {
             let conversion = Conversion::new().rest(rest).t_pose_first(is_first);
-            let scene = converted(name, &conversion);
+            let scene = converted(&std::fs::read(&source).unwrap(), &conversion);
             for extension in ["bvh", "glb", if cfg!(feature = "fbx") { "fbx" } else { "gltf" }] {
                 let path = folder.path().join(format!("out.{extension}"));
                 Exporter::new().overwrite(true).export(&scene, &path).unwrap();
                 let verifier = Verifier::new().provenance(Provenance::of(&scene));
-                let found = verifier.files(fixture(name), &path).unwrap();
+                let found = verifier.files(&source, &path).unwrap();
                 assert!(
                     found.max_error < 1e-5,
                     "{name} {rest:?} {extension}: {} m",
@@ -160,7 +165,7 @@ fn the_motion_is_unchanged_in_every_format() {
                 assert!(found.findings.is_empty(), "{name} {extension}: {:?}", found.findings);
                 // A BVH file alone does not say that its joints have other axes.
                 if extension == "bvh" && !is_first {
-                    let found = Verifier::new().files(fixture(name), &path).unwrap();
+                    let found = Verifier::new().files(&source, &path).unwrap();
                     assert!(found.is_within(1e-4), "{name} {rest:?}: {found:?}");
                 }
             }
@@ -170,7 +175,8 @@ fn the_motion_is_unchanged_in_every_format() {
 
 #[test]
 fn steps_do_what_a_conversion_does() {
-    let mut scene = Importer::new().import(fixture("real/rokoko_dance.bvh")).unwrap();
+    let take = cut::first_frames("real/rokoko_dance.bvh", FRAMES);
+    let mut scene = Importer::new().read(take.as_bytes(), "take.bvh").unwrap();
     let mut same = scene.clone();
     for step in ["rest:pose=a-pose", "t-pose-first"] {
         let step: EditStep = step.parse().unwrap();
@@ -191,7 +197,7 @@ fn what_is_no_humanoid_has_no_t_pose() {
         Conversion::new().rest(RestPoseSource::TPose),
         Conversion::new().t_pose_first(true),
     ] {
-        let mut scene = Importer::new().import(fixture("real/lecture_Test.bvh")).unwrap();
+        let mut scene = Importer::new().import("fixtures/real/lecture_Test.bvh").unwrap();
         let before = scene.clone();
         let error = conversion.keep_units(true).apply(&mut scene).unwrap_err();
         assert_eq!(error.code(), Code::NotHumanoid);

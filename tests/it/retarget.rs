@@ -1,5 +1,7 @@
 //! Motion of one skeleton on another: the laws that it keeps, on real motions and bodies of many programs.
 
+use std::sync::LazyLock;
+
 use mocap::figure::{Figure, HumanoidBone as Bone, Sides, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::retarget::{RetargetOptions, Retargeter, Scale, Verdict};
@@ -32,8 +34,13 @@ pub(crate) fn motion(file: &str) -> Scene {
     scene
 }
 
-/// The motions of humanoids among the fixtures.
-fn motions() -> Vec<(String, Scene)> {
+/// The motions of humanoids among the fixtures, read once for all tests.
+fn motions() -> &'static [(String, Scene)] {
+    static MOTIONS: LazyLock<Vec<(String, Scene)>> = LazyLock::new(read_motions);
+    &MOTIONS
+}
+
+fn read_motions() -> Vec<(String, Scene)> {
     let is_motion = |file: &String, truth: &serde_json::Value| {
         let is_large = file.contains("cmu_01_01") || file.contains("cmu_02_01") || file.contains("salsa");
         truth["humanoid"] == true && !file.contains("/human_") && !file.ends_with(".asf") && !is_large
@@ -178,7 +185,7 @@ fn a_clip_of_a_scaled_body_is_its_poses() {
 #[test]
 fn a_motion_onto_its_own_skeleton_is_the_same() {
     for (file, source) in motions()
-        .into_iter()
+        .iter()
         .filter(|(file, _)| file != MOVING_POSITIONS && file != HANGING)
     {
         let target = retargeted(&source, &source);
@@ -701,10 +708,10 @@ fn heads_are_upright_on_the_average() {
     let target = character("human_vrm1");
     let (rest, joint) = (Pose::rest(&target), joints(&target));
     // A few frames may show anything, and so may trackers that nobody wears: all of this file is one odd pose.
-    let is_worn = |(file, source): &(String, Scene)| {
+    let is_worn = |(file, source): &&(String, Scene)| {
         source.animations[0].frame_count() >= 8 && file != "real/slimevr_headset_root.bvh"
     };
-    for (file, source) in motions().into_iter().filter(is_worn) {
+    for (file, source) in motions().iter().filter(is_worn) {
         let moved = retargeted(&source, &target);
         let up = |pose: &Pose, bone: Bone| {
             let rotation = |pose: &Pose| {
