@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
-use crate::sample::Sample;
+use crate::sample::{Sample, is_all};
 use mocap::compress::ErrorBound;
 use mocap::glam::{Mat4, Vec3};
 use mocap::gltf::{Achieved, Compression, Document, GltfOptions, write_glb};
@@ -41,7 +41,10 @@ fn options(compression: Compression, max_error: f64) -> GltfOptions {
         .error_bound(Some(max_error.into()))
 }
 
-/// Every `parts`th of the real motions.
+/// The longest motion that is tried in whole.
+const WHOLE: usize = 300;
+
+/// Every `parts`th of the real motions; of longer ones than [`WHOLE`] as many frames from anywhere.
 fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fixtures/real");
     let mut paths: Vec<_> = fs::read_dir(folder)
@@ -57,7 +60,17 @@ fn real_motions(random: &mut Sample, parts: usize) -> Vec<(String, Scene)> {
     };
     paths.retain(is_motion);
     assert!(paths.len() > 30, "{}", paths.len());
-    random.some(paths, parts).into_iter().filter_map(read).collect()
+    let mut motions: Vec<_> = random.some(paths, parts).into_iter().filter_map(read).collect();
+    for (_, scene) in &mut motions {
+        let frames = scene.animations.first().map_or(0, mocap::scene::Animation::frame_count);
+        if frames > WHOLE && !is_all() {
+            let first = random.below(frames - WHOLE + 1);
+            trim(scene, first as f64, (first + WHOLE - 1) as f64);
+            // What is compressed and compared is this part: `verify` shall not cut it again.
+            scene.metadata.steps.clear();
+        }
+    }
+    motions
 }
 
 /// Links of 5 m and of 2 m, in metres by what the survey makes of them: a step of 16 bits is more than 0.1 mm there.

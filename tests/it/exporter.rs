@@ -42,7 +42,10 @@ fn read(path: &str, row: &FormatInfo) -> Scene {
 fn every_written_format_holds_the_motion_of_every_small_fixture() {
     const SMALL: u64 = 100_000;
     let folder = tempfile::tempdir().unwrap();
-    let mut count = 0;
+    // Every second format of a file, every second file of a format.
+    let parts = if is_all() { 1 } else { 2 };
+    let first = Sample::new().below(parts);
+    let (mut count, mut files_tried) = (0, 0);
     let mut files: Vec<_> = fs::read_dir("fixtures/real")
         .unwrap()
         .map(|entry| entry.unwrap())
@@ -59,7 +62,11 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
         if !is_motion || file.metadata().unwrap().len() > SMALL || scene.animations.is_empty() {
             continue;
         }
-        for (row, extension) in written() {
+        files_tried += 1;
+        for (place, (row, extension)) in written().into_iter().enumerate() {
+            if (files_tried + place) % parts != first {
+                continue;
+            }
             let scene = read(path.to_str().unwrap(), row);
             let output = folder.path().join("take").with_extension(extension);
             let what = format!("{} as .{extension}", path.display());
@@ -85,7 +92,7 @@ fn every_written_format_holds_the_motion_of_every_small_fixture() {
             count += 1;
         }
     }
-    assert!(count > 60, "{count}");
+    assert!(count > 60 / parts, "{count}");
 }
 
 /// Bytes in memory are those on the disk, and so are the names.

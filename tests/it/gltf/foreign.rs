@@ -410,7 +410,7 @@ fn a_chain_deeper_than_the_limit_is_refused_at_once() {
 #[test]
 fn accessors_that_are_shared_do_not_multiply_a_file() {
     let mut file = Foreign::new(json!([{ "name": "a" }]));
-    let frames = 20_000;
+    let frames = 150_000;
     let times: Vec<f32> = (0..frames).map(|frame| frame as f32).collect();
     let values = vec![[0.0, 0.0, 1.0]; frames];
     file.clip(
@@ -421,7 +421,7 @@ fn accessors_that_are_shared_do_not_multiply_a_file() {
         "LINEAR",
     );
     let channel = file.json["animations"][0]["channels"][0].clone();
-    file.json["animations"][0]["channels"] = vec![channel; 20_000].into();
+    file.json["animations"][0]["channels"] = vec![channel; 2_000].into();
     file.fails(Code::LimitExceeded, "/accessors/1/count");
     // Zeros that no byte stands for.
     let mut file = Foreign::new(json!([{ "name": "a" }]));
