@@ -116,12 +116,10 @@ fn check_depth(text: &str, limits: &Limits) -> Result<(), Failure> {
 
 /// The byte at a line and a column, both from 1.
 fn offset_of(text: &str, row: usize, column: usize) -> usize {
-    let line = text
-        .split_inclusive('\n')
-        .nth(row.saturating_sub(1))
-        .unwrap_or_default();
+    let Some(line) = text.split_inclusive('\n').nth(row.saturating_sub(1)) else {
+        return text.len();
+    };
     let start = line.as_ptr() as usize - text.as_ptr() as usize;
-    let start = if line.is_empty() { text.len() } else { start };
     let within: usize = line.chars().take(column.saturating_sub(1)).map(char::len_utf8).sum();
     start + within
 }

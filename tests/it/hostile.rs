@@ -200,3 +200,14 @@ fn more_bytes_than_the_limit_are_refused() {
     let error = importer(1).import("fixtures/dialects/plain.bvh").unwrap_err();
     assert_eq!(error.code(), Code::LimitExceeded);
 }
+
+/// Found by fuzzing: the place of the error is behind the last line.
+#[test]
+fn xml_that_ends_with_a_line_is_refused() {
+    for text in [
+        "<robot name=\"a\">\n  <link name=\"b\">\r\n",
+        "<mujoco>\n <worldbody>\n\n",
+    ] {
+        assert!(mocap::Importer::new().read_robot(text.as_bytes(), "robot.xml").is_err());
+    }
+}

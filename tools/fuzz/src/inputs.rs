@@ -59,7 +59,7 @@ pub const BVH: Input = Input {
     made: Vec::new,
     words: BVH_WORDS,
     base: 1 << 20,
-    factor: 512,
+    factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Bvh).read(bytes, "fuzz.bvh"),
 };
@@ -73,7 +73,7 @@ pub(crate) const ASF: Input = Input {
     made: Vec::new,
     words: ACCLAIM_WORDS,
     base: 1 << 20,
-    factor: 512,
+    factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| {
         let importer = importer.clone().format(mocap::Format::AsfAmc);
@@ -95,7 +95,7 @@ pub(crate) const AMC: Input = Input {
     made: Vec::new,
     words: ACCLAIM_WORDS,
     base: 1 << 20,
-    factor: 512,
+    factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| {
         let skeleton = fixture("real/cmu_02.asf");
@@ -116,7 +116,7 @@ pub(crate) const C3D: Input = Input {
     made: Vec::new,
     words: C3D_WORDS,
     base: 1 << 20,
-    factor: 512,
+    factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::C3d).read(bytes, "fuzz.c3d"),
 };
@@ -145,7 +145,7 @@ pub(crate) const GLB: Input = Input {
     made: made::glb,
     words: GLTF_WORDS,
     base: 1 << 20,
-    factor: 512,
+    factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::Gltf).read(bytes, "fuzz.glb"),
 };
