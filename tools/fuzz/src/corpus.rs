@@ -68,7 +68,13 @@ pub(crate) fn minimize(input: &Input, try_input: impl Fn(&[u8]) -> Result<(), St
         }
     }
     let folder = folder("corpus", input);
-    let _ = fs::remove_dir_all(&folder);
+    // Those with a name of their own were findings, and stay.
+    for path in paths(&folder) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if fs::read(&path).is_ok_and(|bytes| name_of(&bytes) == name) {
+            fs::remove_file(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        }
+    }
     for bytes in &keep {
         write(&folder.join(name_of(bytes)), bytes);
     }
@@ -106,6 +112,11 @@ fn folder(of: &str, input: &Input) -> PathBuf {
 
 /// The files of a folder, sorted by name; none where there is no such folder.
 fn files(folder: &Path) -> Vec<Vec<u8>> {
+    let read = |path: &PathBuf| fs::read(path).expect("a kept input can be read");
+    paths(folder).iter().map(read).collect()
+}
+
+fn paths(folder: &Path) -> Vec<PathBuf> {
     let listed = match fs::read_dir(folder) {
         Ok(listed) => listed,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Vec::new(),
@@ -115,8 +126,7 @@ fn files(folder: &Path) -> Vec<Vec<u8>> {
         .map(|entry| entry.expect("a folder can be listed").path())
         .collect();
     paths.sort();
-    let read = |path: &PathBuf| fs::read(path).expect("a kept input can be read");
-    paths.iter().map(read).collect()
+    paths
 }
 
 /// FNV-1a, 64 bits: the same name for the same bytes on every machine.
