@@ -3,6 +3,7 @@
 //! `memory` and `allocations` are separate, because each has its own global allocator.
 
 mod architecture;
+mod armatures;
 mod arrays;
 mod asf_amc;
 #[cfg(feature = "cli")]
@@ -52,6 +53,7 @@ mod options;
 #[cfg(feature = "cli")]
 mod outputs;
 mod packed_clip;
+mod palms;
 mod process;
 #[cfg(feature = "cli")]
 mod program;
