@@ -16,6 +16,7 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod by_names;
 mod clip;
 mod feet;
 mod limb_angles;
@@ -30,11 +31,12 @@ mod solve;
 
 use glam::{Quat, Vec3};
 
+pub(crate) use self::by_names::CreatureRetargeter;
 pub use self::limb_angles::LimbAngles;
 use self::measure::Moving;
 use self::plan::Plan;
 pub use self::plan::Unmapped;
-pub use self::report::{Clamped, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
+pub use self::report::{ByNames, Clamped, FeetReport, FootMotion, LimbError, LockedFeet, RetargetReport, Verdict};
 use self::root::Root;
 pub use self::sight::{Aspect, Seen};
 use self::solve::Solved;

@@ -39,7 +39,7 @@ use crate::figure::{Figure, Humanoid, humanoid};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::{self, SkeletonMesh};
-use crate::retarget::{LimbAngles, Retargeter, check_figure};
+use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{AppliedStep, Scene, SecondMotion};
 
@@ -89,7 +89,8 @@ impl Retargeting {
     /// Takes a target without a motion yet, and finds its bones.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where it is not a humanoid, or no pose can be put on its hierarchy;
+    /// [`Code::NotHumanoid`] where it is neither a humanoid nor a creature of a known kind, or no pose can be put on
+    /// its hierarchy;
     /// [`Code::InvalidValue`] where [`target_bones`](RetargetingOptions::target_bones) names a joint that it lacks.
     pub fn onto(target: impl Into<Target>, options: RetargetingOptions) -> Result<Self> {
         let target = target.into();
@@ -108,7 +109,7 @@ impl Retargeting {
         let bones = bones.map(|bones| bones.with_map(&scene, options.target_bones.clone()));
         let bones = bones.transpose()?;
         let figure = bones.map(|bones| Figure::with_bones(&scene, bones));
-        if let Some(figure) = &figure {
+        if let Some(figure) = figure.as_ref().filter(|figure| figure.humanoid.creature.is_none()) {
             check_figure(&scene, figure)?;
         }
         // What is written from a scene has the new motions alone.
@@ -168,7 +169,8 @@ impl Retargeting {
     /// the name, a number is added.
     ///
     /// # Errors
-    /// [`Code::NotHumanoid`] where the source is not a humanoid, [`Code::NoMotion`] where it has no animation,
+    /// [`Code::NotHumanoid`] where the source is not a humanoid, or for a creature none of its kind with the names of
+    /// its joints; [`Code::NoMotion`] where it has no animation,
     /// [`Code::InvalidValue`] where [`source_bones`](RetargetingOptions::source_bones) names a joint that it lacks. The
     /// clips are then as they were.
     pub fn add(&mut self, source: SourceMotion) -> Result<&SourceMotion> {
@@ -207,8 +209,18 @@ impl Retargeting {
             (Target::Character(_) | Target::Skeleton(_), figure) => {
                 let target = self.target.scene();
                 let figure = figure.clone().unwrap_or_else(|| Figure::new(&target));
-                let retargeter = Retargeter::with_figures((scene, from), (&target, figure), self.options.scale)?;
-                Mover::Body(Box::new(retargeter))
+                match figure.humanoid.creature {
+                    Some(_) => {
+                        let figures = ((scene, &from), (&*target, &figure));
+                        let creatures = CreatureRetargeter::new(figures.0, figures.1, self.options.scale)?;
+                        Mover::Creature(Box::new(creatures))
+                    }
+                    None => {
+                        let figures = ((scene, from), (&*target, figure));
+                        let retargeter = Retargeter::with_figures(figures.0, figures.1, self.options.scale)?;
+                        Mover::Body(Box::new(retargeter))
+                    }
+                }
             }
             (Target::Robot(robot), _) => {
                 let options = RobotOptions {
@@ -249,6 +261,11 @@ impl Retargeting {
                 let (animation, report) = retargeter.clip(source, index, &target, lock_feet)?;
                 let step = retargeter.step(&target, lock_feet);
                 (Retargeted::of_body(animation, report), step)
+            }
+            (Mover::Creature(retargeter), target) => {
+                let target = target.scene();
+                let (animation, report) = retargeter.clip(source, index, &target)?;
+                (Retargeted::of_body(animation, report), retargeter.step(&target))
             }
             (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
         };

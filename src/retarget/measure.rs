@@ -135,6 +135,7 @@ pub(super) fn measure(
         clamped: Vec::new(),
         lock: None,
         feet: feet(source, target, (&was, &is), ticks, root),
+        by_names: None,
     };
     report.verdict = verdict(&report);
     report

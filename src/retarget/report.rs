@@ -119,6 +119,20 @@ impl Verdict {
     }
 }
 
+/// How a motion went by the names of joints.
+///
+/// [`Retargeter`](crate::retarget::Retargeter) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ByNames {
+    /// The kind of creature, such as `four-legged`.
+    pub creature: String,
+    /// The joints of the target that have the name of one in the source.
+    pub joints: usize,
+    /// The joints of the source that the target lacks.
+    pub lacking: Vec<String>,
+}
+
 /// How well a motion sits on another skeleton.
 ///
 /// [`Retargeter`](crate::retarget::Retargeter) has an example.
@@ -150,6 +164,10 @@ pub struct RetargetReport {
     /// How fast they are beside free ones; absent where they are not locked.
     #[serde(default)]
     pub lock: Option<LockedFeet>,
+    /// Of creatures, which go by the names of their joints: the angles are then those of all bones, and the verdict is
+    /// good up to 15 degrees in the mean, and fair up to 30.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_names: Option<ByNames>,
     /// Whether the motion is good enough to use unchanged: good where the limbs are within 1 degree in the mean, fair
     /// within 3, poor where they are farther off or nothing could be compared. No more than fair where a roll or a
     /// line of the trunk is more than 15 degrees off, a head or a palm more than 60, or how a thigh or an upper arm

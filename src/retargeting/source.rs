@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::convert::Conversion;
 use crate::error::Result;
 use crate::figure::{Figure, Humanoid};
-use crate::retarget::Retargeter;
+use crate::retarget::{CreatureRetargeter, Retargeter};
 use crate::robot::RobotRetargeter;
 use crate::scene::{Assumption, Scene};
 
@@ -110,5 +110,6 @@ pub(super) struct Moving {
 #[derive(Clone, Debug)]
 pub(super) enum Mover {
     Body(Box<Retargeter>),
+    Creature(Box<CreatureRetargeter>),
     Robot(Box<RobotRetargeter>),
 }

@@ -1,10 +1,13 @@
 //! Creatures are no humanoids, and what is said of them names what they are.
 
-use mocap::Scene;
+use std::f32::consts::FRAC_PI_2;
+
 use mocap::figure::{Creature, humanoid};
-use mocap::glam::{Mat4, Vec3};
-use mocap::retarget::{RetargetOptions, Retargeter};
-use mocap::scene::{Node, NodeId, NodeKind, UpAxis};
+use mocap::glam::{EulerRot, Mat4, Quat, Vec3};
+use mocap::retarget::{RetargetOptions, Retargeter, Verdict};
+use mocap::retargeting::{Retargeting, RetargetingOptions};
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, UpAxis};
+use mocap::{Pose, Scene};
 
 /// A skeleton at rest, in centimetres: each joint with its parent and its OFFSET.
 fn skeleton(joints: &[(String, Option<usize>, [f32; 3])]) -> Scene {
@@ -193,4 +196,121 @@ fn a_map_overrules_the_class() {
         .map(|(bone, joint)| (*bone, Some(scene.nodes[joint.joint.index()].name.clone())));
     let found = humanoid(&scene).with_map(&scene, named.collect()).unwrap();
     assert!(found.found && found.creature.is_none() && found.missing().is_empty());
+}
+
+/// The skeleton turned about +Y and made larger, with other axes of each joint: the same animal of another size, built
+/// by another program.
+fn rebuilt(scene: &Scene, size: f32, heading: f32) -> Scene {
+    let turn = Quat::from_rotation_y(heading);
+    let rest = Pose::rest(scene);
+    let axes = |node: usize| Quat::from_euler(EulerRot::XYZ, 0.3 * node as f32, 1.1, 0.7 * node as f32);
+    let world = |node: usize| {
+        let place = size * (turn * rest.position(NodeId::new(node)));
+        Mat4::from_rotation_translation(axes(node), place)
+    };
+    let mut made = scene.clone();
+    for (index, node) in made.nodes.iter_mut().enumerate() {
+        let parent = node.parent.map_or(Mat4::IDENTITY, |parent| world(parent.index()));
+        node.transform = parent.inverse() * world(index);
+    }
+    made
+}
+
+/// A trot: every joint swings, and the hips go forward and up and down.
+fn trot(mut scene: Scene) -> Scene {
+    const FRAMES: usize = 40;
+    let channels = scene.nodes.iter().enumerate().map(|(index, node)| {
+        let rest = node.transform.w_axis.truncate();
+        let swing = |frame: usize| {
+            let angle = 0.3 * (0.4 * frame as f32 + index as f32).sin();
+            Quat::from_rotation_x(angle) * Quat::from_rotation_y(0.3 * angle)
+        };
+        let way = |frame: usize| rest + Vec3::new(0.0, (0.5 * frame as f32).sin(), 3.0 * frame as f32);
+        Channel {
+            node_name: node.name.clone(),
+            node: Some(NodeId::new(index)),
+            position_keys: match index {
+                0 => Keys::every_tick((0..FRAMES).map(way).collect()),
+                _ => Keys::constant(rest),
+            },
+            rotation_keys: Keys::every_tick((0..FRAMES).map(swing).collect()),
+            scaling_keys: Keys::constant(Vec3::ONE),
+        }
+    });
+    let channels = channels.collect();
+    scene.animations = vec![Animation {
+        name: "trot".to_owned(),
+        ticks_per_second: 30.0,
+        duration: (FRAMES - 1) as f64,
+        channels,
+    }];
+    scene
+}
+
+/// The dog of another size and facing moves as the dog: every joint is where that of the source is, turned and made
+/// larger, but for the height of the ground.
+#[test]
+fn a_creature_moves_as_another_of_its_kind() {
+    for (size, heading) in [(1.0, 0.0), (1.7, FRAC_PI_2), (0.4, -FRAC_PI_2)] {
+        let source = trot(dog(true));
+        let target = rebuilt(&dog(true), size, heading);
+        let done = Retargeting::new(source.clone(), target, RetargetingOptions::new()).unwrap();
+        let report = done.clips()[0].report.body().unwrap();
+        assert_eq!(report.by_names.as_ref().unwrap().joints, source.nodes.len());
+        assert_eq!(report.by_names.as_ref().unwrap().creature, "four-legged");
+        assert_eq!(report.verdict, Verdict::Good);
+        assert!(report.max_degrees < 0.1, "{}", report.max_degrees);
+        assert!((report.scale - f64::from(size)).abs() < 1e-4);
+        let moved = done.scene();
+        let turn = Quat::from_rotation_y(heading);
+        let mut ground: Option<f32> = None;
+        for tick in [0.0, 7.0, 19.0, 39.0] {
+            let [from, to] = [&source, &moved].map(|scene| Pose::at_tick(scene, 0, tick).unwrap());
+            for node in (0..source.nodes.len()).map(NodeId::new) {
+                let off = to.position(node) - size * (turn * from.position(node));
+                let ground = *ground.get_or_insert(off.y);
+                assert!(off.distance(ground * Vec3::Y) < 0.02, "{size}: {off}, in centimetres");
+            }
+        }
+    }
+}
+
+/// Joints that one of them lacks are said, and the others move.
+#[test]
+fn what_a_creature_lacks_is_said() {
+    let done = Retargeting::new(trot(dog(true)), dog(false), RetargetingOptions::new()).unwrap();
+    let report = done.clips()[0].report.body().unwrap().by_names.clone().unwrap();
+    assert_eq!(report.lacking, ["Tail", "Tail1"]);
+    assert_eq!(report.joints, done.scene().nodes.len());
+}
+
+#[test]
+fn creatures_of_other_kinds_and_names_are_refused() {
+    let refused = |source: Scene, target: Scene| {
+        let error = Retargeting::new(source, target, RetargetingOptions::new()).unwrap_err();
+        assert_eq!(error.code().as_str(), "not-humanoid");
+        error.to_string()
+    };
+    let words = refused(trot(dog(true)), flamingo());
+    assert!(
+        words.contains("the target is bird (") && words.contains("the source is four-legged ("),
+        "{words}"
+    );
+    let words = refused(trot(person(0)), dog(true));
+    assert!(
+        words.contains("the target is four-legged (") && words.contains("the source is a humanoid"),
+        "{words}"
+    );
+    let words = refused(trot(dog(true)), person(0));
+    assert!(words.contains("the source is not a humanoid"), "{words}");
+    let mut named = trot(dog(true));
+    for (index, node) in named.nodes.iter_mut().enumerate().skip(3) {
+        node.name = format!("joint_{index}");
+        named.animations[0].channels[index].node_name.clone_from(&node.name);
+    }
+    let words = refused(named, dog(true));
+    assert!(
+        words.contains("joints of the source have the name of one in the target"),
+        "{words}"
+    );
 }

@@ -7,7 +7,7 @@ use mocap::retargeting::{Retargeting, RetargetingOptions};
 use mocap::scene::NodeId;
 use mocap::{Importer, Pose, Scene};
 
-/// Names of a skeleton: hips of the legs, hand, and the first joints of index, middle and little finger; left and right.
+/// Names of a skeleton: thighs, hands, and the first joints of index, middle and little finger; left and right.
 struct Names {
     thighs: [&'static str; 2],
     hands: [[&'static str; 4]; 2],
@@ -37,8 +37,8 @@ const JAPANESE: Names = Names {
     ],
 };
 
-/// Where the back of a hand looks, in right, up and back of the hips: across the hand from the little finger to the index
-/// finger, and along it.
+/// Where the back of a hand looks, in right, up and back of the hips, by the line along the hand and that from the
+/// little finger to the index finger.
 fn back_of_hand(scene: &Scene, pose: &Pose, names: &Names, side: usize) -> Vec3 {
     let at = |name: &str| {
         let node = scene.nodes.iter().position(|node| node.name == name).unwrap();
@@ -79,7 +79,7 @@ fn palms_are_as_far_off_as_the_report_says() {
             .unwrap();
         let source = mocap::import("fixtures/real/rokoko_dance.bvh").unwrap();
         let done = Retargeting::new(source, character, RetargetingOptions::new()).unwrap();
-        let (from, to) = (&done.sources().next().unwrap().scene, done.scene());
+        let (from, to) = (done.sources().next().unwrap().scene(), done.scene());
         let angles = apart((from, &ROKOKO), (&to, names));
         let report = done.clips()[0].report.body().unwrap();
         for (side, bone) in ["leftHand", "rightHand"].into_iter().enumerate() {

@@ -70,8 +70,9 @@ fn default_format(args: &RetargetArgs, file: &Path) -> String {
 }
 
 pub(super) fn tell(found: &RetargetReport) {
+    let what = if found.by_names.is_some() { "bones" } else { "limbs" };
     report::say(&format!(
-        "{}: limbs {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; path scaled by {:.3}",
+        "{}: {what} {:.2} degrees off in the mean, {:.2} at most, in {} frames: {}; path scaled by {:.3}",
         found.clip,
         found.mean_degrees,
         found.max_degrees,
@@ -87,6 +88,16 @@ pub(super) fn tell(found: &RetargetReport) {
             limb.mean_degrees,
             limb.max_degrees,
             limb.tick
+        ));
+    }
+    if let Some(names) = &found.by_names {
+        let lacking = match names.lacking.as_slice() {
+            [] => String::new(),
+            lacking => format!("; the target lacks {}", lacking.join(", ")),
+        };
+        report::say(&format!(
+            "{}: both are {}, and {} joints go by their names{lacking}",
+            found.clip, names.creature, names.joints
         ));
     }
     for seen in found.seen.iter().filter(|seen| seen.mean_degrees > 15.0) {
