@@ -383,7 +383,7 @@ fn groups_that_move_are_compared_where_there_is_no_joint() {
     assert!(!verify(&scene, &written(&late)).unwrap().is_within(1e-3));
 }
 
-/// A packed clip of which fuzzing had changed the duration: it was written with two keys at one time, which no reader takes.
+/// A packed clip whose duration fuzzing had changed was written with two keys at one time, which no reader takes.
 #[test]
 fn a_take_of_no_length_in_32_bits_is_one_pose() {
     let mut scene = Importer::new().import("fixtures/dialects/plain.bvh").unwrap();

@@ -68,8 +68,8 @@ fn counters() -> &'static mut [u64] {
         fn __llvm_profile_begin_counters() -> *mut u64;
         fn __llvm_profile_end_counters() -> *mut u64;
     }
-    // SAFETY: the runtime of LLVM gives the two ends of one array of 64-bit counters, which lives as long as the process.
-    // One thread alone calls this, and it ends its use before it calls again.
+    // SAFETY: the runtime of LLVM gives the two ends of one array of 64-bit counters, which lives as long as the
+    // process. One thread alone calls this, and it ends its use before it calls again.
     unsafe {
         let (start, end) = (__llvm_profile_begin_counters(), __llvm_profile_end_counters());
         std::slice::from_raw_parts_mut(start, end.offset_from_unsigned(start))

@@ -1,5 +1,5 @@
-//! What must hold of a scene in every written format: an error with a reason that the format has, or a file that is read
-//! back, and of which `verify` says that it is the scene.
+//! What must hold of a scene in every written format: an error with a reason that the format has, or a file that is
+//! read back, and of which `verify` says that it is the scene.
 
 use mocap::arrays::{ArrayOptions, arrays};
 use mocap::fbx::{FbxOptions, FbxTarget, FbxVersion};
@@ -9,8 +9,8 @@ use mocap::{Code, Conversion, Error, Exporter, Format, FormatInfo, Importer, Sce
 
 use crate::inputs::Outputs;
 
-/// Everything that is written of a scene with such a mesh. `choice` chooses what is too slow to be done to each. The scene
-/// goes out in metres, as the program writes it.
+/// Everything that is written of a scene with such a mesh. `choice` chooses what is too slow to be done to each. The
+/// scene goes out in metres, as the program writes it.
 pub(crate) fn hold(read: &Scene, mesh: SkeletonMesh, outputs: Outputs, choice: u8) {
     let mut converted = read.clone();
     let Ok(_) = Conversion::new().apply(&mut converted) else {
