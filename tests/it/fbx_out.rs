@@ -29,7 +29,7 @@ fn import(path: impl AsRef<Path>) -> mocap::Result<Scene> {
 }
 
 /// Every third of the motions of the fixtures, where it can be read.
-fn fixtures() -> Vec<(PathBuf, Scene)> {
+pub(crate) fn fixtures() -> Vec<(PathBuf, Scene)> {
     let mut found = Vec::new();
     for folder in ["real", "dialects", "skeletons", "characters", "made"] {
         for entry in fs::read_dir(format!("fixtures/{folder}")).unwrap() {

@@ -10,6 +10,7 @@ mod asf_amc;
 mod batch;
 mod broken;
 mod bvh_out;
+mod bvh_rest;
 mod c3d;
 mod changed_skeletons;
 mod compressed_characters;
@@ -32,6 +33,8 @@ mod exporter;
 mod fbx;
 #[cfg(feature = "fbx")]
 mod fbx_out;
+#[cfg(feature = "fbx")]
+mod fbx_streams;
 mod fixtures;
 #[cfg(feature = "cli")]
 mod frame_rates;
@@ -43,6 +46,8 @@ mod humanoid;
 #[cfg(all(unix, feature = "cli"))]
 mod interrupted;
 mod jobs;
+#[cfg(feature = "cli")]
+mod kept_characters;
 mod kinematics;
 mod motion_steps;
 mod names;

@@ -2,7 +2,8 @@
 
 usage: python blender.py < REQUESTS > ANSWERS
 
-A request is {"file": PATH, "seconds": [TIME, ..]}; the input is a list of them. The answer to it is {"version": .., "bones":
+A request is {"file": PATH, "seconds": [TIME, ..], "importer": "wm.fbx_import" or "import_scene.fbx"}, the importer built
+into Blender since 4.5 or that in Python, which is the default here; the input is a list of them. The answer to it is {"version": .., "bones":
 [NAME, ..], "places": [[[x, y, z], ..], ..], "vertices": [[..]], "rate": .., "end": SECONDS, "console": [LINE, ..]}: for each
 time the places of the heads of all bones in metres with +Y up, and those of the vertices of all meshes where the request
 has "vertices"; and the lines that the importer prints beside the version of the file.
@@ -17,6 +18,16 @@ import sys
 import tempfile
 
 import bpy
+
+
+IMPORTERS = {
+    "import_scene.fbx": lambda path: bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0),
+    "wm.fbx_import": lambda path: bpy.ops.wm.fbx_import(filepath=path, anim_offset=0.0),
+}
+
+
+# What the importers print of every file.
+SAID = ("FBX version", "FBX import of", "Failed to open dir")
 
 
 def up(place):
@@ -49,14 +60,16 @@ def answer(request):
     lines = []
     with console(lines):
         try:
-            bpy.ops.import_scene.fbx(filepath=request["file"], anim_offset=0.0)
-        except RuntimeError as error:
-            return {"refusal": str(error).strip()}
+            IMPORTERS[request.get("importer", "import_scene.fbx")](request["file"])
+        except Exception as error:  # noqa: BLE001, the importer of Python raises whatever goes wrong
+            return {"refusal": f"{type(error).__name__}: {error}".strip()}
     scene = bpy.context.scene
     armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
     meshes = sorted((thing for thing in bpy.data.objects if thing.type == "MESH"), key=lambda thing: thing.name)
     rate = scene.render.fps / scene.render.fps_base
-    ends = [action.frame_range[1] / scene.render.fps for action in bpy.data.actions]
+    # The importer in Python puts keys at the whole rate times their seconds, the other one at the exact rate.
+    of_keys = rate if request.get("importer") == "wm.fbx_import" else scene.render.fps
+    ends = [action.frame_range[1] / of_keys for action in bpy.data.actions]
     answer = {
         "version": bpy.app.version_string,
         "bones": [bone.name for armature in armatures for bone in armature.pose.bones],
@@ -65,11 +78,10 @@ def answer(request):
         "rate": rate,
         "end": max(ends, default=0.0),
         "clips": sorted({action.name.split("|", 1)[-1] for action in bpy.data.actions}),
-        "console": [line for line in lines if not line.startswith("FBX version")],
+        "console": [line for line in lines if not line.startswith(SAID)],
     }
     for seconds in request["seconds"]:
-        # The importer puts keys at the whole rate times their seconds.
-        frame = seconds * scene.render.fps
+        frame = seconds * of_keys
         whole = math.floor(frame)
         scene.frame_set(whole, subframe=frame - whole)
         heads = [up(armature.matrix_world @ bone.head) for armature in armatures for bone in armature.pose.bones]

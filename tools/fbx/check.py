@@ -27,6 +27,8 @@ SINGLE = 4e-6
 # Blender keeps a bone as the places of its head and its tail in single precision. A bone that is short and far from the
 # origin is therefore turned a little, and with it the way of a root along it.
 BLENDER_ALLOWED = {"run.fbx": 2e-4}
+# The importer built in since Blender 4.5, and the one in Python before it.
+IMPORTERS = ["wm.fbx_import", "import_scene.fbx"]
 
 
 def read_npz(path):
@@ -222,22 +224,23 @@ class Fixture:
             return
         self.compare("assimp", found["places"], found["end"], 4 * self.allowed)
 
-    def judge_blender(self, found):
+    def judge_blender(self, importer, found):
+        who = f"blender's {importer}"
         if "refusal" in found:
-            self.failures.append(f"blender: {found['refusal']}")
+            self.failures.append(f"{who}: {found['refusal']}")
             return
         if found["console"]:
-            self.failures.append(f"blender prints {found['console'][:3]}")
+            self.failures.append(f"{who} prints {found['console'][:3]}")
         # Names are cut there.
         names = [name.encode()[:63].decode(errors="ignore") for name in self.names]
         if sorted(found["bones"]) != sorted(names):
-            self.failures.append(f"blender: {len(found['bones'])} bones, and not {len(names)}")
+            self.failures.append(f"{who}: {len(found['bones'])} bones, and not {len(names)}")
             return
         frames = [dict(zip(found["bones"], frame)) for frame in found["places"]]
         frames = [{name: frame[short] for name, short in zip(self.names, names)} for frame in frames]
-        self.compare("blender", frames, found["end"], BLENDER_ALLOWED.get(self.path.name, self.allowed))
+        self.compare(who, frames, found["end"], BLENDER_ALLOWED.get(self.path.name, self.allowed))
         if self.frames > 1 and abs(found["rate"] / self.rate - 1) > 1e-5:
-            self.failures.append(f"blender: {found['rate']} frames a second, and not {self.rate}")
+            self.failures.append(f"{who}: {found['rate']} frames a second, and not {self.rate}")
 
 
 def choose(arguments):
@@ -279,13 +282,16 @@ def main(arguments):
             print(f"left out, because convert refuses it: {path.name}")
     sound = [fixture for fixture in fixtures if hasattr(fixture, "seconds")]
     if BLENDER:
-        requests = [{"file": str(fixture.output), "seconds": fixture.seconds} for fixture in sound]
+        pairs = [(fixture, importer) for fixture in sound for importer in IMPORTERS]
+        requests = [
+            {"file": str(fixture.output), "seconds": fixture.seconds, "importer": importer} for fixture, importer in pairs
+        ]
         script = Path(__file__).with_name("blender.py")
         ran = subprocess.run([BLENDER, script], input=json.dumps(requests), capture_output=True, text=True)
         if ran.returncode:
             sys.exit(f"Blender: {ran.stderr}")
-        for fixture, found in zip(sound, json.loads(ran.stdout.splitlines()[-1])):
-            fixture.judge_blender(found)
+        for (fixture, importer), found in zip(pairs, json.loads(ran.stdout.splitlines()[-1])):
+            fixture.judge_blender(importer, found)
     else:
         print("left out: Blender, because BLENDER_PYTHON names no Python")
     failed = 0

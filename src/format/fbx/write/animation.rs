@@ -217,15 +217,15 @@ impl Clip<'_, '_, '_> {
         Some(Keys::at_ticks(values, ticks))
     }
 
-    /// Adds the curves of a track that say more than the model, or all. Returns whether there is one.
+    /// Adds the curves of a track that says more than the model, or that has to be there. Returns whether it is. It has
+    /// all three axes: the importer built into Blender 5.0 leaves a rotation at rest that lacks the curve of one.
     fn write(&mut self, model: Id, track: &Track, all: bool) -> Result<bool> {
         // As single precision has them.
         let is_rest = |axis: usize| {
             let curve = &track.curves[axis];
             curve.is_constant() && curve.values[0] as f32 == track.rest[axis] as f32
         };
-        let written: Vec<usize> = (0..3).filter(|axis| all || !is_rest(*axis)).collect();
-        if written.is_empty() {
+        if !all && (0..3).all(is_rest) {
             return Ok(false);
         }
         let [x, y, z] = track.rest.to_array();
@@ -236,7 +236,7 @@ impl Clip<'_, '_, '_> {
             .add("AnimationCurveNode", element.child(defaults.element()));
         self.document.connect(node, self.layer);
         self.document.connect_property(node, model, track.part.property());
-        for axis in written {
+        for axis in 0..3 {
             let curve = &track.curves[axis];
             let count = if curve.is_constant() { 1 } else { curve.values.len() };
             let times = match &curve.ticks {

@@ -1,12 +1,12 @@
 //! The tree of elements in bytes: a header, elements that begin with the offset of their end, and a footer.
 //!
-//! The crate `fbxcel` writes these too. It brings a second deflate beside `miniz_oxide`, and compresses the times of
-//! every curve anew, which are more than half of a file and alike for all curves.
+//! The crate `fbxcel` writes these too. It compresses the times of every curve anew, which are more than half of a file
+//! and alike for all curves.
 
 use std::borrow::Cow;
 use std::rc::Rc;
 
-use miniz_oxide::deflate::compress_to_vec_zlib;
+use zlib_rs::{DeflateConfig, ReturnCode, compress_bound, compress_slice};
 
 use super::FbxVersion;
 use crate::error::{Code, Diagnostic, Result};
@@ -16,7 +16,7 @@ use crate::files::FBX_HEAD;
 const COMPRESSED_FROM: usize = 128;
 
 /// Of the ten levels of zlib, where a higher one takes much longer and saves little of such numbers.
-const LEVEL: u8 = 4;
+const LEVEL: i32 = 6;
 
 /// The identification of a file, its time of creation and the first bytes of its footer belong together. Every file has
 /// the same, so that the same scene gives the same bytes.
@@ -81,8 +81,8 @@ impl Array {
     fn new<const SIZE: usize>(code: u8, values: impl Iterator<Item = [u8; SIZE]>) -> Self {
         let plain: Vec<u8> = values.flatten().collect();
         let count = plain.len() / SIZE;
-        let compressed = (plain.len() >= COMPRESSED_FROM).then(|| compress_to_vec_zlib(&plain, LEVEL));
-        let compressed = compressed.filter(|compressed| compressed.len() < plain.len());
+        let compressed = (plain.len() >= COMPRESSED_FROM).then(|| compressed(&plain));
+        let compressed = compressed.flatten().filter(|compressed| compressed.len() < plain.len());
         Self {
             code,
             count,
@@ -90,6 +90,15 @@ impl Array {
             bytes: compressed.unwrap_or(plain).into(),
         }
     }
+}
+
+/// A zlib stream; `None` beyond what the encoder can take at once.
+fn compressed(plain: &[u8]) -> Option<Vec<u8>> {
+    let mut stream = vec![0; compress_bound(plain.len())];
+    let (written, code) = compress_slice(&mut stream, plain, DeflateConfig::new(LEVEL));
+    let length = written.len();
+    stream.truncate(length);
+    (code == ReturnCode::Ok).then_some(stream)
 }
 
 impl From<bool> for Value<'_> {
