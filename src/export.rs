@@ -10,12 +10,15 @@ use crate::format::bvh::BvhOptions;
 use crate::format::fbx::FbxOptions;
 use crate::format::gltf::{BufferPlace, Compression};
 use crate::format::{FormatInfo, WriteOptions, Written};
-use crate::scene::{Format, Scene};
+use crate::pose::Trs;
+use crate::process;
+use crate::scene::{Format, Node, Original, Scene};
 
 /// Writes scenes in any written format, with options.
 ///
 /// A scene goes out as it is: [`Conversion`](crate::Conversion) brings it to metres with +Y up, which glTF, VRM
-/// animations and packed clips are in. FBX states its unit and its axes; BVH has the scene's.
+/// animations and packed clips are in. FBX states its unit and its axes; BVH has the scene's. In BVH the rest pose has
+/// no rotations: where that of the scene has, its joints get frames along the axes of the world.
 ///
 /// An option that a format does not take has no effect on it; [`FormatInfo::takes`] says which it takes. What there is
 /// to say of an output, [`Written`] says.
@@ -231,17 +234,52 @@ impl Exporter {
         let path = path.as_ref();
         let row = match self.format {
             Some(format) => Some(FormatInfo::of(format)),
+            None if is_vrm(path) => Some(vrm_row(scene, path)?),
             None => FormatInfo::of_output(path),
         };
-        let Some(write) = row.and_then(|row| row.write) else {
+        let Some((row, write)) = row.and_then(|row| Some((row, row.write?))) else {
             return Err(unknown(self.format, path));
         };
         let options = WriteOptions {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        write(scene, &options)
+        if is_at_rest_for(scene, row) {
+            return write(scene, &options);
+        }
+        let mut scene = scene.clone();
+        process::zero_rest_rotations(&mut scene)?;
+        write(&scene, &options)
     }
+}
+
+/// The length of the vector of a quaternion above which a rest pose is rotated: the rounding of a decomposed matrix.
+const ROTATED: f32 = 1e-4;
+
+/// Whether a format can have the rest pose of a scene. Where it cannot, joints get frames along the axes of the world,
+/// in which the rest pose has no rotations; nothing moves by that.
+pub(crate) fn is_at_rest_for(scene: &Scene, row: &FormatInfo) -> bool {
+    let is_rotated = |node: &Node| {
+        let rotation = Trs::from_matrix(node.transform).rotation;
+        rotation.xyz().length() > ROTATED
+    };
+    row.has_rest_rotations || !scene.nodes.iter().any(is_rotated) || process::can_zero_rest_rotations(scene).is_err()
+}
+
+fn is_vrm(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("vrm"))
+}
+
+/// The row of a `.vrm`, which is glTF that keeps the humanoid and the meshes of a VRM file.
+fn vrm_row(scene: &Scene, path: &Path) -> Result<&'static FormatInfo> {
+    if scene.original.as_ref().is_some_and(Original::is_vrm) {
+        return Ok(FormatInfo::of(Format::Gltf));
+    }
+    let message = "a .vrm keeps the character of a VRM file, and the motion is from another file";
+    let diagnostic = Diagnostic::new(Code::Unrepresentable, message)
+        .help("write .glb or .vrma, or put the motion on a character: mocap retarget MOTION HERO.vrm");
+    Err(Error::from(diagnostic).with_path(path))
 }
 
 /// The error of an output that no format writes.

@@ -86,6 +86,8 @@ pub struct FormatInfo {
     pub states_bones: bool,
     /// Whether a written file says who wrote it and from which file: its [`Provenance`](gltf::Provenance).
     pub states_origin: bool,
+    /// Whether a written file can have rotations in its rest pose. BVH has OFFSETs alone.
+    pub(crate) has_rest_rotations: bool,
 }
 
 impl fmt::Debug for FormatInfo {
@@ -198,6 +200,8 @@ pub(crate) struct ReadOptions {
     pub without_meshes: bool,
     /// Read the meshes of a glTF file.
     pub gltf_meshes: bool,
+    /// Whether the file itself is not kept with the scene: [`Scene::original`].
+    pub without_original: bool,
     /// Whether the rest pose of glTF with motion is that of its nodes, also where a skin has another bind pose.
     pub gltf_rest_of_nodes: bool,
     /// Keep the unit and the axes of a file that states them.

@@ -70,6 +70,7 @@
 
 mod humanoid_bone;
 mod metadata;
+mod original;
 pub(crate) mod robot;
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
@@ -81,6 +82,8 @@ pub use self::metadata::{
     AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
     SecondMotion, Topic, UpAxis,
 };
+pub use self::original::Original;
+pub(crate) use self::original::{OriginalFile, SKELETON_MATERIAL};
 use crate::error::Diagnostic;
 
 /// Everything that one file holds.
@@ -103,6 +106,9 @@ pub struct Scene {
     pub metadata: Metadata,
     /// The warnings of the reader, in the order of the file.
     pub warnings: Vec<Diagnostic>,
+    /// The glTF or VRM file with meshes from which the scene was read: an output in glTF keeps what else is in it.
+    #[serde(skip)]
+    pub original: Option<Original>,
 }
 
 /// The index of a node in [`Scene::nodes`].

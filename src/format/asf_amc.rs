@@ -57,6 +57,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: false,
+    has_rest_rotations: true,
 };
 
 fn sniff(bytes: &[u8]) -> bool {

@@ -46,4 +46,5 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: false,
+    has_rest_rotations: false,
 };

@@ -49,6 +49,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: false,
+    has_rest_rotations: true,
 };
 
 /// The block size: offsets in the file are block numbers.

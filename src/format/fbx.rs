@@ -32,6 +32,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     write: Some(write::files),
     options: &[
         WriteOption::Mesh,
+        WriteOption::SkeletonOnly,
         WriteOption::MaxError,
         WriteOption::ShellDistance,
         WriteOption::FbxVersion,
@@ -46,6 +47,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: true,
     states_bones: false,
     states_origin: true,
+    has_rest_rotations: true,
 };
 
 /// The user's property of a node with its name in the scene, where the file has another.

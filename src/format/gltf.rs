@@ -14,6 +14,7 @@ mod invalid;
 mod json;
 mod meshes;
 mod meshopt;
+mod original;
 mod read;
 mod required;
 mod stream_size;
@@ -47,6 +48,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     write: Some(write::files),
     options: &[
         WriteOption::Mesh,
+        WriteOption::SkeletonOnly,
         WriteOption::KeepConstant,
         WriteOption::Embed,
         WriteOption::Compress,
@@ -60,6 +62,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: true,
+    has_rest_rotations: true,
 };
 
 pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
@@ -84,4 +87,5 @@ pub(super) const VRM_ANIMATION: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: true,
     states_origin: true,
+    has_rest_rotations: true,
 };

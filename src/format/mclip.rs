@@ -33,6 +33,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: false,
+    has_rest_rotations: true,
 };
 
 /// The files of the row, with the first animation.

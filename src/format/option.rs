@@ -23,6 +23,8 @@ use crate::error::{Code, Diagnostic};
 pub enum WriteOption {
     /// A mesh that shows the skeleton of a file without meshes: `mesh`.
     Mesh,
+    /// Without the meshes, and all else, of a file that has them: `skeleton-only`.
+    SkeletonOnly,
     /// Constant tracks as tracks: `keep-constant`.
     KeepConstant,
     /// The buffer within a `.gltf`: `embed`.
@@ -63,8 +65,9 @@ pub enum WriteOption {
 
 impl WriteOption {
     /// Every option.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Mesh,
+        Self::SkeletonOnly,
         Self::KeepConstant,
         Self::Embed,
         Self::Compress,
@@ -89,6 +92,7 @@ impl WriteOption {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
+            Self::SkeletonOnly => "skeleton-only",
             Self::KeepConstant => "keep-constant",
             Self::Embed => "embed",
             Self::Compress => "compress",

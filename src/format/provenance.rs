@@ -64,6 +64,11 @@ impl Provenance {
         provenance
     }
 
+    /// The provenance of an animation in the file that its scene was read from. Which one it is, the file says.
+    pub(crate) fn of_kept(scene: &Scene, index: usize) -> Self {
+        Self::of_animation(scene, scene.animations.get(index))
+    }
+
     fn of_animation(scene: &Scene, animation: Option<&Animation>) -> Self {
         let metadata = &scene.metadata;
         Self {

@@ -45,6 +45,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
     has_file_meshes: false,
     states_bones: false,
     states_origin: false,
+    has_rest_rotations: true,
 };
 
 fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {

@@ -38,7 +38,11 @@ impl<'a> Files<'a> {
             return Err(missing(path));
         }
         match (onto, file) {
-            (Onto::Skeleton(_), _) => Ok(self.import(&importer, path)?.into()),
+            (Onto::Skeleton(_), _) => {
+                let mut scene = self.import(&importer, path)?;
+                scene.original = None;
+                Ok(scene.into())
+            }
             (Onto::Character(_), None) => Target::import(path, &importer),
             (Onto::Character(_), Some(file)) => {
                 let with_skin = Importer::new().gltf_meshes(true);

@@ -24,12 +24,18 @@ pub(super) enum Form {
 
 /// The extensions under which the file of a character is passed through.
 const OF_TEXT: [&str; 1] = ["gltf"];
-const OF_BINARY: [&str; 2] = ["glb", "vrm"];
+const OF_BINARY: [&str; 2] = ["glb", VRM];
+const VRM: &str = "vrm";
 
 impl Form {
     /// The form of a motion on its own skeleton.
     pub(super) fn of_motion(writing: &Writing) -> Result<Self> {
-        let form = Self::Scene(row(writing, &FormatInfo::written_extensions())?);
+        let row = match writing.extension().as_str() {
+            // Of a VRM file, which is found when it is read.
+            VRM => FormatInfo::of(Format::Gltf),
+            _ => row(writing, &FormatInfo::written_extensions())?,
+        };
+        let form = Self::Scene(row);
         form.check(writing)?;
         Ok(form)
     }

@@ -10,13 +10,14 @@ use super::{Job, JointNames, Onto, names};
 use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
+use crate::export::is_at_rest_for;
 use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
 use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
-use crate::process::SkeletonMesh;
+use crate::process::{self, SkeletonMesh};
 use crate::retargeting::{Report, Retargeting, Target};
-use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
+use crate::scene::{AppliedStep, Assumption, Format, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -195,7 +196,33 @@ impl<'a> Maker<'a> {
             scene.animations.truncate(1);
             scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
         }
+        self.keep_or_drop(&mut scene, motion, hear)?;
         Ok(scene)
+    }
+
+    /// Decides what becomes of the file of a scene that has meshes, and says what is dropped.
+    fn keep_or_drop(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<()> {
+        let is_gltf = self.format().is_some_and(|row| row.format == Format::Gltf);
+        if self.job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
+            hear(Said::Note(
+                "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",
+            ));
+        }
+        let Some(original) = scene.original.as_mut().filter(|_| is_gltf && self.target.is_none()) else {
+            return Ok(());
+        };
+        if self.job.write.mesh.is_some() {
+            let message = "--mesh would do nothing: the file has meshes of its own, which are kept";
+            let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add --skeleton-only");
+            return Err(Error::from(error).with_path(motion));
+        }
+        // A step changes one motion; the others of the file stay.
+        let chosen = scene.metadata.steps.iter().find_map(|step| match step {
+            AppliedStep::SelectClip { index } => Some(*index),
+            _ => None,
+        });
+        original.replaced = chosen.filter(|_| !self.job.steps.is_empty());
+        Ok(())
     }
 
     /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
@@ -207,6 +234,10 @@ impl<'a> Maker<'a> {
         let in_file = |error: Error| error.with_path(motion);
         let found = self.convert(scene, hear).map_err(in_file)?;
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
+        // Before it is written, so that the scene says it to `verify`.
+        if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
+            process::zero_rest_rotations(scene).map_err(in_file)?;
+        }
         say_warnings(scene, motion, hear);
         Ok(humanoid)
     }
@@ -409,6 +440,7 @@ fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Resu
 fn mesh(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
     match job.write.mesh {
         Some(mesh) => mesh.into(),
+        None if job.write.skeleton_only && row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::None,
         None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
         None => SkeletonMesh::Skinned,
     }

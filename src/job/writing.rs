@@ -48,6 +48,9 @@ pub struct Writing {
     /// How the skeleton of a file without meshes is drawn.
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<DrawnMesh>,
+    /// Whether meshes, materials and all else beside the skeleton and its motion are left out; glTF and FBX keep them.
+    #[serde(skip_serializing_if = "is_default")]
+    pub skeleton_only: bool,
     /// Whether the buffer of a .gltf is in the file itself.
     #[serde(skip_serializing_if = "is_default")]
     pub embed: bool,
@@ -328,6 +331,7 @@ impl Writing {
         } = self;
         let all = [
             (WriteOption::Mesh, self.mesh.is_some()),
+            (WriteOption::SkeletonOnly, self.skeleton_only),
             (WriteOption::KeepConstant, self.keep_constant),
             (WriteOption::Embed, self.embed),
             (WriteOption::OutUnit, space.out_unit.is_some()),

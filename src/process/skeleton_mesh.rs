@@ -3,7 +3,7 @@
 use glam::{DVec3, Mat4, Vec3};
 use serde::Serialize;
 
-use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, Scene, VertexWeight};
+use crate::scene::{Bone, Material, Mesh, Node, NodeId, NodeKind, Primitive, SKELETON_MATERIAL, Scene, VertexWeight};
 
 /// How the mesh of the skeleton is attached.
 ///
@@ -74,7 +74,7 @@ pub fn skeleton_mesh(scene: &mut Scene, kind: SkeletonMesh) {
     }
     let material_index = scene.materials.len();
     scene.materials.push(Material {
-        name: "SkeletonMaterial".into(),
+        name: SKELETON_MATERIAL.into(),
         two_sided: true,
         surface: None,
     });

@@ -65,7 +65,7 @@ pub(super) fn matched(
     {
         pairs.push((None, left.pop()));
     }
-    for clip in left {
+    for clip in left.into_iter().filter(|_| !output.keeps_other_clips()) {
         let message = match theirs[clip].is_empty() {
             true => format!("clip {clip} of the file is not in the source"),
             false => format!("clip \"{}\" of the file is not in the source", theirs[clip]),

@@ -34,7 +34,9 @@ impl<'a> Output<'a> {
     ) -> Result<Self> {
         if File::sniff(bytes) {
             let file = File::read(bytes, open, &Limits::default())?;
-            let skinned = match file.provenance().is_some() && file.has_skin() {
+            // A skin that was kept is that of the source.
+            let is_new = file.provenance().is_some() && file.provenance_of_kept().is_none();
+            let skinned = match is_new && file.has_skin() {
                 true => Some(Box::new(skin::read(bytes, name, open)?)),
                 false => None,
             };
@@ -68,9 +70,17 @@ impl<'a> Output<'a> {
 
     pub(super) fn provenance(&self) -> Option<Provenance> {
         match self {
-            Self::Gltf(file, _) => file.provenance(),
+            Self::Gltf(file, _) => file.provenance_of_kept().or_else(|| file.provenance()),
             Self::Scene(_, provenance) => provenance.as_deref().cloned(),
         }
+    }
+
+    /// Whether the file has other clips of its source too, beside the one that was changed.
+    pub(super) fn keeps_other_clips(&self) -> bool {
+        let is_choice = |step: &AppliedStep| matches!(step, AppliedStep::SelectClip { .. });
+        let Self::Gltf(file, _) = self else { return false };
+        file.provenance_of_kept()
+            .is_some_and(|provenance| provenance.steps.iter().any(is_choice))
     }
 
     /// Refuses a motion on another skeleton: its joints are elsewhere on purpose.
@@ -177,7 +187,7 @@ impl<'a> Output<'a> {
     /// those of the scene, and in BVH that was made of BVH.
     pub(super) fn keeps_axes(&self, source: &Scene) -> bool {
         match self {
-            Self::Gltf(file, _) => file.provenance().is_some(),
+            Self::Gltf(..) => self.is_ours(),
             Self::Scene(scene, Some(provenance)) if scene.metadata.format != Some(Format::Bvh) => {
                 provenance.up.is_none()
             }

@@ -45,7 +45,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("import", &["error", "limits", "scene", "pose", "process", "format"]),
-    ("export", &["error", "files", "scene", "figure", "compress", "format"]),
+    (
+        "export",
+        &[
+            "error", "files", "scene", "pose", "figure", "process", "compress", "format",
+        ],
+    ),
     (
         "retargeting",
         &[

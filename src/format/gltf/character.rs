@@ -2,7 +2,8 @@
 
 use super::Provenance;
 use super::read::{Placed, RestPose, read_placed};
-use super::write::{BufferPlace, GltfOptions, GltfReport, patch};
+use super::write::patch::{self, Replaced};
+use super::write::{BufferPlace, GltfOptions, GltfReport};
 use crate::error::Result;
 use crate::figure::{Humanoid, humanoid};
 use crate::format::{ReadOptions, Source, WrittenFile};
@@ -146,6 +147,7 @@ impl Character {
             scene: &self.scene,
             nodes: &self.nodes,
         };
-        patch::with_animations(&self.bytes, &skeleton, clips, replace, options, name)
+        let replaced = if replace { Replaced::All } else { Replaced::None };
+        patch::with_animations(&self.bytes, &skeleton, clips, replaced, options, name)
     }
 }

@@ -112,6 +112,18 @@ impl<'a> File<'a> {
         animations.filter_map(|animation| provenance_in(animation.extras.as_ref()))
     }
 
+    /// The provenance of the first animation that this crate changed in a file whose meshes were kept. Those that it
+    /// put on a character from elsewhere are not meant.
+    pub(crate) fn provenance_of_kept(&self) -> Option<Provenance> {
+        self.provenances_of_animations()
+            .find(|provenance| provenance.onto().is_none())
+    }
+
+    /// The provenance of an animation that this crate added to the file; absent in those of other programs.
+    pub(crate) fn provenance_of(&self, animation: usize) -> Option<Provenance> {
+        provenance_in(self.root.animations.get(animation)?.extras.as_ref())
+    }
+
     /// The name of a node in the scene from which the file was written; in files of other programs, its name.
     pub(crate) fn source_name(&self, node: usize) -> String {
         let node = &self.root.nodes[node];

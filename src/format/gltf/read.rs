@@ -17,10 +17,12 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::Provenance;
 use super::bind;
 use super::file::{File, PlacedNode, implausible};
 use super::humanoid::{self, VRM_ANIMATION};
 use super::invalid::invalid;
+use super::original;
 use super::tracks::{Bend, CURVE_ERROR, Track, Values};
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Failure, ReadOptions, Source};
@@ -53,6 +55,8 @@ pub(super) struct Placed {
     pub(super) nodes: Vec<(usize, NodeId)>,
     /// What is wrong with the bones that the file states.
     pub(super) bones: Result<(), Failure>,
+    /// The nodes of the scene as they stand in the file.
+    in_file: Vec<Node>,
     /// What of a VRM animation is not read: the part of its extension, and what that is.
     left_out: Vec<(&'static str, String)>,
 }
@@ -72,12 +76,21 @@ pub(super) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> 
         true => RestPose::Nodes,
         false => RestPose::Bind,
     };
-    let Placed { mut scene, bones, .. } = read_placed(source, options, rest)?;
+    let Placed {
+        mut scene,
+        nodes,
+        bones,
+        in_file,
+        ..
+    } = read_placed(source, options, rest)?;
     if let Err(wrong) = bones {
         for node in &mut scene.nodes {
             node.humanoid_bone = None;
         }
         scene.warnings.push(*wrong);
+    }
+    if !options.without_original {
+        scene.original = original::of(source, &scene, &nodes, in_file)?;
     }
     Ok(scene)
 }
@@ -135,12 +148,13 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         let ids = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
         super::meshes::read(source, &file, &ids, options, &mut scene);
     }
-    let frame_time = frame_time_of(&file)?;
+    let frame_time = frame_time_of(file.provenance(), "/asset/extras")?;
     tell_bends(&clips, &mut scene);
     let most = options.limits.expanded_values(source.bytes.len() as u64);
     let mut left = most;
     for (index, (name, tracks)) in clips.into_iter().enumerate() {
-        let step = frame_time.unwrap_or_else(|| find_frame_time(&tracks));
+        let own = frame_time_of(file.provenance_of(index), &format!("/animations/{index}/extras"))?;
+        let step = own.or(frame_time).unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let end = end_of(&tracks);
         let frames = ((f64::from(end) / step).floor() as u64).saturating_add(1);
@@ -162,6 +176,7 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     }
     let nodes: Vec<_> = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
     let bones = humanoid::state(&file.root.extensions, &nodes, file.root.nodes.len(), &mut scene);
+    let in_file = scene.nodes.clone();
     if rest == RestPose::Bind {
         bind::to_rest(&file, &placed, &mut scene);
     }
@@ -169,21 +184,23 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         scene,
         nodes,
         bones,
+        in_file,
         left_out: humanoid::not_read(&file.root.extensions),
     })
 }
 
-/// The frame time that a file of this crate says; 0 stands for none, for its scene had no motion.
-fn frame_time_of(file: &File<'_>) -> Result<Option<f64>, Failure> {
-    let stated = file.provenance().map(|provenance| provenance.frame_time);
+/// The frame time that this crate has written at `pointer`; 0 stands for none, for the scene had no motion.
+fn frame_time_of(provenance: Option<Provenance>, pointer: &str) -> Result<Option<f64>, Failure> {
+    let stated = provenance.map(|provenance| provenance.frame_time);
     let Some(time) = stated.filter(|time| *time != 0.0) else {
         return Ok(None);
     };
     limits::frame_rate(Code::FrameTime, time.recip())
         .map(|_| Some(time))
         .map_err(|diagnostic| {
-            let diagnostic = diagnostic.at_pointer("/asset/extras/mocap/frame_time");
-            Box::new(diagnostic.help("remove asset.extras.mocap, and the rate is found from the keys"))
+            let diagnostic = diagnostic.at_pointer(format!("{pointer}/mocap/frame_time"));
+            let name = pointer.trim_start_matches('/').replace('/', ".");
+            Box::new(diagnostic.help(format!("remove {name}.mocap, and the rate is found from the keys")))
         })
 }
 

@@ -29,7 +29,10 @@ mod animation;
 mod buffer;
 mod build;
 mod container;
+mod edits;
+mod freed;
 mod glb;
+mod kept;
 mod mesh;
 mod names;
 pub(super) mod patch;
@@ -258,9 +261,13 @@ fn left_out(joints: &[String]) -> Option<String> {
     (!joints.is_empty()).then(|| format!("joints: {names}{more} left out, because they are no bones of VRM"))
 }
 
-/// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`.
+/// The files of the row: `.gltf` where the name has that extension, otherwise `.glb`. A scene that was read from a file
+/// with meshes goes into that file.
 pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
     let gltf = GltfOptions::of(options);
+    if let Some(original) = &scene.original {
+        return kept::files(scene, original, options, &gltf);
+    }
     let document = Document::new(scene, &gltf)?;
     let written = Written {
         nodes: scene.nodes.len(),

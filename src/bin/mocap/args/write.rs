@@ -31,7 +31,12 @@ impl OutputFormat {
     /// The format that the extension of `path` names.
     pub(crate) fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        let mut written = WRITTEN.iter().copied();
+        // It is glTF that keeps what a VRM input has.
+        let vrm = OutputFormat {
+            format: Format::Gltf,
+            extension: "vrm",
+        };
+        let mut written = WRITTEN.iter().copied().chain([vrm]);
         written.find(|format| extension.eq_ignore_ascii_case(format.extension))
     }
 
@@ -62,6 +67,9 @@ pub(crate) struct WriteArgs {
     /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
     #[arg(long, value_name = "KIND")]
     mesh: Option<DrawnMesh>,
+    /// Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion
+    #[arg(long)]
+    skeleton_only: bool,
     /// Keep constant tracks in the animation; by default they become part of the rest pose
     #[arg(long)]
     pub(crate) keep_constant: bool,
@@ -89,6 +97,7 @@ impl WriteArgs {
         writing.output = output.to_owned();
         writing.to = (!own.eq_ignore_ascii_case(extension)).then(|| extension.to_owned());
         writing.mesh = self.mesh;
+        writing.skeleton_only = self.skeleton_only;
         writing.space = self.out.clone();
         writing.keep_constant = self.keep_constant;
         writing.embed = self.embed;

@@ -1,7 +1,5 @@
 //! Adds animations to a glTF file that is there, as edits of its text: everything else keeps its bytes.
 
-use std::ops::Range;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::json::Index;
@@ -10,16 +8,18 @@ use serde_json::json;
 use serde_json::value::RawValue;
 
 use super::super::Provenance;
-use super::super::invalid::invalid;
 use super::super::json::{self, MAGIC};
 use super::animation::{self, Nodes};
 use super::buffer::{self as writer, Base, buffer as buffer_of};
 use super::container::{bin_name, percent_encoded, unwritable};
+use super::edits::{Edits, parse, utf8};
+pub(in super::super) use super::freed::Replaced;
+use super::freed::{Freed, NO_ACCESSOR, NO_VIEW};
 use super::glb::Glb;
 use super::rest::Rest;
 use super::{BufferPlace, GltfOptions, GltfReport, text};
 use crate::error::{Code, Diagnostic, Result};
-use crate::format::{Failure, WrittenFile};
+use crate::format::WrittenFile;
 use crate::pose::Trs;
 use crate::scene::{self, Animation, Scene};
 
@@ -60,18 +60,11 @@ struct Image {
     uri: Option<String>,
 }
 
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Node<'a> {
-    #[serde(borrow)]
-    matrix: Option<&'a RawValue>,
-}
-
 /// What the file refers to and does not hold.
 pub(in super::super) fn external_files(bytes: &[u8]) -> Result<Vec<String>> {
     let (text, _) = json::split(bytes)?;
     let text = utf8(text)?;
-    let sections = sections(text)?;
+    let sections: Sections<'_> = parse(text)?;
     let mut uris = Vec::new();
     for section in [sections.buffers, sections.images].into_iter().flatten() {
         let items: Vec<Image> = parse(section.get())?;
@@ -87,40 +80,41 @@ pub(in super::super) struct Skeleton<'a> {
     pub(in super::super) nodes: &'a [Option<usize>],
 }
 
-/// The file with animations of a skeleton; each with its provenance, where that is known. With `replace` they stand
-/// instead of those of the file.
+/// The file with animations of a skeleton; each with its provenance, where that is known. What only those need that
+/// are replaced is gone.
 pub(in super::super) fn with_animations(
     bytes: &[u8],
     skeleton: &Skeleton<'_>,
     animations: &[(&Animation, Option<&Provenance>)],
-    replace: bool,
+    replaced: Replaced,
     options: &GltfOptions,
     name: &str,
 ) -> Result<(Vec<WrittenFile>, GltfReport)> {
     let is_glb = bytes.starts_with(MAGIC);
     let (text, bin) = json::split(bytes)?;
     let text = utf8(text)?;
-    let sections = sections(text)?;
+    let sections: Sections<'_> = parse(text)?;
     let buffers: Vec<Buffer<'_>> = sections
         .buffers
         .map_or(Ok(Vec::new()), |section| parse(section.get()))?;
     // The binary chunk of a .glb is its first buffer. Where that is another file, or a placeholder, the keys are a
     // buffer of their own.
     let in_chunk = is_glb && buffers.first().is_none_or(|first| first.uri.is_none() && bin.is_some());
+    let freed = Freed::by(text, replaced, bin.filter(|_| in_chunk).map_or(0, <[u8]>::len))?;
     let base = match in_chunk {
         true => Base {
             buffer: 0,
-            bytes: bin.map_or(0, <[u8]>::len).next_multiple_of(4),
+            bytes: freed.chunk_length().next_multiple_of(4),
             placeholder: buffers.len().max(1),
-            views: count(sections.buffer_views)?,
-            accessors: count(sections.accessors)?,
+            views: freed.first_view(),
+            accessors: freed.first_accessor(),
         },
         false => Base {
             buffer: buffers.len(),
             bytes: 0,
             placeholder: buffers.len() + 1,
-            views: count(sections.buffer_views)?,
-            accessors: count(sections.accessors)?,
+            views: freed.first_view(),
+            accessors: freed.first_accessor(),
         },
     };
     let mut added = Added::new(skeleton, base);
@@ -135,17 +129,19 @@ pub(in super::super) fn with_animations(
         ..
     } = added;
     let parts = buffer.finish(options.compression)?;
-    let mut edits = Edits {
-        text,
-        edits: Vec::new(),
-    };
+    let mut edits = Edits::new(text);
     edits.matrices(sections.nodes, &mut driven)?;
-    match sections.animations.filter(|_| replace) {
-        Some(section) => edits.replace(section, format!("[{}]", items(&written)?.join(","))),
-        None => edits.append("animations", sections.animations, &items(&written)?)?,
-    }
-    edits.append("accessors", sections.accessors, &items(&parts.accessors)?)?;
-    edits.append("bufferViews", sections.buffer_views, &items(&parts.views)?)?;
+    replace_animations(&mut edits, sections.animations, replaced, &items(&written)?)?;
+    let (accessors, views) = (items(&parts.accessors)?, items(&parts.views)?);
+    edits.exchange(
+        "accessors",
+        sections.accessors,
+        &freed.accessors,
+        NO_ACCESSOR,
+        &accessors,
+    )?;
+    freed.move_views(&mut edits, sections.buffer_views)?;
+    edits.exchange("bufferViews", sections.buffer_views, &freed.views, NO_VIEW, &views)?;
     let is_beside = !is_glb && options.buffer == BufferPlace::Beside && !parts.bytes.is_empty();
     let beside = is_beside.then(|| bin_name(name));
     if let Some(taken) = beside
@@ -178,7 +174,7 @@ pub(in super::super) fn with_animations(
     edits.append("buffers", sections.buffers, &items(&new_buffers)?)?;
     let text = edits.finish();
     let file = if is_glb {
-        let mut chunk = bin.map(<[u8]>::to_vec);
+        let mut chunk = bin.map(|bin| if in_chunk { freed.chunk(bin) } else { bin.to_vec() });
         if in_chunk {
             let chunk = chunk.get_or_insert_default();
             chunk.resize(base.bytes, 0);
@@ -197,12 +193,21 @@ pub(in super::super) fn with_animations(
     Ok((files, report))
 }
 
-/// The number of items of a section.
-fn count(section: Option<&RawValue>) -> Result<usize> {
-    let items = section
-        .map(|section| parse::<Vec<&RawValue>>(section.get()))
-        .transpose()?;
-    Ok(items.map_or(0, |items| items.len()))
+/// Puts animations where those that give way stand, or behind those of the file.
+fn replace_animations<'a>(
+    edits: &mut Edits<'a>,
+    section: Option<&'a RawValue>,
+    replaced: Replaced,
+    written: &[String],
+) -> Result<()> {
+    let present: Vec<&RawValue> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
+    match (section, replaced, written.is_empty()) {
+        (_, _, true) => {}
+        (Some(section), Replaced::All, _) => edits.replace(section, format!("[{}]", written.join(","))),
+        (_, Replaced::One(index), _) if index < present.len() => edits.replace(present[index], written.join(",")),
+        _ => edits.append("animations", section, written)?,
+    }
+    Ok(())
 }
 
 /// The text of each item.
@@ -211,111 +216,6 @@ fn items<T: Serialize>(items: &[T]) -> Result<Vec<String>> {
         .iter()
         .map(|item| text::item(item).map_err(|error| unwritable(&error)))
         .collect()
-}
-
-fn utf8(text: &[u8]) -> Result<&str, Failure> {
-    std::str::from_utf8(text).map_err(|error| {
-        let message = format!(
-            "the JSON is not UTF-8 from byte {} on, so it cannot be passed through",
-            error.valid_up_to()
-        );
-        invalid("", message).into()
-    })
-}
-
-fn sections(text: &str) -> Result<Sections<'_>> {
-    parse(text)
-}
-
-fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T> {
-    serde_json::from_str(text).map_err(|error| invalid("", format!("the JSON cannot be read: {error}")).into())
-}
-
-/// Changes of a text, each of a part of it.
-struct Edits<'a> {
-    text: &'a str,
-    edits: Vec<(Range<usize>, String)>,
-}
-
-impl<'a> Edits<'a> {
-    /// Where a part of the text is.
-    fn range(&self, part: &str) -> Range<usize> {
-        let start = part.as_ptr() as usize - self.text.as_ptr() as usize;
-        start..start + part.len()
-    }
-
-    fn replace(&mut self, part: &RawValue, with: String) {
-        let range = self.range(part.get());
-        self.edits.push((range, with));
-    }
-
-    /// Names an extension in a list, unless it stands there already.
-    fn extension(&mut self, name: &str, section: Option<&'a RawValue>, extension: &str) -> Result<()> {
-        let known: Vec<String> = section.map_or(Ok(Vec::new()), |section| parse(section.get()))?;
-        if known.iter().any(|known| known == extension) {
-            return Ok(());
-        }
-        self.append(name, section, &[json!(extension).to_string()])
-    }
-
-    /// Appends items to an array of the root, which is added where the file lacks it.
-    fn append(&mut self, name: &str, section: Option<&'a RawValue>, items: &[String]) -> Result<()> {
-        if items.is_empty() {
-            return Ok(());
-        }
-        let items = items.join(",");
-        let Some(section) = section else {
-            let end = self.text.trim_end().len() - 1;
-            self.edits.push((end..end, format!(",\"{name}\":[{items}]")));
-            return Ok(());
-        };
-        let present: Vec<&RawValue> = parse(section.get())?;
-        let (at, comma) = match present.last() {
-            Some(last) => (self.range(last.get()).end, ","),
-            None => (self.range(section.get()).end - 1, ""),
-        };
-        self.edits.push((at..at, format!("{comma}{items}")));
-        Ok(())
-    }
-
-    /// Writes the matrix of a node that is animated as its three parts: glTF demands it.
-    fn matrices(&mut self, nodes: Option<&'a RawValue>, driven: &mut Vec<(usize, Trs)>) -> Result<()> {
-        driven.sort_by_key(|(node, _)| *node);
-        driven.dedup_by_key(|(node, _)| *node);
-        let nodes: Vec<&RawValue> = nodes.map_or(Ok(Vec::new()), |nodes| parse(nodes.get()))?;
-        for (index, trs) in driven {
-            let Some(node) = nodes.get(*index) else { continue };
-            let Some(matrix) = parse::<Node<'_>>(node.get())?.matrix else {
-                continue;
-            };
-            let value = self.range(matrix.get());
-            let Some(key) = self.text[..value.start].rfind("\"matrix\"") else {
-                continue;
-            };
-            let parts = format!(
-                "\"translation\":{},\"rotation\":{},\"scale\":{}",
-                json!(trs.translation.to_array()),
-                json!(trs.rotation.to_array()),
-                json!(trs.scale.to_array())
-            );
-            self.edits.push((key..value.end, parts));
-        }
-        Ok(())
-    }
-
-    fn finish(mut self) -> String {
-        // Those at one offset stay in their order.
-        self.edits.sort_by_key(|(range, _)| range.start);
-        let mut text = String::with_capacity(self.text.len() + 1024);
-        let mut at = 0;
-        for (range, with) in &self.edits {
-            text.push_str(&self.text[at..range.start]);
-            text.push_str(with);
-            at = range.end;
-        }
-        text.push_str(&self.text[at..]);
-        text
-    }
 }
 
 /// The animations that are added, and their keys.
