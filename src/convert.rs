@@ -17,6 +17,7 @@
 //! ```
 
 mod apply;
+mod bone_axis;
 mod moment;
 mod rest;
 mod space;
@@ -28,6 +29,7 @@ use crate::figure::HumanoidMap;
 use crate::limits::{self, Limits};
 use crate::scene::UpAxis;
 
+pub use self::bone_axis::AlongBone;
 pub(crate) use self::moment::part_ticks;
 pub use self::moment::{Moment, TimeRange};
 pub(crate) use self::space::{Needs, Space};
@@ -125,6 +127,7 @@ pub struct Conversion {
     first_frame: FirstFrame,
     rest: RestPoseSource,
     t_pose_first: bool,
+    bone_axis: Option<AlongBone>,
     root: RootMotion,
     limits: Limits,
 }
@@ -367,28 +370,6 @@ impl Conversion {
     #[must_use]
     pub fn rest(mut self, rest: RestPoseSource) -> Self {
         self.rest = rest;
-        self
-    }
-
-    /// Whether the T-pose is put before the first frame, as programs that read BVH want it: on the floor of the motion,
-    /// where the motion begins.
-    ///
-    /// Default: `false`. The frames of the motion are then one later. The T-pose is that of the frames that are kept,
-    /// at their rate.
-    ///
-    /// ```
-    /// use mocap::Conversion;
-    /// use mocap::convert::RestPoseSource;
-    ///
-    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
-    /// let frames = scene.animations[0].frame_count();
-    /// Conversion::new().rest(RestPoseSource::TPose).t_pose_first(true).apply(&mut scene)?;
-    /// assert_eq!(scene.animations[0].frame_count(), frames + 1);
-    /// # Ok::<(), mocap::Error>(())
-    /// ```
-    #[must_use]
-    pub fn t_pose_first(mut self, t_pose_first: bool) -> Self {
-        self.t_pose_first = t_pose_first;
         self
     }
 

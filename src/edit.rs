@@ -55,4 +55,5 @@ self::list::steps! {
     reverse: Reverse;
     rest: Rest, RestReport, StandingPose;
     t_pose_first: TPoseFirst;
+    bone_axis: BoneAxis, BoneAxisReport;
 }

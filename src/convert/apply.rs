@@ -72,6 +72,9 @@ impl Conversion {
             let message = "there is no motion before which the T-pose could stand";
             return Err(Diagnostic::new(Code::NoMotion, message).into());
         }
+        if self.bone_axis.is_some() {
+            process::can_zero_rest_rotations(scene)?;
+        }
         let standing = self.standing(scene, figure)?;
 
         let mut guesses = Vec::from_iter(survey.assumption(Topic::FirstFrame));
@@ -110,6 +113,10 @@ impl Conversion {
         let inserted = self.convert_space(scene, survey);
         if stands {
             process::zero_rest_rotations(scene)?;
+        }
+        if let Some(axis) = self.bone_axis {
+            let figure = Figure::with_bones(scene, figure.humanoid.clone().after(inserted));
+            self.turn_frames(scene, axis, &figure)?;
         }
         Ok((guesses, inserted))
     }

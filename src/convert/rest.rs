@@ -12,6 +12,28 @@ use crate::scene::{AppliedStep, Scene};
 const A_POSE: f32 = 45.0;
 
 impl Conversion {
+    /// Whether the T-pose is put before the first frame, as programs that read BVH want it: on the floor of the motion,
+    /// where the motion begins.
+    ///
+    /// Default: `false`. The frames of the motion are then one later. The T-pose is that of the frames that are kept,
+    /// at their rate.
+    ///
+    /// ```
+    /// use mocap::Conversion;
+    /// use mocap::convert::RestPoseSource;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/rokoko_dance.bvh")?;
+    /// let frames = scene.animations[0].frame_count();
+    /// Conversion::new().rest(RestPoseSource::TPose).t_pose_first(true).apply(&mut scene)?;
+    /// assert_eq!(scene.animations[0].frame_count(), frames + 1);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn t_pose_first(mut self, t_pose_first: bool) -> Self {
+        self.t_pose_first = t_pose_first;
+        self
+    }
+
     /// The rest pose of a figure that stands; `None` where none is asked for.
     pub(super) fn standing(&self, scene: &Scene, figure: &Figure) -> Result<Option<Pose>> {
         let pose = |t_pose: &TPose| match self.rest {

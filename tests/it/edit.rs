@@ -1,6 +1,7 @@
 //! Changes of a motion: the laws that every step keeps, and what each does to real files.
 
 mod bent;
+mod bones;
 mod cleaned;
 #[cfg(feature = "cli")]
 mod command;

@@ -29,6 +29,7 @@ __all__ = [
     "Edited",
     "apply",
     "blend",
+    "bone_axis",
     "concat",
     "contacts",
     "despike",
@@ -256,6 +257,11 @@ def rest(scene: Scene, pose: Literal["t-pose", "a-pose"] = "t-pose") -> Edited:
 def t_pose_first(scene: Scene) -> Edited:
     """Puts the T-pose before the first frame, on the floor."""
     return apply(scene, _step("t-pose-first"))
+
+
+def bone_axis(scene: Scene, axis: Literal["y", "x"] = "y") -> Edited:
+    """Turns the frames of joints at rest so that an axis points along each bone. The motion does not change."""
+    return apply(scene, _step("bone-axis", axis=axis))
 
 
 def contacts(

@@ -1,4 +1,4 @@
-//! Joint frames that are not rotated at rest.
+//! How joint frames are rotated at rest.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -13,20 +13,34 @@ const UNIFORM: f32 = 1e-4;
 /// Nothing moves: no position changes, neither at rest nor in motion.
 ///
 /// # Errors
+/// As [`set_rest_rotations`].
+pub(crate) fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
+    set_rest_rotations(scene, &vec![Quat::IDENTITY; scene.nodes.len()])?;
+    scene.metadata.steps.push(AppliedStep::ZeroRestRotations);
+    Ok(())
+}
+
+/// Gives every node the frame that is rotated by `wanted`, in the world, at rest. Nothing moves: no position changes,
+/// neither at rest nor in motion.
+///
+/// # Errors
 /// Where a node is scaled otherwise along one axis than along another: in another frame that is no scale. `scene` is
 /// then unchanged.
-pub(crate) fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
+pub(crate) fn set_rest_rotations(scene: &mut Scene, wanted: &[Quat]) -> Result<()> {
     can_zero_rest_rotations(scene)?;
     let rest: Vec<Trs> = scene
         .nodes
         .iter()
         .map(|node| Trs::from_matrix(node.transform))
         .collect();
-    // From the new frame of each node to the old one: the rotation at rest, to the world.
+    // From the old frame of each node to the new one.
+    let mut worlds: Vec<Quat> = Vec::with_capacity(rest.len());
     let mut turned: Vec<Quat> = Vec::with_capacity(rest.len());
-    for (node, rest) in std::iter::zip(&scene.nodes, &rest) {
-        let above = node.parent.map_or(Quat::IDENTITY, |parent| turned[parent.index()]);
-        turned.push((above * rest.rotation).normalize());
+    for ((node, rest), wanted) in scene.nodes.iter().zip(&rest).zip(wanted) {
+        let above = node.parent.map_or(Quat::IDENTITY, |parent| worlds[parent.index()]);
+        let world = (above * rest.rotation).normalize();
+        worlds.push(world);
+        turned.push((wanted.inverse() * world).normalize());
     }
     let above: Vec<Quat> = scene
         .nodes
@@ -46,8 +60,10 @@ pub(crate) fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
         }
     }
     for (index, (node, rest)) in std::iter::zip(&mut scene.nodes, &rest).enumerate() {
+        let parent = node.parent.map_or(Quat::IDENTITY, |parent| wanted[parent.index()]);
+        let rotation = (parent.inverse() * wanted[index]).normalize();
         let translation = above[index] * rest.translation;
-        node.transform = Mat4::from_scale_rotation_translation(rest.scale, Quat::IDENTITY, translation);
+        node.transform = Mat4::from_scale_rotation_translation(rest.scale, rotation, translation);
     }
     for (node, turned) in turned.iter().enumerate() {
         turn_meshes(scene, node, *turned);
@@ -55,7 +71,6 @@ pub(crate) fn zero_rest_rotations(scene: &mut Scene) -> Result<()> {
     for bone in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.bones) {
         bone.offset_matrix = Mat4::from_quat(turned[bone.node.index()]) * bone.offset_matrix;
     }
-    scene.metadata.steps.push(AppliedStep::ZeroRestRotations);
     Ok(())
 }
 
@@ -78,7 +93,7 @@ pub(crate) fn can_zero_rest_rotations(scene: &Scene) -> Result<()> {
         None => Ok(()),
         Some((joint, _)) => {
             let message = "the joint is scaled otherwise along one axis than along another, so its rotation at rest \
-                           cannot be zero";
+                           cannot be changed";
             Err(Diagnostic::new(Code::Unrepresentable, message)
                 .in_joint(joint)
                 .help("keep the rest pose of the file: --rest zero")
