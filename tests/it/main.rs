@@ -88,4 +88,5 @@ mod threads;
 mod validate;
 mod verify;
 mod vrma;
+mod vrma_without_chest;
 mod world_positions;

@@ -16,6 +16,8 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+use glam::Quat;
+
 use super::json;
 use super::write::{Document, GltfOptions, GltfReport};
 use crate::error::{Code, Diagnostic, Result};
@@ -23,7 +25,7 @@ use crate::figure::Humanoid;
 use crate::figure::vrm_humanoid::vrm_humanoid;
 use crate::format::{WriteOptions, Written};
 use crate::options::setters;
-use crate::scene::{NodeKind, Scene};
+use crate::scene::{HumanoidBone, NodeId, NodeKind, Scene};
 
 use super::humanoid::VRM_ANIMATION;
 
@@ -64,7 +66,7 @@ setters! {
 /// # Errors
 /// As [`vrm_humanoid`] and [`write_glb`](super::write_glb); [`Code::NoMotion`] where there is no motion.
 pub fn write(scene: &Scene, options: &VrmaOptions) -> Result<(Vec<u8>, GltfReport)> {
-    let (document, report) = document(scene, options)?;
+    let (document, report, _) = document(scene, options)?;
     let bytes = document.to_glb()?;
     let report = GltfReport {
         bytes: bytes.len(),
@@ -79,14 +81,54 @@ pub(super) fn files(scene: &Scene, options: &WriteOptions) -> Result<Written> {
         humanoid: options.humanoid.clone(),
         gltf: GltfOptions::of(options),
     };
-    let (document, report) = document(scene, &vrma)?;
-    Ok(Written {
+    let (document, report, note) = document(scene, &vrma)?;
+    let mut written = Written {
         files: vec![document.into_glb_file(&options.name)?],
         ..report.written()
+    };
+    written.notes.extend(note);
+    Ok(written)
+}
+
+/// How far the shoulders are off where a player leaves out the rotations of the chest and of the upper chest, which VRM
+/// does not require of a character, as a sentence; `None` where that is less than a degree.
+fn off_without_chest(humanoid: &Scene) -> Option<String> {
+    let rotations = |bone: HumanoidBone| {
+        let node = humanoid
+            .nodes
+            .iter()
+            .position(|node| node.humanoid_bone == Some(bone))?;
+        let clip = humanoid.animations.first()?;
+        let channel = clip
+            .channels
+            .iter()
+            .find(|channel| channel.node == Some(NodeId::new(node)))?;
+        Some(&channel.rotation_keys)
+    };
+    let bones = [HumanoidBone::Chest, HumanoidBone::UpperChest];
+    let tracks: Vec<_> = bones.into_iter().filter_map(rotations).collect();
+    let frames = tracks.iter().map(|keys| keys.len()).max()?;
+    let angle = |frame: usize| {
+        // A track that never changes has one key.
+        let at = tracks
+            .iter()
+            .filter_map(|keys| keys.values.get(frame).or_else(|| keys.values.last()));
+        let all = at.fold(Quat::IDENTITY, |above, rotation| above * *rotation);
+        (2.0 * glam::Vec3::new(all.x, all.y, all.z).length().atan2(all.w.abs())).to_degrees()
+    };
+    let angles: Vec<f32> = (0..frames).map(angle).collect();
+    let mean = angles.iter().sum::<f32>() / frames as f32;
+    let most = angles.iter().copied().fold(0.0, f32::max);
+    (most >= 1.0).then(|| {
+        format!(
+            "spine: on a character without chest and upperChest, which VRM does not require, the shoulders are up to \
+             {most:.1} degrees off, {mean:.1} in the mean; retarget onto that character to avoid it"
+        )
     })
 }
 
-fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfReport)> {
+/// The document, what there is to say about it, and how far off it is on characters that lack bones.
+fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfReport, Option<String>)> {
     if scene.animations.is_empty() {
         let message = "there is no motion in it, and a VRM animation is nothing else";
         return Err(Diagnostic::new(Code::NoMotion, message)
@@ -103,7 +145,7 @@ fn document(scene: &Scene, options: &VrmaOptions) -> Result<(Document, GltfRepor
         joints: humanoid.nodes.len(),
         ..document.report().clone()
     };
-    Ok((document, report))
+    Ok((document, report, off_without_chest(&humanoid)))
 }
 
 /// Whether a file is glTF that names the extension.
