@@ -9,7 +9,7 @@ use crate::files::ReplacePolicy;
 use crate::format::bvh::BvhOptions;
 use crate::format::fbx::FbxOptions;
 use crate::format::gltf::{BufferPlace, Compression};
-use crate::format::{FormatInfo, WriteOptions, Written};
+use crate::format::{FormatInfo, WriteOptions, Written, read_back};
 use crate::pose::Trs;
 use crate::process;
 use crate::scene::{Format, Node, Original, Scene};
@@ -228,8 +228,8 @@ impl Exporter {
     /// [`Code::Unrepresentable`], with the joint, where the format cannot hold the scene; [`Code::FrameTime`] where
     /// ticks per second are not above 0; [`Code::NoMotion`] where there is no animation and the format needs one;
     /// [`Code::ErrorBound`] where the largest error cannot be kept; [`Code::InvalidValue`] where an option is not
-    /// valid; [`Code::LimitExceeded`] where the file is too large for its format; [`Code::MissingFeature`] where this
-    /// build has no meshopt.
+    /// valid; [`Code::LimitExceeded`] and [`Code::NumberRange`] where the file is too large for its format, or would be
+    /// refused when it is read; [`Code::MissingFeature`] where this build has no meshopt.
     pub fn write_as(&self, scene: &Scene, path: impl AsRef<Path>) -> Result<Written> {
         let path = path.as_ref();
         let row = match self.format {
@@ -244,12 +244,17 @@ impl Exporter {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        if is_at_rest_for(scene, row) {
-            return write(scene, &options);
-        }
-        let mut scene = scene.clone();
-        process::zero_rest_rotations(&mut scene)?;
-        write(&scene, &options)
+        let written = match is_at_rest_for(scene, row) {
+            true => write(scene, &options)?,
+            false => {
+                let mut at_rest = scene.clone();
+                process::zero_rest_rotations(&mut at_rest)?;
+                write(&at_rest, &options)?
+            }
+        };
+        read_back::check(&row.read, &written.files, &scene.nodes, scene.animations.iter())
+            .map_err(|error| error.with_path(path))?;
+        Ok(written)
     }
 }
 

@@ -4,7 +4,6 @@ mod clips;
 mod contents;
 mod large;
 mod memory;
-mod numbers;
 mod options;
 mod reading;
 mod sha256;

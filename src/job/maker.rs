@@ -429,7 +429,14 @@ fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Resu
     match &target {
         Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
         Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
-        Target::Character(_) => {}
+        Target::Character(character) => {
+            let broken = character.scene().warnings.iter();
+            let broken: Vec<_> = broken
+                .filter(|found| found.code == Code::NonFiniteValue)
+                .cloned()
+                .collect();
+            hear(Said::Warnings(file, &broken));
+        }
     }
     let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
     let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;

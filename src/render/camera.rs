@@ -70,12 +70,10 @@ impl Extent {
         }
     }
 
-    pub(super) fn width(&self) -> f32 {
-        (self.right - self.left).max(f32::MIN_POSITIVE)
-    }
-
-    pub(super) fn height(&self) -> f32 {
-        (self.top - self.bottom).max(f32::MIN_POSITIVE)
+    /// Pixels per unit of length at which all of it is within a width and a height in pixels; 1 where it has no size.
+    pub(super) fn scale_to(&self, width: f32, height: f32) -> f32 {
+        let scale = (width / (self.right - self.left)).min(height / (self.top - self.bottom));
+        if scale.is_finite() { scale } else { 1.0 }
     }
 
     /// The distance of its middle to the right of the target.

@@ -247,7 +247,7 @@ fn fitting_camera(figure: &mut DrawnClip<'_>, ticks: &[f64], targets: &[Vec3], o
         extent.include(&camera, figure, &positions);
     }
     let (width, height) = (options.width as f32, options.height as f32);
-    camera.scale = (0.8 * width / extent.width()).min(0.76 * height / extent.height());
+    camera.scale = extent.scale_to(0.8 * width, 0.76 * height);
     camera.middle = [
         0.5 * width - extent.middle() * camera.scale,
         0.86 * height + extent.bottom * camera.scale,

@@ -184,7 +184,7 @@ fn paint_poses(
         camera.target = figure.ground_below(figure.root(positions));
         extent.include(&camera, figure, positions);
     }
-    camera.scale = (0.88 * cell / extent.width()).min((row - CAPTION - 18.0) / extent.height());
+    camera.scale = extent.scale_to(0.88 * cell, row - CAPTION - 18.0);
     let per_second = figure
         .clip
         .animation()

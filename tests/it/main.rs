@@ -49,6 +49,7 @@ mod jobs;
 #[cfg(feature = "cli")]
 mod kept_characters;
 mod kinematics;
+mod limits;
 mod motion_steps;
 mod names;
 mod numbers;

@@ -1,12 +1,12 @@
 //! A glTF file that gets further animations, and is otherwise passed through byte by byte.
 
-use super::Provenance;
 use super::read::{Placed, RestPose, read_placed};
 use super::write::patch::{self, Replaced};
 use super::write::{BufferPlace, GltfOptions, GltfReport};
-use crate::error::Result;
+use super::{Provenance, meshes};
+use crate::error::{Diagnostic, Result};
 use crate::figure::{Humanoid, humanoid};
-use crate::format::{ReadOptions, Source, WrittenFile};
+use crate::format::{ReadOptions, Source, WrittenFile, read_back};
 use crate::scene::{Animation, Scene};
 
 /// A character of a glTF or VRM file: its skeleton as a scene, and the file itself.
@@ -39,12 +39,18 @@ pub struct Character {
 impl Character {
     pub(crate) fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Self> {
         let Placed {
-            scene,
+            mut scene,
             nodes: placed,
             bones,
             ..
         } = read_placed(source, options, RestPose::Nodes)?;
         bones?;
+        let broken = meshes::broken_numbers(source, &placed, &scene.nodes, options);
+        scene.warnings.extend(broken.into_iter().map(|fault| {
+            let message = format!("the mesh is copied as it is: {}", fault.message);
+            let help = "other programs may not draw it: repair the number, or export the file again";
+            Diagnostic { message, ..fault }.help(help)
+        }));
         let mut nodes = vec![None; scene.nodes.len()];
         for (index, id) in placed {
             nodes[id.index()] = Some(index);
@@ -84,7 +90,8 @@ impl Character {
     /// # Errors
     /// [`Code::InvalidGltf`](crate::Code::InvalidGltf) where the JSON is not UTF-8 or names a section twice,
     /// [`Code::Unrepresentable`](crate::Code::Unrepresentable) where an animation moves no node of the file or a value
-    /// is not finite, [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`.
+    /// is not finite, [`Code::LimitExceeded`](crate::Code::LimitExceeded) beyond the 4 GiB of a `.glb`, and where the
+    /// file would be refused when it is read.
     pub fn with_animations(&self, animations: &[Animation], replace: bool) -> Result<Vec<u8>> {
         let animations: Vec<_> = animations.iter().map(|animation| (animation, None)).collect();
         Ok(self.embedded(&animations, replace, &GltfOptions::default())?.0)
@@ -148,6 +155,16 @@ impl Character {
             nodes: &self.nodes,
         };
         let replaced = if replace { Replaced::All } else { Replaced::None };
-        patch::with_animations(&self.bytes, &skeleton, clips, replaced, options, name)
+        let (files, report) = patch::with_animations(&self.bytes, &skeleton, clips, replaced, options, name)?;
+        let own = self.scene.animations.iter().filter(|_| !replace);
+        let read =
+            |source: &Source<'_>, options: &ReadOptions| Ok(read_placed(source, options, RestPose::Nodes)?.scene);
+        read_back::check(
+            &read,
+            &files,
+            &self.scene.nodes,
+            own.chain(clips.iter().map(|(clip, _)| *clip)),
+        )?;
+        Ok((files, report))
     }
 }

@@ -23,7 +23,7 @@ use super::json::{self, Root};
 use super::streams;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::{Failure, ReadOptions, Source};
-use crate::scene::{Bone, Material, Mesh, NodeId, Scene, Surface};
+use crate::scene::{Bone, Material, Mesh, Node, NodeId, Scene, Surface};
 
 /// The parts of a file that show something; each item is read by itself, so that one that is broken leaves the others.
 #[derive(Default, Deserialize)]
@@ -157,6 +157,27 @@ pub(super) fn read(
         }
         scene.warnings.push(warning);
     }
+}
+
+/// The meshes of a file that have positions with which nobody can compute.
+pub(super) fn broken_numbers(
+    source: &Source<'_>,
+    placed: &[(usize, NodeId)],
+    nodes: &[Node],
+    options: &ReadOptions,
+) -> Vec<Diagnostic> {
+    let open = |beside: &Path| (source.open)(&source.name.with_file_name(beside));
+    let Ok(file) = File::read(source.bytes, &open, &options.limits) else {
+        return Vec::new();
+    };
+    let (mut scene, mut warnings) = (Scene::default(), Vec::new());
+    scene.nodes = nodes.to_vec();
+    let placed = placed.iter().copied().collect();
+    if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, &mut warnings) {
+        warnings.push(*fault);
+    }
+    warnings.retain(|fault| fault.code == Code::NonFiniteValue);
+    warnings
 }
 
 fn read_all(

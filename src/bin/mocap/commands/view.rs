@@ -88,6 +88,12 @@ fn view_files(args: &ViewArgs, files: &[PathBuf], output: &Path) -> Result<(), F
             tell_limbs(target, source, limbs);
         }
     }
+    for read in clips.iter().filter(|read| mesh_bytes(&read.scene) > LARGEST_MESHES) {
+        let (name, most) = (&read.name, LARGEST_MESHES >> 20);
+        report::say(&format!(
+            "{name}: the page has no .glb to download, because its meshes have more than {most} MB"
+        ));
+    }
     let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
     let page = Page::new(&pages);
     streams::write(output, page.html.as_bytes())?;
@@ -180,6 +186,10 @@ fn create_folder_of(file: &Path) -> Result<(), Failure> {
 /// The keys of a page's GLB have at most this many bytes; a page of a longer take has none.
 const LARGEST_GLB: usize = 16 << 20;
 
+/// The meshes and the textures of a page's GLB have at most this many bytes; a page of larger ones has none. Few bytes
+/// of a file can have a mesh many times.
+const LARGEST_MESHES: usize = 64 << 20;
+
 /// The bytes of a page from which on it is worth saying how to make a smaller one.
 const LARGE_PAGE: usize = 60 << 20;
 
@@ -209,7 +219,7 @@ impl Read {
 
     /// Sets what depends on the motion.
     fn derive(&mut self) -> mocap::Result<()> {
-        let is_short = key_bytes(&self.scene) <= LARGEST_GLB;
+        let is_short = key_bytes(&self.scene) <= LARGEST_GLB && mesh_bytes(&self.scene) <= LARGEST_MESHES;
         self.glb = is_short.then(|| glb(&self.scene, &self.figure)).transpose()?;
         // Only a humanoid with a motion has contacts.
         self.contacts = contacts(&self.scene, 0, Some(&self.figure.humanoid), &ContactOptions::default()).ok();
@@ -370,6 +380,17 @@ fn glb(scene: &Scene, figure: &Figure) -> Result<Vec<u8>, mocap::Error> {
     // The page lists what was assumed.
     in_metres.metadata.assumptions.clone_from(&scene.metadata.assumptions);
     gltf::write_glb(&in_metres, &gltf::GltfOptions::default())
+}
+
+/// About the bytes of the meshes and the textures in a GLB.
+fn mesh_bytes(scene: &Scene) -> usize {
+    // Position, normal, texture coordinates, and four bones with their weights.
+    const VERTEX: usize = 12 + 12 + 8 + 8 + 16;
+    let meshes = scene.meshes.iter();
+    let meshes = meshes.map(|mesh| VERTEX * mesh.vertices.len() + size_of::<u32>() * mesh.indices.len());
+    meshes
+        .chain(scene.textures.iter().map(|texture| texture.bytes.len()))
+        .sum()
 }
 
 /// About the bytes of the animation in a GLB.

@@ -9,6 +9,7 @@ use serde_json::{Map, Value};
 use super::super::file::is_plausible;
 use super::super::invalid::invalid;
 use super::{Binding, Buffers, materials};
+use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::scene::{Bone, Mesh, VertexWeight};
 
@@ -120,8 +121,13 @@ pub(super) fn read_primitive(
         }
     }
     let is_placed = |vertex: &Vec3| vertex.to_array().into_iter().all(is_plausible);
-    if !vertices.iter().all(is_placed) {
-        return Err(invalid(pointer, "a position is not finite, or too large").into());
+    if let Some(wrong) = vertices.iter().position(|vertex| !is_placed(vertex)) {
+        let message = format!("the position of vertex {} is not finite, or too large", kept[wrong]);
+        return Err(Box::new(
+            Diagnostic::new(Code::NonFiniteValue, message)
+                .at_pointer(pointer)
+                .expected_found("finite numbers", format!("{}", vertices[wrong])),
+        ));
     }
     let normals = match normals {
         Some(normals) => kept.iter().map(|&vertex| unit(vector(&normals, vertex))).collect(),

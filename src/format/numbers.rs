@@ -11,7 +11,7 @@ use crate::scene::{Animation, Keys, Scene};
 
 /// # Errors
 /// [`Code::NumberRange`] or [`Code::FrameTime`] with the joint.
-pub(super) fn check(scene: &Scene) -> Result<()> {
+pub(crate) fn check(scene: &Scene) -> Result<()> {
     for node in &scene.nodes {
         let numbers = node.transform.to_cols_array();
         if let Some(number) = numbers.into_iter().find(|number| !is_plausible((*number).into())) {

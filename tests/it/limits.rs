@@ -1,0 +1,232 @@
+//! What a writer writes, its reader reads; and nothing of few bytes becomes a page of many.
+
+use mocap::glam::{Mat4, Quat, Vec3};
+use mocap::gltf::BufferPlace;
+use mocap::scene::{Animation, Channel, Keys, Node, NodeId, UpAxis};
+use mocap::{Code, Exporter, FORMATS, Format, Importer, Scene};
+
+/// A chain of joints with a name and an offset each, in metres with +Y up.
+fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
+    let mut scene = Scene::default();
+    for joint in 0..joints {
+        let mut node = Node::default();
+        node.name = name(joint);
+        node.parent = joint.checked_sub(1).map(NodeId::new);
+        node.transform = Mat4::from_translation(Vec3::new(0.0, offset, 0.0));
+        scene.nodes.push(node);
+    }
+    scene.metadata.metres_per_unit = Some(1.0);
+    scene.metadata.up = Some(UpAxis::Y);
+    scene
+}
+
+/// A clip of two keys, the last of them so many frames later, in which each joint turns.
+fn sparse(scene: &Scene, frames: usize, rate: f64) -> Animation {
+    let last = (frames - 1) as f64;
+    let ends = [Quat::IDENTITY, Quat::from_rotation_x(0.5)].to_vec();
+    let channels = scene.nodes.iter().map(|node| {
+        let mut channel = Channel::default();
+        channel.node_name = node.name.clone();
+        channel.position_keys = Keys::constant(node.transform.w_axis.truncate());
+        channel.rotation_keys = Keys::at_ticks(ends.clone(), vec![0.0, last]);
+        channel.scaling_keys = Keys::constant(Vec3::ONE);
+        channel
+    });
+    let mut clip = Animation::default();
+    clip.name = "sparse".to_owned();
+    clip.ticks_per_second = rate;
+    clip.duration = last;
+    clip.channels = channels.collect();
+    clip
+}
+
+/// Scenes at the limits and beyond, each with what it is.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let plain = |joint: usize| format!("j{joint}");
+    let mut all = vec![
+        (
+            "a long name",
+            chain(3, &|joint| format!("{joint}{}", "n".repeat(255)), 1.0),
+        ),
+        ("long equal names", chain(3, &|_| "n".repeat(256), 1.0)),
+        (
+            "a longer name",
+            chain(3, &|joint| format!("{joint}{}", "n".repeat(400)), 1.0),
+        ),
+        ("a deep chain", chain(1024, &plain, 0.1)),
+        ("a deeper chain", chain(1025, &plain, 0.1)),
+        ("a far joint", chain(3, &plain, 9e17)),
+        ("a farther joint", chain(3, &plain, 2e18)),
+    ];
+    for (what, frames, rate) in [
+        ("a long take", 608_331, 30.0),
+        ("few frames a second", 3, 1e-4),
+        ("many frames a second", 3, 1e6),
+        ("more frames a second", 3, 1e7),
+    ] {
+        let mut scene = chain(3, &plain, 0.1);
+        scene.animations.push(sparse(&scene, frames, rate));
+        all.push((what, scene));
+    }
+    for far in [9.9e17_f32, 1.4e18] {
+        let mut scene = chain(2, &plain, 0.1);
+        let mut clip = sparse(&scene, 2, 30.0);
+        clip.channels[0].position_keys = Keys::every_tick(vec![Vec3::ZERO, Vec3::new(far, 0.0, far)]);
+        scene.animations.push(clip);
+        all.push(("a far key", scene));
+    }
+    all
+}
+
+#[test]
+fn what_a_writer_writes_its_reader_reads() {
+    let (mut written, mut refused) = (0, 0);
+    for (what, scene) in scenes() {
+        // Other formats have a value for every frame, and little of a file stands for much of a take in none of them.
+        let is_tried = |format: Format| what != "a long take" || format == Format::Gltf;
+        for row in FORMATS.iter().filter(|row| row.writes() && is_tried(row.format)) {
+            let name = format!("out.{}", row.extensions[0]);
+            let exporter = Exporter::new().buffer(BufferPlace::Embedded);
+            match exporter.write_as(&scene, &name) {
+                Err(error) => {
+                    refused += 1;
+                    assert_ne!(error.code(), Code::Io, "{what}: {name}: {error}");
+                }
+                Ok(files) => {
+                    written += 1;
+                    let read = Importer::new().read(&files.into_bytes().unwrap(), &name);
+                    assert!(read.is_ok(), "{what}: {name}: {}", read.unwrap_err());
+                }
+            }
+        }
+    }
+    assert!(written > 20 && refused > 20, "{written} written, {refused} refused");
+}
+
+#[test]
+fn a_character_with_a_take_that_cannot_be_read_is_not_written() {
+    let character = Importer::new()
+        .import_character("fixtures/characters/human_default.glb")
+        .unwrap();
+    let read = |bytes: &[u8]| Importer::new().read(bytes, "out.glb");
+    for (frames, is_written) in [(100, true), (6_083_310, false)] {
+        let clip = sparse(character.scene(), frames, 30.0);
+        match character.with_animations(&[clip], false) {
+            Ok(bytes) => assert!(is_written && read(&bytes).is_ok(), "{frames}"),
+            Err(error) => {
+                assert!(!is_written, "{frames}: {error}");
+                assert_eq!(error.code(), Code::LimitExceeded);
+                let said = error.to_string();
+                assert!(said.contains("would be refused when it is read"), "{said}");
+            }
+        }
+    }
+}
+
+/// The binary chunk of a `.glb`, and the first byte of the positions of its first mesh in the file.
+fn first_position(bytes: &[u8]) -> usize {
+    let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    let primitive = &json["meshes"][0]["primitives"][0];
+    let accessor = &json["accessors"][primitive["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+    let offset = |value: &serde_json::Value| value["byteOffset"].as_u64().unwrap_or(0) as usize;
+    28 + length + offset(view) + offset(accessor)
+}
+
+#[cfg(feature = "cli")]
+#[test]
+fn a_mesh_of_a_character_that_is_not_finite_is_said() {
+    let folder = crate::program::Folder::of_real(&["cmu_short.bvh"]);
+    let mut bytes = std::fs::read("fixtures/characters/human_default.glb").unwrap();
+    folder.write("hero.glb", &bytes);
+    let said = folder.succeeds("retarget cmu_short.bvh hero.glb -o out.glb");
+    assert!(!said.contains("non-finite-value"), "{said}");
+    let at = first_position(&bytes);
+    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    folder.write("hero.glb", &bytes);
+    let said = folder.succeeds("retarget cmu_short.bvh hero.glb -o out.glb");
+    assert!(said.contains("warning[non-finite-value]"), "{said}");
+    assert!(
+        said.contains("the position of vertex 0 is not finite") && said.contains("/meshes/0"),
+        "{said}"
+    );
+}
+
+/// A mesh of 400 vertices, 3,000 times: 838 KB made a page of 215 MB.
+#[cfg(feature = "cli")]
+#[test]
+fn many_instances_of_a_mesh_make_no_large_page() {
+    use base64::Engine;
+    const VERTICES: u16 = 600;
+    const INSTANCES: usize = 3000;
+    let mut bytes: Vec<u8> = Vec::new();
+    for vertex in 0..VERTICES {
+        let angle = f32::from(vertex);
+        let position = [angle.cos(), angle.sin(), angle / 1000.0];
+        bytes.extend(position.iter().flat_map(|number| number.to_le_bytes()));
+    }
+    let corners = (0..VERTICES).flat_map(|vertex| [vertex, (vertex + 1) % VERTICES, (vertex + 2) % VERTICES]);
+    bytes.extend(corners.flat_map(u16::to_le_bytes));
+    let positions = 12 * usize::from(VERTICES);
+    let root = serde_json::json!({"name": "root", "children": (1..=INSTANCES).collect::<Vec<_>>()});
+    let instances = (0..INSTANCES).map(|place| serde_json::json!({"mesh": 0, "name": format!("n{place}")}));
+    let nodes: Vec<_> = std::iter::once(root).chain(instances).collect();
+    let uri = base64::engine::general_purpose::STANDARD.encode(&bytes);
+    let gltf = serde_json::json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes,
+        "meshes": [{"name": "m", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "buffers": [{"byteLength": bytes.len(), "uri": format!("data:application/octet-stream;base64,{uri}")}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": positions},
+            {"buffer": 0, "byteOffset": positions, "byteLength": bytes.len() - positions},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": VERTICES, "type": "VEC3", "min": [-1, -1, 0], "max": [1, 1, 1]},
+            {"bufferView": 1, "componentType": 5123, "count": 3 * usize::from(VERTICES), "type": "SCALAR"},
+        ],
+    });
+    let folder = crate::program::Folder::of_real(&[]);
+    folder.write("many.gltf", gltf.to_string().as_bytes());
+    let said = folder.succeeds("view many.gltf -o many.html");
+    assert!(said.contains("the page has no .glb to download"), "{said}");
+    let page = folder.read("many.html").len();
+    assert!(page < 8 << 20, "{page} bytes");
+}
+
+/// A figure without a size made a scale that is not finite.
+#[cfg(feature = "render")]
+#[test]
+fn every_number_of_a_picture_is_finite() {
+    use mocap::render::{Clip, Drawing, MovieOptions, PlotOptions, SheetOptions};
+    let point = "HIERARCHY ROOT a { OFFSET 0 0 0 CHANNELS 3 Xrotation Yrotation Zrotation }\nMOTION\n";
+    let texts = [
+        format!("{point}Frames: 0\nFrame Time: 0.1\n"),
+        format!("{point}Frames: 1\nFrame Time: 0.1\n0 0 0\n"),
+    ];
+    let mut scenes: Vec<(String, Scene)> = Vec::new();
+    for text in texts {
+        scenes.push((text.clone(), Importer::new().read(text.as_bytes(), "a.bvh").unwrap()));
+    }
+    for folder in ["made", "dialects", "robots"] {
+        for entry in std::fs::read_dir(format!("fixtures/{folder}")).unwrap() {
+            let path = entry.unwrap().path();
+            let read = Importer::new().import(&path);
+            scenes.extend(read.ok().map(|scene| (path.display().to_string(), scene)));
+        }
+    }
+    assert!(scenes.len() > 50, "{}", scenes.len());
+    for (name, scene) in &scenes {
+        let clip = Clip { name: "a", scene };
+        let joints = [NodeId::new(0)];
+        for drawing in [
+            Drawing::sheet(&[clip], &SheetOptions::new()),
+            Drawing::plot(&clip, &joints, &PlotOptions::new()),
+        ] {
+            let svg = drawing.to_svg();
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+        }
+        let options = MovieOptions::new().width(64).height(48);
+        assert!(mocap::render::Movie::new(clip, &options).is_ok(), "{name}");
+    }
+}
