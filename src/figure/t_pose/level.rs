@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
+use super::builder::Builder;
 use super::stance::{self, Foot};
-use super::{Builder, TPoseReason, TPoseSource};
+use super::{TPoseReason, TPoseSource};
 use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene};
 
 /// The largest angle by which a foot of a rest pose that stands may be off its sole, in radians, and of any other.

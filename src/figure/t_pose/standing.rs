@@ -2,7 +2,8 @@
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 
-use super::{POINTING_KNUCKLES, TPoseSource};
+use super::TPoseSource;
+use super::pointing::POINTING_KNUCKLES;
 use crate::figure::axes::Shown;
 use crate::figure::axis::{Axis, RestPose};
 use crate::figure::humanoid::Humanoid;

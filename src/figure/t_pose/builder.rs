@@ -1,0 +1,290 @@
+//! The T-pose while it is made: bones turned from the reference pose, one by one.
+
+use std::collections::BTreeMap;
+
+use glam::{Mat3, Mat4, Quat, Vec3};
+
+use super::pointing::{direction, next};
+use super::{TPose, TPoseBone, TPoseReason, TPoseSource};
+use crate::figure::axes::{Evidence, Shown, angle_about};
+use crate::figure::hierarchy::Hierarchy;
+use crate::figure::knuckles::Knuckles;
+use crate::math::directions::{arc, rotation_of};
+use crate::pose::Pose;
+use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, Scene, Side};
+
+/// The largest angle between the facing of the rest pose and the axis that is nearest to it, in radians, which counts
+/// as inexact. Above it the figure is turned to face along the axis.
+const FACING_IS_INEXACT: f32 = 0.09;
+
+/// A foot that points further down than this, as a fraction of its length, does not stand on its sole at rest.
+const POINTED_FOOT: f32 = 0.9;
+
+/// The largest angle of a shortest rotation from a rest pose that stands, in radians, that leaves no doubt how the
+/// bone is turned about itself: arms that hang down turn by 90 degrees.
+const SMALL_TURN: f32 = 1.05;
+
+/// The roll of a palm that looks forward or back in a rest pose that stands, in radians.
+const SIDEWAYS_PALM: std::ops::RangeInclusive<f32> = 0.8..=2.2;
+
+/// Where a thumb points in the T-pose, seen along the hand: those of SOMA's and MakeHuman's bodies are 33 and 21
+/// degrees below the palm.
+const THUMB: Vec3 = Vec3::new(0.0, -0.45, 0.89);
+
+/// The rotation of a bone from the reference pose to the T-pose.
+pub(super) struct Turn {
+    pub(super) rotation: Quat,
+    pub(super) confidence: Confidence,
+    pub(super) reason: TPoseReason,
+}
+
+/// A T-pose while it is made.
+pub(super) struct Builder {
+    pub(super) source: TPoseSource,
+    /// Whether the reference pose is the T-pose itself.
+    pub(super) is_t_pose: bool,
+    pub(super) knuckles: Knuckles,
+    pub(super) axes: Quat,
+    pub(super) bones: BTreeMap<Bone, NodeId>,
+    pub(super) hierarchy: Hierarchy,
+    /// What the motion shows, where the rest pose does not stand.
+    pub(super) shown: Option<Shown>,
+    /// The reference pose.
+    pub(super) positions: Vec<Vec3>,
+    pub(super) rotations: Vec<Quat>,
+    /// From the reference pose to the T-pose.
+    pub(super) turns: BTreeMap<Bone, Turn>,
+}
+
+impl Builder {
+    pub(super) fn joint(&self, bone: Bone) -> Option<NodeId> {
+        self.bones.get(&bone).copied()
+    }
+
+    pub(super) fn position(&self, node: NodeId) -> Vec3 {
+        self.positions[node.index()]
+    }
+
+    pub(super) fn turn_bones(&mut self, axes: &Mat3) {
+        if self.is_t_pose {
+            let stands = || Turn {
+                rotation: Quat::IDENTITY,
+                confidence: Confidence::Sure,
+                reason: TPoseReason::Stands,
+            };
+            self.turns = self.bones.keys().map(|bone| (*bone, stands())).collect();
+            return;
+        }
+        let facing = self.turn_to_face(axes.y_axis, axes.z_axis);
+        let mut turned: BTreeMap<Bone, Turn> = BTreeMap::new();
+        for (&bone, &joint) in &self.bones {
+            let above = std::iter::successors(bone.parent(), |bone| bone.parent())
+                .find_map(|above| turned.get(&above))
+                .map_or(facing, |turn| turn.rotation);
+            turned.insert(bone, self.choose(bone, joint, facing, above, axes));
+        }
+        self.turns = turned;
+    }
+
+    /// How a bone is turned to its T-pose, and why: the one place where this is chosen. `facing` turns the whole
+    /// figure forward, `above` is the rotation of the bone above, and `axes` are left, up and forward in the world.
+    fn choose(&self, bone: Bone, joint: NodeId, facing: Quat, above: Quat, axes: &Mat3) -> Turn {
+        let (rotation, reason) = match (direction(bone), bone.on(Side::Left)) {
+            (Some(direction), part) => {
+                let start = match part {
+                    Bone::LeftUpperArm | Bone::LeftUpperLeg => facing,
+                    _ => above,
+                };
+                let next = next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint);
+                let along = next.map(|next| start * (self.position(next) - self.position(joint)));
+                match along.filter(|along| along.length() > self.shortest(joint)) {
+                    Some(along) => {
+                        let turn = arc(along, self.axes * direction) * start;
+                        self.palm_down(bone, joint, turn, direction)
+                            .or_else(|| self.rolled(bone, joint, turn, direction, above))
+                            .unwrap_or((turn, TPoseReason::ShortestArc))
+                    }
+                    None => self
+                        .as_on_average(bone, joint, above)
+                        .unwrap_or((start, TPoseReason::FollowsTheBoneAbove)),
+                }
+            }
+            (None, Bone::LeftFoot) => (
+                self.foot(joint, bone, facing, axes.y_axis, axes.z_axis),
+                TPoseReason::OnItsSole,
+            ),
+            (None, Bone::LeftToes) => (above, TPoseReason::FollowsTheBoneAbove),
+            _ => (facing, TPoseReason::Stands),
+        };
+        let is_small = rotation.angle_between(facing) <= SMALL_TURN;
+        Turn {
+            rotation: rotation.normalize(),
+            confidence: match self.source {
+                TPoseSource::RestPose if is_small => Confidence::Sure,
+                TPoseSource::RestPose | TPoseSource::FirstFrame => Confidence::Likely,
+                TPoseSource::Computed if matches!(reason, TPoseReason::Hinge | TPoseReason::Knuckles) => {
+                    Confidence::Likely
+                }
+                TPoseSource::Computed => Confidence::Unsure,
+            },
+            reason,
+        }
+    }
+
+    /// A bone that points along `direction` after a `turn`, rolled about itself as the motion shows it. `above` is
+    /// the rotation of the bone above.
+    fn rolled(
+        &self,
+        bone: Bone,
+        joint: NodeId,
+        turn: Quat,
+        direction: Vec3,
+        above: Quat,
+    ) -> Option<(Quat, TPoseReason)> {
+        let rotation = |node: NodeId| turn * self.rotations[node.index()];
+        let forearm = |node: NodeId| above * self.rotations[node.index()];
+        let shown = self.shown.as_ref()?;
+        let (roll, evidence) = shown.roll(bone, joint, self.axes, self.axes * direction, rotation, forearm)?;
+        match evidence {
+            Evidence::Hinge => Some((roll * turn, TPoseReason::Hinge)),
+            // A first frame that is a T-pose says more than an average.
+            Evidence::Average if self.source == TPoseSource::FirstFrame => None,
+            Evidence::Average => Some((roll * turn, TPoseReason::AverageOfMotion)),
+        }
+    }
+
+    /// A bone shorter than this points nowhere: a thousandth of the one above it.
+    fn shortest(&self, joint: NodeId) -> f32 {
+        let above = self.hierarchy.parents[joint.index()].map(NodeId::new);
+        above.map_or(0.0, |above| 1e-3 * self.position(joint).distance(self.position(above)))
+    }
+
+    /// A hand that shows nothing of itself, turned against its forearm as on the average of the motion. `above` is the
+    /// rotation of the forearm.
+    fn as_on_average(&self, bone: Bone, joint: NodeId, above: Quat) -> Option<(Quat, TPoseReason)> {
+        let forearm = |node: NodeId| above * self.rotations[node.index()];
+        let hand = self.shown.as_ref()?.hand(bone, forearm)?;
+        let turn = hand * self.rotations[joint.index()].inverse();
+        (self.source == TPoseSource::Computed).then_some((turn, TPoseReason::AverageOfMotion))
+    }
+
+    /// A hand that points along `direction` after a `turn`, rolled until the palm is down: the knuckle of the index
+    /// finger in front of that of the little finger, or the thumb in front of the hand. A hand of a rest pose that
+    /// stands is rolled only where its palm looks forward or back: hands are not quite flat at rest, and one whose
+    /// palm looks up has its whole arm turned.
+    fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
+        let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
+        let at = |finger: Bone| Some(self.position(self.knuckles.of(finger.on(side))?));
+        let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
+        let thumb = || {
+            let thumb = at(Bone::LeftThumbProximal)?;
+            Some(thumb - self.position(joint))
+        };
+        let (across, forward) = match knuckles {
+            Some((index, little)) => (index - little, Vec3::Z),
+            None => (thumb()?, THUMB),
+        };
+        let along = self.axes * direction;
+        let angle = angle_about(along, turn * across, self.axes * forward)?;
+        let counts = self.source == TPoseSource::Computed || SIDEWAYS_PALM.contains(&angle.abs());
+        counts.then(|| (Quat::from_axis_angle(along, angle) * turn, TPoseReason::Knuckles))
+    }
+
+    /// The rotation about the up axis that makes the figure of the reference pose face along an axis.
+    pub(super) fn turn_to_face(&self, up: Vec3, forward: Vec3) -> Quat {
+        // One that is computed faces there, whatever its collar bones do.
+        if self.source == TPoseSource::Computed {
+            return Quat::IDENTITY;
+        }
+        let across = |left: Bone, right: Bone| {
+            let across = self.position(self.joint(left)?) - self.position(self.joint(right)?);
+            (across - across.project_onto_normalized(up)).try_normalize()
+        };
+        let hips = across(Bone::LeftUpperLeg, Bone::RightUpperLeg).unwrap_or_default();
+        let shoulders = across(Bone::LeftUpperArm, Bone::RightUpperArm).unwrap_or_default();
+        let Some(seen) = (hips + shoulders).cross(up).try_normalize() else {
+            return Quat::IDENTITY;
+        };
+        let angle = seen.cross(forward).dot(up).atan2(seen.dot(forward));
+        if angle.abs() < FACING_IS_INEXACT {
+            return Quat::IDENTITY;
+        }
+        Quat::from_axis_angle(up, angle)
+    }
+
+    /// A foot stands on its sole in the reference pose. Only its heading is turned, so that it points forward.
+    pub(super) fn foot(&self, joint: NodeId, bone: Bone, facing: Quat, up: Vec3, forward: Vec3) -> Quat {
+        let side = bone.side().unwrap_or(Side::Left);
+        let toes = self.joint(Bone::LeftToes.on(side));
+        let toes = toes.or_else(|| self.hierarchy.only_child(joint));
+        let along = toes.and_then(|toes| (facing * (self.position(toes) - self.position(joint))).try_normalize());
+        let Some(along) = along else {
+            return facing;
+        };
+        if along.dot(up).abs() > POINTED_FOOT {
+            return arc(along, forward - 0.4 * up) * facing;
+        }
+        let flat = along - along.project_onto_normalized(up);
+        arc(flat, forward) * facing
+    }
+
+    /// Every node in the T-pose: joints that are no bone go with the bone above them.
+    pub(super) fn finish(self, scene: &Scene, reference: &Pose) -> TPose {
+        let mut bone_of = vec![None; scene.nodes.len()];
+        for (bone, joint) in &self.bones {
+            bone_of[joint.index()] = Some(*bone);
+        }
+        let mut pose = Pose::rest(scene);
+        // For each node its rotation from the reference pose, and for each bone that from the rest pose.
+        let mut turned: Vec<Quat> = Vec::with_capacity(scene.nodes.len());
+        let mut from_rest = vec![Quat::IDENTITY; scene.nodes.len()];
+        let mut rotations = BTreeMap::new();
+        for (index, bone) in bone_of.iter().enumerate() {
+            let parent = self.hierarchy.parents[index];
+            let above = parent.map_or(Quat::IDENTITY, |parent| turned[parent]);
+            let turn = bone.and_then(|bone| self.turns.get(&bone));
+            let turn = turn.map_or(above, |turn| turn.rotation);
+            turned.push(turn);
+            let position = parent.map_or(self.positions[index], |parent| {
+                pose.node_to_world[parent].w_axis.truncate() + above * (self.positions[index] - self.positions[parent])
+            });
+            let rotation = turn * self.rotations[index];
+            let rest_rotation = rotation_of(&pose.node_to_world[index]);
+            if let Some(parent) = parent {
+                from_rest[index] = from_rest[parent];
+            }
+            if let Some(bone) = bone {
+                let all = rotation * rest_rotation.inverse();
+                rotations.insert(*bone, (all * from_rest[index].inverse()).normalize());
+                from_rest[index] = all;
+            }
+            // What the reference pose scales and shears stays.
+            let linear = &reference.node_to_world[index];
+            let shape = Mat4::from_quat(rotation_of(linear).inverse()) * Mat4::from_mat3(Mat3::from_mat4(*linear));
+            pose.node_to_world[index] = Mat4::from_rotation_translation(rotation, position) * shape;
+            let parent_to_world = parent.map_or(Mat4::IDENTITY, |parent| pose.node_to_world[parent]);
+            let node_to_parent = parent_to_world.inverse() * pose.node_to_world[index];
+            if node_to_parent.is_finite() {
+                pose.node_to_parent[index] = node_to_parent;
+            }
+        }
+        let bone = |(bone, turn): (Bone, Turn)| {
+            let made = TPoseBone {
+                joint: self.bones[&bone],
+                rotation: rotations[&bone],
+                confidence: turn.confidence,
+                reason: turn.reason,
+                reference_to_t_pose: turn.rotation,
+            };
+            (bone, made)
+        };
+        TPose {
+            source: self.source,
+            pose,
+            bones: self.turns.into_iter().map(bone).collect(),
+            axes: self.axes,
+            positions: self.positions,
+            rotations: self.rotations,
+        }
+    }
+}

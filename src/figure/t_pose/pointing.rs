@@ -1,0 +1,74 @@
+//! Where bones point in a T-pose, and the nodes that show it.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+
+use crate::figure::hierarchy::Hierarchy;
+use crate::figure::knuckles::Knuckles;
+use crate::scene::{HumanoidBone as Bone, NodeId, Side};
+
+/// The direction in which a bone points in the T-pose, in its frame; `None` for one that is not turned there.
+pub(crate) fn direction(bone: Bone) -> Option<Vec3> {
+    let outwards = if bone.side() == Some(Side::Right) {
+        Vec3::NEG_X
+    } else {
+        Vec3::X
+    };
+    match bone.on(Side::Left) {
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => Some(Vec3::NEG_Y),
+        Bone::LeftUpperArm | Bone::LeftLowerArm | Bone::LeftHand => Some(outwards),
+        Bone::LeftThumbMetacarpal | Bone::LeftThumbProximal | Bone::LeftThumbDistal => {
+            Some((outwards + Vec3::Z).normalize())
+        }
+        finger if finger.is_finger() => Some(outwards),
+        _ => None,
+    }
+}
+
+/// The knuckles towards which a hand points: the first that is known.
+pub(super) const POINTING_KNUCKLES: [Bone; 4] = [
+    Bone::LeftMiddleProximal,
+    Bone::LeftIndexProximal,
+    Bone::LeftRingProximal,
+    Bone::LeftLittleProximal,
+];
+
+/// The node towards which a bone points: the next bone, else the only child of its joint.
+pub(crate) fn next(
+    hierarchy: &Hierarchy,
+    bones: &BTreeMap<Bone, NodeId>,
+    knuckles: &Knuckles,
+    bone: Bone,
+    joint: NodeId,
+) -> Option<NodeId> {
+    let side = bone.side().unwrap_or(Side::Left);
+    let of_hand: &[Bone] = match bone.on(Side::Left) {
+        Bone::LeftHand => &POINTING_KNUCKLES,
+        _ => &[],
+    };
+    let of_hand = of_hand.iter().filter_map(|knuckle| knuckles.of(knuckle.on(side)));
+    let next = limb_end(bone).or_else(|| next_of_finger(bone));
+    let mut named = of_hand.chain(next.and_then(|next| bones.get(&next).copied()));
+    named
+        .find(|next| hierarchy.is_below(*next, joint))
+        .or_else(|| hierarchy.only_child(joint))
+}
+
+/// The bone that ends a bone of a limb.
+pub(crate) fn limb_end(bone: Bone) -> Option<Bone> {
+    let next = match bone.on(Side::Left) {
+        Bone::LeftUpperLeg => Bone::LeftLowerLeg,
+        Bone::LeftLowerLeg => Bone::LeftFoot,
+        Bone::LeftUpperArm => Bone::LeftLowerArm,
+        Bone::LeftLowerArm => Bone::LeftHand,
+        _ => return None,
+    };
+    Some(next.on(bone.side()?))
+}
+
+/// The next bone of a finger.
+fn next_of_finger(bone: Bone) -> Option<Bone> {
+    let mut bones = Bone::ALL.iter().copied();
+    bones.find(|next| next.is_finger() && bone.is_finger() && next.parent() == Some(bone))
+}
