@@ -7,59 +7,58 @@
 //!   in the frames of both joints: the mean of the cross products of upper and lower bone, over the frames in which
 //!   they are bent. In a T-pose that faces +Z a shin would go back and a forearm forward, so the axis is +X for a
 //!   knee, -Y for the left and +Y for the right elbow.
-//! - Pelvis, spine, neck and head are turned as hips and shoulders on the average: nobody looks aside all the time.
+//!   Where a joint's frame is laid along its bone, the axis is that of its coordinates, if it is near to one.
+//! - A limb that never bends has the hinge of the other side, mirrored, if joint frames are mirrored.
+//! - Pelvis, spine, neck and head are turned as hips and shoulders on the average of the frames in which the body
+//!   stands: nobody looks aside all the time. A frame that is laid along the spine has axes of the body.
 //! - An upper arm or a thigh that never bends is turned about itself by as little as can be on the average, against
 //!   the trunk; so is a hand, against its forearm.
+//! - Feet, toes, hands and fingers are against their parents as on the average, and so are knuckles against hands.
 
-use std::collections::BTreeMap;
-use std::f32::consts::FRAC_PI_2;
+mod average;
+mod hinge;
 
-use glam::{Mat3, Quat, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
 
+use glam::{Mat4, Quat, Vec3};
+
+use self::average::{AgainstTrunk, Knuckle, Lines, Mean, Usual, nearest_exchange, sample};
+use self::hinge::{Limb, is_laid_along, nearest_axis};
 use super::hierarchy::Hierarchy;
+use super::knuckles::Knuckles;
 use crate::math::directions::rotation_of;
-use crate::pose::{Binding, Pose};
-use crate::scene::{Animation, HumanoidBone as Bone, NodeId, Scene, Side};
-
-/// Frames of all animations that are examined at most.
-const FRAMES: usize = 400;
-
-/// The sine of the smallest bend that shows the axis of a hinge: 12 degrees.
-const BENT: f32 = 0.2;
+use crate::scene::{HumanoidBone as Bone, NodeId, Scene, Side};
 
 /// The fewest frames that show an axis or an average.
 const FEWEST: usize = 5;
-
-/// How far the axis of a hinge may be from its mean, in radians, that is fixed in the frame of the lower joint. That
-/// of an elbow whose joint turns the forearm too is not.
-const FIXED: f32 = 0.21;
 
 /// The largest angle between the axis of a hinge that is not fixed and where it belongs, in radians, with which a
 /// lower bone is turned as the upper one.
 const FARTHEST: f32 = 1.05;
 
-/// The angle at which an axis counts half in the mean, in radians.
-const HALF_WEIGHT: f32 = 0.15;
+/// The cosine of the largest angle between an axis of the lower joint and that of the hinge on the average, in the
+/// frame of that joint, with which the choice between quarter turns is clear: 25 degrees.
+const CLEAR: f32 = 0.906;
 
-/// The largest angle between a joint of the trunk, or of the head, and its average in the motion, in radians, with
-/// which the rest pose is believed.
-const AGREES: f32 = 0.44;
-const HEAD_AGREES: f32 = 0.7;
+/// The largest angle between a joint of the trunk whose frame is laid along it, or of the head, on the average of the
+/// motion, and the axes of the body, in radians, with which its axes are those of the body.
+const AGREES: f32 = 0.6;
+const HEAD_AGREES: f32 = 0.8;
 
-/// The axis of a hinge in the frame of a joint.
-#[derive(Clone, Copy, Debug)]
-struct Hinge {
-    axis: Vec3,
-    /// How far the axis is from its mean, in the mean, in radians.
-    spread: f32,
-}
+/// The cosine of the largest angle between the line of the hip joints and an axis of a pelvis whose frame is laid along
+/// it: 8 degrees.
+const PELVIS_ALONG: f32 = 0.99;
 
 /// How the motion shows a bone's rotation about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Evidence {
     /// By its hinge.
     Hinge,
-    /// By its average against the trunk.
+    /// By its hinge, which is not that of the other side, mirrored.
+    UnlikeOtherSide,
+    /// By the hinge of the other side, mirrored.
+    OtherSide,
+    /// By its average against the bone above.
     Average,
 }
 
@@ -67,16 +66,24 @@ pub(super) enum Evidence {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Shown {
     /// The joint that turns with the bone at its hinge, and the axis in its frame.
-    hinges: BTreeMap<Bone, (NodeId, Hinge)>,
-    /// Likewise of lower bones whose joint turns them about themselves too.
-    loose_hinges: BTreeMap<Bone, (NodeId, Hinge)>,
-    /// From joints to left, up and forward of the trunk, on the average.
+    hinges: BTreeMap<Bone, (NodeId, Vec3)>,
+    /// Those of them that are not as the other side, mirrored.
+    contradicted: BTreeSet<Bone>,
+    /// Likewise of bones that show none, by the other side: the axes that it may be.
+    mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
+    /// Likewise of lower bones whose joint turns them about themselves too, by the hinge of the upper bone; and whether
+    /// it is clearly an axis of the joint.
+    loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
+    /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,
     /// From hands to the joints of their forearms, on the average.
     hands: BTreeMap<Bone, (NodeId, Quat)>,
-    head: Option<NodeId>,
     /// Joints of the pelvis, the spine, the neck and the head, from below.
     pub(super) trunk: Vec<NodeId>,
+    /// Feet, toes, hands and fingers as they are in their parents on the average.
+    pub(super) usual: Vec<(NodeId, Mat4)>,
+    /// From knuckles to their hands, and to where they are in the axes of those, on the average.
+    knuckles: BTreeMap<NodeId, (NodeId, Vec3)>,
 }
 
 /// The limbs with a hinge: upper bone, lower bone, end.
@@ -99,47 +106,118 @@ pub(crate) fn bend_axis(bone: Bone) -> Option<Vec3> {
 }
 
 impl Shown {
-    /// Examines some frames of all animations.
-    pub(super) fn new(scene: &Scene, hierarchy: &Hierarchy, bones: &BTreeMap<Bone, NodeId>) -> Self {
-        let limbs = LIMBS.into_iter().filter_map(|limb| Limb::new(limb, hierarchy, bones));
-        let mut limbs: Vec<Limb> = limbs.collect();
+    /// Examines some frames of all animations. `up` is that of the world.
+    pub(super) fn new(
+        scene: &Scene,
+        hierarchy: &Hierarchy,
+        bones: &BTreeMap<Bone, NodeId>,
+        of_hands: &Knuckles,
+        up: Vec3,
+    ) -> Self {
+        let limbs = LIMBS.into_iter();
+        let limbs = limbs.filter_map(|limb| Limb::new(scene, limb, hierarchy, bones));
+        let mut limbs: Vec<(Limb, Mean)> = limbs.map(|limb| (limb, Mean::default())).collect();
         let trunk = trunk(hierarchy, bones);
-        let mut averages: Vec<(NodeId, f32, Mean)> = against_trunk(&trunk, bones);
+        let mut averages = against_trunk(&trunk, bones);
         let mut hands = hands(bones);
+        let mut usual = usual(scene, bones);
+        let mut knuckles: Vec<Knuckle> = of_hands
+            .with_hands(bones)
+            .map(|(node, hand)| Knuckle::new(node, hand))
+            .collect();
         sample(scene, |pose| {
-            for limb in &mut limbs {
-                limb.see(pose);
-            }
             let rotation = |node: NodeId| rotation_of(&pose.node_to_world[node.index()]);
+            for (limb, lower) in &mut limbs {
+                limb.see(pose);
+                let [above, below] = limb.turned;
+                lower.add(rotation(above).inverse() * rotation(below));
+            }
             for (_, hand, forearm, mean) in &mut hands {
                 mean.add(rotation(*forearm).inverse() * rotation(*hand));
             }
-            let lines = Lines::new(pose, bones);
-            for (node, share, mean) in &mut averages {
-                if let Some(trunk) = lines.as_ref().and_then(|lines| lines.frame(*share)) {
-                    mean.add(trunk.inverse() * rotation(*node));
-                }
+            if let Some(lines) = Lines::new(pose, bones, up) {
+                averages.iter_mut().for_each(|joint| joint.see(pose, &lines));
             }
+            usual.iter_mut().for_each(|joint| joint.see(pose));
+            knuckles.iter_mut().for_each(|knuckle| knuckle.see(pose));
         });
-        let averages = averages.into_iter();
-        Self {
-            hinges: limbs.iter().flat_map(|limb| limb.hinges(true)).collect(),
-            loose_hinges: limbs.iter().flat_map(|limb| limb.hinges(false)).collect(),
-            averages: averages
-                .filter_map(|(node, _, mean)| Some((node, mean.value()?)))
-                .collect(),
+        let laid_along = laid_along(scene, hierarchy, &trunk, bones);
+        let head = bones.get(&Bone::Head);
+        let average = |joint: &AgainstTrunk| {
+            let average = joint.value()?;
+            let limit = if Some(&joint.node) == head { HEAD_AGREES } else { AGREES };
+            let of_body = || nearest_exchange(average, limit).filter(|_| laid_along.contains(&joint.node));
+            Some((joint.node, of_body().unwrap_or(average)))
+        };
+        let averages: BTreeMap<NodeId, Quat> = averages.iter().filter_map(average).collect();
+        let mut shown = Self {
+            averages,
             hands: hands
                 .into_iter()
                 .filter_map(|(bone, _, forearm, mean)| Some((bone, (forearm, mean.value()?))))
                 .collect(),
-            head: bones.get(&Bone::Head).copied(),
             trunk,
+            usual: usual
+                .iter()
+                .filter_map(|joint| Some((joint.node, joint.value()?)))
+                .collect(),
+            knuckles: knuckles
+                .iter()
+                .filter_map(|knuckle| Some((knuckle.node, (knuckle.hand, knuckle.value()?))))
+                .collect(),
+            ..Self::default()
+        };
+        for (limb, lower) in &limbs {
+            shown.take(limb, lower);
+        }
+        for (limb, _) in &limbs {
+            let other = limbs.iter().find(|(other, _)| {
+                other.bones[0] != limb.bones[0] && other.bones[0].on(Side::Left) == limb.bones[0].on(Side::Left)
+            });
+            if let Some((other, _)) = other {
+                shown.compare(limb, other);
+            }
+        }
+        shown
+    }
+
+    /// Takes what a limb shows; `lower` is how its lower joint is turned against the upper one.
+    fn take(&mut self, limb: &Limb, lower: &Mean) {
+        let [upper_hinge, lower_hinge] = limb.hinges();
+        let at = |place: usize, axis: Vec3| (limb.bones[place], (limb.turned[place], axis));
+        self.hinges.extend(upper_hinge.map(|hinge| at(0, hinge.axis)));
+        self.hinges.extend(lower_hinge.map(|hinge| at(1, hinge.axis)));
+        if let (Some(upper), None, Some(lower)) = (upper_hinge, lower_hinge, lower.value()) {
+            let axis = lower.inverse() * upper.axis;
+            let of_joint = |cosine: f32| limb.axis_of_joint(1, axis, cosine);
+            let loose = (limb.turned[1], of_joint(0.0).unwrap_or(axis), of_joint(CLEAR).is_some());
+            self.loose_hinges.insert(limb.bones[1], loose);
+        }
+    }
+
+    /// Compares a limb with that of the other side.
+    fn compare(&mut self, limb: &Limb, other: &Limb) {
+        for place in 0..2 {
+            let bone = limb.bones[place];
+            let Some(&(_, of_other)) = self.hinges.get(&other.bones[place]) else {
+                continue;
+            };
+            match self.hinges.get(&bone) {
+                Some((_, axis)) if limb.contradicts(other, place, *axis, of_other) => {
+                    self.contradicted.insert(bone);
+                }
+                Some(_) => {}
+                None => {
+                    let axes = limb.mirrored(other, place, of_other);
+                    self.mirrored.insert(bone, (limb.turned[place], axes));
+                }
+            }
         }
     }
 
     /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes`
     /// is the rotation from the frame of the T-pose to the world, `rotation` that of each joint of the bone as it is,
-    /// and `forearm_rotation` that of the joint of a forearm in the T-pose.
+    /// and `above` that of the joint of a forearm in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,
@@ -147,32 +225,44 @@ impl Shown {
         axes: Quat,
         along: Vec3,
         rotation: impl Fn(NodeId) -> Quat,
-        forearm_rotation: impl Fn(NodeId) -> Quat,
+        above: impl Fn(NodeId) -> Quat,
     ) -> Option<(Quat, Evidence)> {
         let along = along.try_normalize()?;
-        if let Some((node, hinge)) = self.hinges.get(&bone) {
-            let angle = angle_about(along, rotation(*node) * hinge.axis, axes * bend_axis(bone)?)?;
-            return Some((Quat::from_axis_angle(along, angle), Evidence::Hinge));
+        let about = |angle: f32, evidence: Evidence| (Quat::from_axis_angle(along, angle), evidence);
+        let to_hinge = |node: NodeId, axis: Vec3| angle_about(along, rotation(node) * axis, axes * bend_axis(bone)?);
+        if let Some((node, axis)) = self.hinges.get(&bone) {
+            let evidence = match self.contradicted.contains(&bone) {
+                true => Evidence::UnlikeOtherSide,
+                false => Evidence::Hinge,
+            };
+            return Some(about(to_hinge(*node, *axis)?, evidence));
         }
-        if let Some((node, hinge)) = self.loose_hinges.get(&bone) {
+        if let Some((node, axis, is_clear)) = self.loose_hinges.get(&bone) {
             // A forearm is turned against its elbow by up to a quarter turn; more is a joint frame that lies
             // otherwise.
-            let angle = angle_about(along, rotation(*node) * hinge.axis, axes * bend_axis(bone)?)?;
-            let quarters = (angle / FRAC_PI_2).round() * FRAC_PI_2;
-            return (angle.abs() > FARTHEST).then(|| (Quat::from_axis_angle(along, quarters), Evidence::Average));
+            let angle = to_hinge(*node, *axis)?;
+            return (*is_clear || angle.abs() > FARTHEST).then(|| about(angle, Evidence::Average));
         }
         let average = match (bone.on(Side::Left), self.hands.get(&bone)) {
-            (_, Some((forearm, average))) => forearm_rotation(*forearm) * *average,
-            (Bone::LeftUpperLeg | Bone::LeftUpperArm, None) => axes * *self.averages.get(&joint)?,
-            _ => return None,
+            (_, Some((forearm, average))) => Some(above(*forearm) * *average),
+            (Bone::LeftUpperLeg | Bone::LeftUpperArm, None) => self.averages.get(&joint).map(|mean| axes * *mean),
+            _ => None,
         };
         // From the T-pose to the average, twisted about the bone.
-        let moved = average * rotation(joint).inverse();
-        let sine = Vec3::new(moved.x, moved.y, moved.z).dot(along);
-        let angle = 2.0 * sine.atan2(moved.w);
-        angle
-            .is_finite()
-            .then(|| (Quat::from_axis_angle(along, angle), Evidence::Average))
+        let average = average.map(|average| {
+            let moved = average * rotation(joint).inverse();
+            let sine = Vec3::new(moved.x, moved.y, moved.z).dot(along);
+            2.0 * sine.atan2(moved.w)
+        });
+        let average = average.filter(|angle| angle.is_finite());
+        if let Some((node, candidates)) = self.mirrored.get(&bone) {
+            let angles = candidates.iter().filter_map(|axis| to_hinge(*node, *axis));
+            let off = |angle: &f32| (1.0 - (angle - average.unwrap_or(0.0)).cos()).abs();
+            if let Some(angle) = angles.min_by(|a, b| off(a).total_cmp(&off(b))) {
+                return Some(about(angle, Evidence::OtherSide));
+            }
+        }
+        average.map(|angle| about(angle, Evidence::Average))
     }
 
     /// The rotation of a hand in the world that it has on the average of the motion, with that of the joint of its
@@ -183,22 +273,16 @@ impl Shown {
         hand.is_finite().then_some(hand)
     }
 
-    /// The rotation in the world of a joint of the trunk that is turned by `rotation`, where the motion shows another:
-    /// a quarter or a half turn about `up`, if that suffices.
-    pub(super) fn settle(&self, node: NodeId, axes: Quat, rotation: Quat) -> Option<Quat> {
-        let shown = axes * *self.averages.get(&node)?;
-        let limit = if Some(node) == self.head { HEAD_AGREES } else { AGREES };
-        let quarter = |count: u8| Quat::from_axis_angle(axes * Vec3::Y, f32::from(count) * FRAC_PI_2);
-        let turned = (0..4).map(|count| (quarter(count) * rotation, count));
-        let off = |rotation: Quat| rotation.angle_between(shown);
-        let (nearest, count) = turned.min_by(|a, b| off(a.0).total_cmp(&off(b.0)))?;
-        match (off(nearest) <= limit, count) {
-            (true, 0) => None,
-            (true, _) => Some(quarter(count)),
-            (false, _) if off(rotation) <= limit => None,
-            (false, _) => Some((shown * rotation.inverse()).normalize()),
-        }
-        .filter(|turn| turn.is_finite())
+    /// From the joint of its hand to a knuckle, with that hand turned to the world by `rotation`.
+    pub(super) fn to_knuckle(&self, node: NodeId, rotation: impl Fn(NodeId) -> Quat) -> Option<Vec3> {
+        let (hand, offset) = self.knuckles.get(&node)?;
+        Some(rotation(*hand) * *offset)
+    }
+
+    /// The rotation in the world of a joint of the trunk in the T-pose.
+    pub(super) fn of_trunk(&self, node: NodeId, axes: Quat) -> Option<Quat> {
+        let rotation = axes * *self.averages.get(&node).filter(|_| self.trunk.contains(&node))?;
+        rotation.is_finite().then_some(rotation)
     }
 }
 
@@ -208,78 +292,6 @@ pub(crate) fn angle_about(along: Vec3, from: Vec3, to: Vec3) -> Option<f32> {
     let to = to.reject_from_normalized(along).try_normalize()?;
     let angle = along.dot(from.cross(to)).atan2(from.dot(to));
     angle.is_finite().then_some(angle)
-}
-
-/// Two bones with a hinge between them.
-struct Limb {
-    bones: [Bone; 3],
-    joints: [NodeId; 3],
-    /// The last joint of the upper bone, and the lower joint.
-    turned: [NodeId; 2],
-    /// The axis in the frames of these joints, weighted by how far the hinge is bent.
-    seen: [Vec<(Vec3, f32)>; 2],
-}
-
-impl Limb {
-    fn new(bones: [Bone; 3], hierarchy: &Hierarchy, known: &BTreeMap<Bone, NodeId>) -> Option<Self> {
-        let joint = |bone: Bone| known.get(&bone).copied();
-        let joints = [joint(bones[0])?, joint(bones[1])?, joint(bones[2])?];
-        let above = hierarchy.parents[joints[1].index()].map(NodeId::new);
-        let last = above.filter(|above| hierarchy.is_below(*above, joints[0]));
-        Some(Self {
-            bones,
-            joints,
-            turned: [last.unwrap_or(joints[0]), joints[1]],
-            seen: [Vec::new(), Vec::new()],
-        })
-    }
-
-    fn see(&mut self, pose: &Pose) {
-        let at = self.joints.map(|joint| pose.position(joint));
-        let upper = (at[1] - at[0]).normalize_or_zero();
-        let lower = (at[2] - at[1]).normalize_or_zero();
-        let axis = upper.cross(lower);
-        let sine = axis.length();
-        if sine.is_nan() || sine <= BENT {
-            return;
-        }
-        for (node, seen) in self.turned.iter().zip(&mut self.seen) {
-            let in_joint = rotation_of(&pose.node_to_world[node.index()]).inverse() * (axis / sine);
-            seen.push((in_joint, sine * sine));
-        }
-    }
-
-    /// The hinge of the upper bone, and that of the lower one where it is fixed in its joint; or where it is not.
-    fn hinges(&self, is_fixed: bool) -> impl Iterator<Item = (Bone, (NodeId, Hinge))> {
-        let upper = hinge(&self.seen[0]).filter(|_| is_fixed);
-        let lower = hinge(&self.seen[1]).filter(|hinge| (hinge.spread <= FIXED) == is_fixed);
-        let of_joint = |at: usize, hinge: Option<Hinge>| Some((self.bones[at], (self.turned[at], hinge?)));
-        [of_joint(0, upper), of_joint(1, lower)].into_iter().flatten()
-    }
-}
-
-/// The mean of weighted axes, in which those far from it count little; `None` where they show none.
-fn hinge(seen: &[(Vec3, f32)]) -> Option<Hinge> {
-    const ROUNDS: usize = 8;
-    if seen.len() < FEWEST {
-        return None;
-    }
-    let all: f32 = seen.iter().map(|(_, weight)| weight).sum();
-    let sum: Vec3 = seen.iter().map(|(axis, weight)| *axis * *weight).sum();
-    if sum.length() < 0.3 * all {
-        return None;
-    }
-    let mut mean = sum.try_normalize()?;
-    for _ in 0..ROUNDS {
-        let near = |axis: Vec3| (1.0 + (axis.angle_between(mean) / HALF_WEIGHT).powi(2)).recip();
-        let sum: Vec3 = seen.iter().map(|(axis, weight)| *axis * *weight * near(*axis)).sum();
-        mean = sum.try_normalize()?;
-    }
-    let off = seen.iter().map(|(axis, weight)| weight * axis.angle_between(mean));
-    Some(Hinge {
-        axis: mean,
-        spread: off.sum::<f32>() / all,
-    })
 }
 
 /// The joints of the trunk from the hips to the head, from above in the hierarchy.
@@ -305,7 +317,7 @@ fn hands(bones: &BTreeMap<Bone, NodeId>) -> Vec<(Bone, NodeId, NodeId, Mean)> {
 }
 
 /// The joints whose average against the trunk is taken, each with its fraction of the distance from hips to shoulders.
-fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<(NodeId, f32, Mean)> {
+fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<AgainstTrunk> {
     let joint = |bone: Bone| bones.get(&bone).copied();
     let neck = joint(Bone::Neck).or(joint(Bone::Head));
     let spine = trunk.iter().position(|node| Some(*node) == neck).unwrap_or(trunk.len());
@@ -313,7 +325,7 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<(NodeI
     let mut all: Vec<_> = trunk
         .iter()
         .enumerate()
-        .map(|(place, node)| (*node, share(place), Mean::default()))
+        .map(|(place, node)| AgainstTrunk::new(*node, share(place)))
         .collect();
     let limbs = [
         (Bone::LeftUpperLeg, 0.0),
@@ -324,81 +336,48 @@ fn against_trunk(trunk: &[NodeId], bones: &BTreeMap<Bone, NodeId>) -> Vec<(NodeI
     all.extend(
         limbs
             .into_iter()
-            .filter_map(|(bone, share)| Some((joint(bone)?, share, Mean::default()))),
+            .filter_map(|(bone, share)| Some(AgainstTrunk::new(joint(bone)?, share))),
     );
     all
 }
 
-/// The lines of the trunk in a pose.
-struct Lines {
-    hips: Vec3,
-    shoulders: Vec3,
-    up: Vec3,
-}
-
-impl Lines {
-    fn new(pose: &Pose, bones: &BTreeMap<Bone, NodeId>) -> Option<Self> {
-        let at = |bone: Bone| bones.get(&bone).map(|joint| pose.position(*joint));
-        let across = |left: Bone, right: Bone| (at(left)? - at(right)?).try_normalize();
-        let hips = across(Bone::LeftUpperLeg, Bone::RightUpperLeg)?;
-        let middle = 0.5 * (at(Bone::LeftUpperLeg)? + at(Bone::RightUpperLeg)?);
-        Some(Self {
-            hips,
-            shoulders: across(Bone::LeftUpperArm, Bone::RightUpperArm).unwrap_or(hips),
-            up: (at(Bone::Neck).or(at(Bone::Head))? - middle).try_normalize()?,
-        })
-    }
-
-    /// Left, up and forward at a fraction of the distance from hips to shoulders, as a rotation to the world.
-    fn frame(&self, share: f32) -> Option<Quat> {
-        let left = self.hips.lerp(self.shoulders, share).try_normalize()?;
-        let up = self.up.reject_from_normalized(left).try_normalize()?;
-        let frame = Quat::from_mat3(&Mat3::from_cols(left, up, left.cross(up)));
-        frame.is_finite().then_some(frame)
-    }
-}
-
-/// The mean of rotations.
-struct Mean {
-    sum: Quat,
-    count: usize,
-}
-
-impl Default for Mean {
-    fn default() -> Self {
-        Self {
-            sum: Quat::from_xyzw(0.0, 0.0, 0.0, 0.0),
-            count: 0,
+/// The joints of the trunk whose frames are laid along it: that of the pelvis along the line of the hip joints, others
+/// along the spine, the head along its only child.
+fn laid_along(
+    scene: &Scene,
+    hierarchy: &Hierarchy,
+    trunk: &[NodeId],
+    bones: &BTreeMap<Bone, NodeId>,
+) -> BTreeSet<NodeId> {
+    let place_in = |joint: NodeId, node: NodeId| {
+        let node = &scene.nodes[node.index()];
+        (node.parent == Some(joint)).then(|| node.transform.w_axis.truncate())
+    };
+    let is_pelvis_laid = |pelvis: NodeId| {
+        let hip = |bone: Bone| place_in(pelvis, *bones.get(&bone)?);
+        let line = hip(Bone::LeftUpperLeg).zip(hip(Bone::RightUpperLeg));
+        line.is_some_and(|(left, right)| nearest_axis(left - right, PELVIS_ALONG).is_some())
+    };
+    let is_laid = |place: usize| {
+        let joint = trunk[place];
+        if place == 0 {
+            return is_pelvis_laid(joint);
         }
-    }
+        let next = trunk.get(place + 1).copied().or_else(|| hierarchy.only_child(joint));
+        next.and_then(|next| place_in(joint, next)).is_some_and(is_laid_along)
+    };
+    (0..trunk.len())
+        .filter(|place| is_laid(*place))
+        .map(|place| trunk[place])
+        .collect()
 }
 
-impl Mean {
-    fn add(&mut self, rotation: Quat) {
-        if rotation.is_finite() {
-            // A rotation and its negative are one.
-            let sign = if self.sum.dot(rotation) < 0.0 { -1.0 } else { 1.0 };
-            self.sum += rotation * sign;
-            self.count += 1;
-        }
-    }
-
-    fn value(&self) -> Option<Quat> {
-        let is_clear = self.count >= FEWEST && self.sum.length() > 0.5 * self.count as f32;
-        is_clear.then(|| self.sum.normalize())
-    }
-}
-
-/// Calls `see` with some poses, evenly spaced.
-fn sample(scene: &Scene, mut see: impl FnMut(&Pose)) {
-    let frames: usize = scene.animations.iter().map(Animation::frame_count).sum();
-    let step = frames.div_ceil(FRAMES).max(1);
-    let mut pose = Pose::rest(scene);
-    for animation in &scene.animations {
-        let binding = Binding::new(scene, animation);
-        for frame in (0..animation.frame_count()).step_by(step) {
-            pose.sample(&binding, animation, frame as f64);
-            see(&pose);
-        }
-    }
+/// Feet, toes, hands and fingers.
+fn usual(scene: &Scene, bones: &BTreeMap<Bone, NodeId>) -> Vec<Usual> {
+    let is_end = |bone: Bone| {
+        let of_limb = matches!(bone.on(Side::Left), Bone::LeftFoot | Bone::LeftToes | Bone::LeftHand);
+        of_limb || bone.is_finger()
+    };
+    let ends = bones.iter().filter(|(bone, _)| is_end(**bone));
+    ends.map(|(_, node)| Usual::new(scene, *node)).collect()
 }

@@ -42,6 +42,15 @@ impl Knuckles {
         Self(knuckles)
     }
 
+    /// The first nodes of all fingers, each with the joint of its hand.
+    pub(crate) fn with_hands(&self, bones: &BTreeMap<Bone, NodeId>) -> impl Iterator<Item = (NodeId, NodeId)> {
+        let with_hand = |(finger, node): (&Bone, &NodeId)| {
+            let hand = Bone::LeftHand.on(finger.side()?);
+            Some((*node, *bones.get(&hand)?))
+        };
+        self.0.iter().filter_map(with_hand)
+    }
+
     /// The first node of the finger of a proximal bone.
     pub(crate) fn of(&self, proximal: Bone) -> Option<NodeId> {
         self.0.get(&proximal).copied()

@@ -65,6 +65,10 @@ pub enum TPoseReason {
     /// It points where it does in a T-pose, turned about itself so that its knee or elbow bends as it does in the
     /// motion: a shin goes back, a forearm forward.
     Hinge,
+    /// Likewise, but the motion shows another axis for the other side of the body, whose joints are mirrored.
+    HingeUnlikeOtherSide,
+    /// It never bends, and is turned as the other side is by its hinge, mirrored.
+    OtherSide,
     /// It follows the bone above it.
     FollowsTheBoneAbove,
 }
@@ -86,6 +90,10 @@ impl TPoseReason {
             Self::AverageOfMotion => "as on the average of the motion",
             Self::Knuckles => "with its palm down, by the knuckles",
             Self::Hinge => "by the axis about which it bends in the motion",
+            Self::HingeUnlikeOtherSide => {
+                "by the axis about which it bends in the motion, which is not that of the other side"
+            }
+            Self::OtherSide => "by the axis about which the other side bends in the motion, mirrored",
             Self::FollowsTheBoneAbove => "with the bone above it",
         }
     }
@@ -155,7 +163,7 @@ impl TPose {
         let bones = bones.collect();
         let knuckles = Knuckles::new(scene, &hierarchy, &bones);
         // A rest pose that stands says how bones are turned about themselves.
-        let shown = (!stands).then(|| Shown::new(scene, &hierarchy, &bones));
+        let shown = (!stands).then(|| Shown::new(scene, &hierarchy, &bones, &knuckles, axes.y_axis));
         let sources = standing::Sources {
             humanoid: &humanoid,
             knuckles: &knuckles,

@@ -7,6 +7,11 @@ use super::measure::Measures;
 use super::{Confidence, Guess};
 use crate::scene::{HumanoidBone as Bone, NodeId};
 
+/// Heights of a body that lies on a floor at height 0, as fractions of the figure: that of its lowest joint, and that
+/// of its hips, which are above it. One that stands above the origin has its hips at 0, and joints behind it.
+const LYING: std::ops::RangeInclusive<f32> = -0.03..=0.06;
+const LYING_HIPS: std::ops::RangeInclusive<f32> = 0.02..=0.2;
+
 impl Measures<'_> {
     /// The axis that points up.
     pub(super) fn up(&self) -> Option<Guess<Axis>> {
@@ -73,7 +78,7 @@ impl Measures<'_> {
                 } else {
                     Axis::Z
                 };
-                if motion.floor(other).abs() < 0.06 {
+                if LYING.contains(&motion.floor(other)) && LYING_HIPS.contains(&motion.hips(other)) {
                     guess(
                         other,
                         Confidence::Likely,
@@ -104,6 +109,7 @@ impl Measures<'_> {
             extended: 0.0,
             lowest: Vec::new(),
             highest: Vec::new(),
+            hips: Vec::new(),
             length,
             frames: self.scene.animations[0].frame_count(),
         };
@@ -116,6 +122,7 @@ impl Measures<'_> {
             let places = || self.humanoid.bones.values().map(|joint| pose.position(joint.joint));
             motion.lowest.extend(places().reduce(Vec3::min));
             motion.highest.extend(places().reduce(Vec3::max));
+            motion.hips.extend(self.joint(Bone::Hips).map(at));
         }
         motion.mean.is_finite().then_some(motion)
     }
@@ -129,6 +136,7 @@ struct Motion {
     extended: f32,
     lowest: Vec<Vec3>,
     highest: Vec<Vec3>,
+    hips: Vec<Vec3>,
     length: f32,
     frames: usize,
 }
@@ -136,7 +144,17 @@ struct Motion {
 impl Motion {
     /// The height of the lowest joint along an axis, in the median, as a fraction of the figure.
     fn floor(&self, axis: Axis) -> f32 {
-        let mut heights: Vec<f32> = std::iter::zip(&self.lowest, &self.highest)
+        self.median(std::iter::zip(&self.lowest, &self.highest), axis)
+    }
+
+    /// Likewise of the hips.
+    fn hips(&self, axis: Axis) -> f32 {
+        self.median(self.hips.iter().map(|hips| (hips, hips)), axis)
+    }
+
+    /// The median along an axis of points; each is given by its least and its largest coordinates.
+    fn median<'a>(&self, points: impl Iterator<Item = (&'a Vec3, &'a Vec3)>, axis: Axis) -> f32 {
+        let mut heights: Vec<f32> = points
             .map(|(low, high)| match axis {
                 Axis::X => low.x,
                 Axis::Y => low.y,

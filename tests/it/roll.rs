@@ -1,13 +1,14 @@
 //! How bones are rolled about themselves where the rest pose says nothing: by the hinges of the motion.
 
-use mocap::figure::{Figure, HumanoidBone as Bone, TPoseReason, humanoid};
+use mocap::figure::{Axis, Figure, HumanoidBone as Bone, Sides, TPoseReason, humanoid};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::process::trim;
 use mocap::retarget::{Aspect, RetargetOptions, Retargeter, Verdict};
-use mocap::scene::Format;
-use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh};
+use mocap::scene::{Format, Keys};
+use mocap::{Conversion, Exporter, Importer, Pose, Scene, SkeletonMesh, process};
 
 use crate::retarget::{character, motion};
+use crate::sample::Sample;
 
 /// Files whose rest pose does not stand.
 const COLLAPSED: [&str; 5] = [
@@ -29,11 +30,11 @@ const LIMBS: [Bone; 8] = [
     Bone::RightLowerArm,
 ];
 
-/// The same motion in the world with the frame of every joint turned by a rotation of its own.
-fn with_other_frames(scene: &Scene) -> Scene {
+/// The same motion in the world with the frame of every joint turned by a rotation of its own, which `start` chooses.
+fn with_other_frames(scene: &Scene, start: f32) -> Scene {
     let mut turned = scene.clone();
     let frame = |node: usize| {
-        let turn = node as f32;
+        let turn = node as f32 + start;
         Quat::from_euler(
             mocap::glam::EulerRot::XYZ,
             2.4 * turn + 1.0,
@@ -67,6 +68,13 @@ fn with_other_frames(scene: &Scene) -> Scene {
 
 /// The rotations of the limbs of a character with a motion, at some ticks.
 fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
+    let duration = source.animations[0].duration;
+    let ticks: Vec<f64> = (0..8).map(|at| (duration * f64::from(at) / 8.0).floor()).collect();
+    rotations(source, target, &LIMBS, &ticks)
+}
+
+/// The rotations of bones of a character with a motion in the world, at some ticks.
+fn rotations(source: &Scene, target: &Scene, of: &[Bone], ticks: &[f64]) -> Vec<Vec<Quat>> {
     let mut retargeter = Retargeter::new(source, target, &RetargetOptions::default()).unwrap();
     let animation = retargeter.animation(source, &source.animations[0]);
     let moved = Scene {
@@ -74,16 +82,120 @@ fn limbs(source: &Scene, target: &Scene) -> Vec<Vec<Quat>> {
         ..target.clone()
     };
     let bones = humanoid(target);
-    let ticks = (0..8).map(|at| (moved.animations[0].duration * f64::from(at) / 8.0).floor());
-    let at_tick = |tick: f64| {
-        let pose = Pose::at_tick(&moved, 0, tick).unwrap();
+    let at_tick = |tick: &f64| {
+        let pose = Pose::at_tick(&moved, 0, *tick).unwrap();
         let rotation = |bone: &Bone| {
             let matrix = pose.node_to_world[bones.joint(*bone).unwrap().index()];
             matrix.to_scale_rotation_translation().1
         };
-        LIMBS.iter().map(rotation).collect()
+        of.iter().map(rotation).collect()
     };
-    ticks.map(at_tick).collect()
+    ticks.iter().map(at_tick).collect()
+}
+
+/// Holds two motions of a character against each other.
+fn assert_alike(was: &[Vec<Quat>], is: &[Vec<Quat>], bones: &[Bone], what: &str) {
+    for (was, is) in std::iter::zip(was, is) {
+        for ((was, is), bone) in std::iter::zip(was, is).zip(bones) {
+            let off = was.angle_between(*is).to_degrees();
+            assert!(off < 2.0, "{what}: {} {off} degrees", bone.as_str());
+        }
+    }
+}
+
+/// Frames of a motion, and the first of them.
+fn some_frames(scene: &Scene, sample: &mut Sample) -> (Scene, usize) {
+    let count = scene.animations[0].frame_count();
+    let size = (count / 5).max(20);
+    let first = sample.below(count - size);
+    let mut cut = scene.clone();
+    process::trim(&mut cut, first as f64, (first + size - 1) as f64);
+    (cut, first)
+}
+
+#[test]
+fn frames_of_a_motion_retarget_as_they_do_in_the_whole() {
+    let mut sample = Sample::new();
+    let target = character("human_game_engine");
+    let bones: Vec<Bone> = [&LIMBS[..], &[Bone::Hips, Bone::Neck, Bone::Head]].concat();
+    for file in ["real/rokoko_dance.bvh", "skeletons/vicon_sword_attack.bvh"] {
+        let source = motion(file);
+        let (cut, first) = some_frames(&source, &mut sample);
+        let ticks: Vec<f64> = (0..20).map(f64::from).collect();
+        let of_whole: Vec<f64> = ticks.iter().map(|tick| tick + first as f64).collect();
+        let whole = rotations(&source, &target, &bones, &of_whole);
+        let what = format!("{file} from frame {first} on");
+        assert_alike(&whole, &rotations(&cut, &target, &bones, &ticks), &bones, &what);
+    }
+}
+
+/// This one stands above the origin with its head down -Y, at rest it lies along +Z, and its hands move alone.
+#[test]
+fn any_frames_of_a_body_that_stands_have_one_up_axis() {
+    let mut sample = Sample::new();
+    let source = mocap::import("fixtures/skeletons/animics_all_along_z.bvh").unwrap();
+    for _ in 0..8 {
+        let (cut, first) = some_frames(&source, &mut sample);
+        let up = Figure::new(&cut).up;
+        assert_eq!(up.value, Axis::NegY, "from frame {first} on: {}", up.reason);
+    }
+}
+
+/// Bones that lie anywhere at rest may look like a body that stands.
+#[test]
+fn a_rest_pose_by_chance_does_not_exchange_the_sides() {
+    let mut sample = Sample::new();
+    let source = motion("real/motionbuilder_vicon_walk.bvh");
+    for _ in 0..12 {
+        let start = sample.below(1000) as f32;
+        let sides = Figure::new(&with_other_frames(&source, start)).humanoid.sides;
+        assert_ne!(sides, Sides::Opposite, "frames turned from {start} on");
+    }
+}
+
+/// Their knuckles hang on joints that are no bones.
+#[test]
+fn hands_do_not_depend_on_the_frames_of_joints() {
+    let mut sample = Sample::new();
+    let target = character("human_game_engine");
+    let bones = [Bone::LeftHand, Bone::RightHand];
+    for file in ["real/rokoko_dance.bvh", "real/additive_root_walk.bvh"] {
+        let source = motion(file);
+        let start = sample.below(1000) as f32;
+        let ticks: Vec<f64> = (0..20).map(f64::from).collect();
+        let expected = rotations(&source, &target, &bones, &ticks);
+        let turned = rotations(&with_other_frames(&source, start), &target, &bones, &ticks);
+        assert_alike(&expected, &turned, &bones, &format!("{file} turned from {start} on"));
+    }
+}
+
+#[test]
+fn a_limb_that_never_bends_has_the_hinge_of_the_other_side() {
+    let source = motion("skeletons/vicon_sword_attack.bvh");
+    let figure = Figure::new(&source);
+    let expected = figure.t_pose(&source).unwrap();
+    let mut stiff = source.clone();
+    for bone in [Bone::RightLowerArm, Bone::LeftLowerLeg] {
+        let joint = expected.bones[&bone].joint;
+        let mut channels = stiff.animations[0].channels.iter_mut();
+        let channel = channels.find(|channel| channel.node == Some(joint)).unwrap();
+        channel.rotation_keys = Keys::constant(Quat::IDENTITY);
+    }
+    let figure = Figure::new(&stiff);
+    let t_pose = figure.t_pose(&stiff).unwrap();
+    for bone in [Bone::RightUpperArm, Bone::LeftUpperLeg] {
+        let found = &t_pose.bones[&bone];
+        assert_eq!(found.reason, TPoseReason::OtherSide, "{}", bone.as_str());
+        let rotation = |pose: &Pose| {
+            pose.node_to_world[found.joint.index()]
+                .to_scale_rotation_translation()
+                .1
+        };
+        let off = rotation(&t_pose.pose)
+            .angle_between(rotation(&expected.pose))
+            .to_degrees();
+        assert!(off < 1.0, "{}: {off} degrees", bone.as_str());
+    }
 }
 
 #[test]
@@ -107,17 +219,12 @@ fn the_frames_of_joints_say_nothing_where_the_rest_pose_does_not_stand() {
     let target = character("human_game_engine");
     for file in ["skeletons/vicon_sword_attack.bvh", "skeletons/accad_run_turn.bvh"] {
         let source = motion(file);
-        let other = with_other_frames(&source);
+        let other = with_other_frames(&source, 0.0);
         let [pose, turned] = [&source, &other].map(|scene| Pose::at_tick(scene, 0, 7.0).unwrap());
         let moved = std::iter::zip(&pose.node_to_world, &turned.node_to_world);
         let moved = moved.map(|(a, b)| a.transform_point3(Vec3::ZERO).distance(b.transform_point3(Vec3::ZERO)));
         assert!(moved.fold(0.0, f32::max) < 1e-3, "{file}: another motion");
-        for (was, is) in std::iter::zip(limbs(&source, &target), limbs(&other, &target)) {
-            for ((was, is), bone) in std::iter::zip(was, is).zip(LIMBS) {
-                let off = was.angle_between(is).to_degrees();
-                assert!(off < 2.0, "{file}: {} {off} degrees", bone.as_str());
-            }
-        }
+        assert_alike(&limbs(&source, &target), &limbs(&other, &target), &LIMBS, file);
     }
 }
 
@@ -151,12 +258,12 @@ fn a_motion_retargets_alike_from_every_format_that_holds_it() {
             let importer = Importer::new().format(format);
             let mut read = importer.read(&bytes, "motion").unwrap();
             Conversion::new().apply(&mut read).unwrap();
-            for (was, is) in std::iter::zip(&expected, limbs(&read, &target)) {
-                for ((was, is), bone) in std::iter::zip(was, is).zip(LIMBS) {
-                    let off = was.angle_between(is).to_degrees();
-                    assert!(off < 2.0, "{file} as {format:?}: {} {off} degrees", bone.as_str());
-                }
-            }
+            assert_alike(
+                &expected,
+                &limbs(&read, &target),
+                &LIMBS,
+                &format!("{file} as {format:?}"),
+            );
         }
     }
 }

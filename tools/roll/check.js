@@ -22,6 +22,8 @@ const FRAMES = 150;
 const SILENT = 30;
 /** The largest difference in a law, in degrees in the mean. */
 const LAW = 2;
+/** Of a run that breaks a law, so many bones are named, the worst first. */
+const WORST = 6;
 /** The largest difference from known rotations: SOMA bends its knees by 5 degrees in the T-pose, a character does not. */
 const TRUTH = 6;
 
@@ -55,15 +57,20 @@ function read({ path, truth }) {
   return { ...motion, ...rest, parents, bones: bonesOf(truth, motion.joints.map(({ name }) => name)), up: truth.up };
 }
 
-/** Retargets a file: the poses of the character at these rows, and the verdict. */
-function retarget(path, character, rows, seconds, feet = "lock") {
+/**
+ * Retargets a file of `count` frames: the verdict, the poses of the character at rows of the file, and the first row that has
+ * one. A rest pose as the first frame is no motion, and mocap leaves it out.
+ */
+function retarget(path, character, count, seconds, feet = "lock") {
   const out = join(folder, "out.gltf");
   const done = spawnSync(MOCAP, ["retarget", path, "--character", character.path, "-o", out, "--feet", feet, "--json", "--force"], { encoding: "utf8", maxBuffer: 1 << 28 });
   if (done.status !== 0) return { refused: done.stderr.trim().split("\n").at(0) };
   const report = JSON.parse(done.stdout);
   const { verdict } = report.at(-1);
   const scene = readGltf(out);
-  return { verdict, poses: rows.map((row) => poseAt(scene, row * seconds)) };
+  const end = Math.max(0, ...scene.tracks.map(({ times }) => times.at(-1)));
+  const first = Math.round(end / seconds) + 1 === count - 1 ? 1 : 0;
+  return { verdict, first, poseOf: (row) => poseAt(scene, (row - first) * seconds) };
 }
 
 function rowsOf({ poses }) {
@@ -73,9 +80,10 @@ function rowsOf({ poses }) {
 
 /** One run: a motion, in a file of any form, onto a character. */
 function judge(motion, path, character) {
-  const rows = rowsOf(motion);
-  const { refused, verdict, poses } = retarget(path, character, rows, motion.seconds);
+  const { refused, verdict, first, poseOf } = retarget(path, character, motion.poses.length, motion.seconds);
   if (refused) return { refused };
+  const rows = rowsOf(motion).filter((row) => row >= first);
+  const poses = rows.map(poseOf);
   const found = compare({ ...motion, poses: rows.map((row) => motion.poses[row]) }, { ...character, poses });
   const isSilent = verdict !== "poor" && Math.max(found.roll, found.trunk) > SILENT;
   return { ...found, verdict, poses, isSilent };
@@ -119,9 +127,8 @@ function law(name, runs) {
   console.log(`\n${name}: bones that differ by more than ${LAW} degrees in the mean`);
   const counts = { name, runs: 0, held: 0, beyond: 0 };
   for (const { label, whole, motion, path, first } of runs()) {
-    const rows = rowsOf(motion);
-    const one = retarget(whole.path, chosen, rows.map((row) => row + first), whole.seconds, "free");
-    const other = retarget(path, chosen, rows, motion.seconds, "free");
+    const one = retarget(whole.path, chosen, whole.poses.length, whole.seconds, "free");
+    const other = retarget(path, chosen, motion.poses.length, motion.seconds, "free");
     counts.runs += 1;
     if (one.refused && other.refused) {
       counts.held += 1;
@@ -131,10 +138,14 @@ function law(name, runs) {
       console.log(`${label.padEnd(58)} refused: ${(one.refused ?? other.refused).slice(0, 90)}`);
       continue;
     }
-    const worst = difference(one.poses, other.poses, chosen.bones);
-    counts.held += worst.degrees <= LAW ? 1 : 0;
-    counts.beyond += worst.degrees > SILENT ? 1 : 0;
-    if (isLoud || worst.degrees > LAW) console.log(`${label.padEnd(58)} ${number(worst.degrees)} ${worst.bone} ${one.verdict} ${other.verdict}`);
+    const rows = rowsOf(motion).filter((row) => row + first >= one.first && row >= other.first);
+    const poses = [rows.map((row) => one.poseOf(row + first)), rows.map(other.poseOf)];
+    const bones = difference(...poses, chosen.bones);
+    const worst = bones[0].degrees;
+    counts.held += worst <= LAW ? 1 : 0;
+    counts.beyond += worst > SILENT ? 1 : 0;
+    const words = bones.slice(0, WORST).map(({ bone, degrees }) => `${bone} ${degrees.toFixed(1)}`);
+    if (isLoud || worst > LAW) console.log(`${label.padEnd(58)} ${one.verdict} ${other.verdict} ${words.join(", ")}`);
   }
   totals.push(counts);
 }
@@ -227,12 +238,13 @@ function truth() {
   const counts = { name: "truth", runs: 0, held: 0, beyond: 0 };
   for (const { label, text, poses, seconds, bones } of soma(turnedAtRandom, alongX)) {
     const rows = rowsOf({ poses });
-    const { refused, poses: moved } = retarget(written("soma.bvh", text), chosen, rows, seconds);
+    const { refused, poseOf } = retarget(written("soma.bvh", text), chosen, poses.length, seconds);
     counts.runs += 1;
     if (refused) {
       console.log(`${label.padEnd(58)} refused: ${refused}`);
       continue;
     }
+    const moved = rows.map(poseOf);
     const errors = Object.entries(bones).map(([bone, joint]) => {
       // Of several joints that share the twist of a thigh or an upper arm, the last has all of it.
       const last = /Upper/.test(bone) ? chosen.parents[chosen.bones[bone.replace("Upper", "Lower")]] : chosen.bones[bone];

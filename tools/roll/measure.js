@@ -209,20 +209,22 @@ function headOf({ poses, bones, rest, facing }) {
   return angle(sum, [0, 0, 1]);
 }
 
-/** The largest angle between the rotations of the same bones in two motions of one character, in the mean of the frames. */
+/**
+ * The angles between the rotations of the same bones in two motions of one character, in the mean of the frames, the largest
+ * first.
+ */
 export function difference(one, other, bones) {
-  const names = Object.keys(bones).filter((bone) => /Arm|Leg|hips|spine|chest|Chest|neck|head|Hand$/.test(bone));
+  const names = Object.keys(bones).filter((bone) => /Arm|Leg|hips|spine|chest|Chest|neck|head|Hand$|Foot/.test(bone));
   const frames = Math.min(one.length, other.length);
   const lines = (poses) => poses.slice(0, frames).map(({ places }) => linesOf(places, bones));
   const heading = headingBetween(lines(one), lines(other));
-  let worst = { bone: "", degrees: 0 };
-  for (const bone of names) {
+  const meanOf = (bone) => {
     let sum = 0;
     for (let frame = 0; frame < frames; frame += 1) {
       const [x, y, z, w] = multiply(inverse(multiply(heading, one[frame].rotations[bones[bone]])), other[frame].rotations[bones[bone]]);
       sum += degrees(2 * Math.atan2(Math.hypot(x, y, z), Math.abs(w)));
     }
-    if (sum / frames > worst.degrees) worst = { bone, degrees: sum / frames };
-  }
-  return worst;
+    return { bone, degrees: sum / frames };
+  };
+  return names.map(meanOf).sort((a, b) => b.degrees - a.degrees);
 }

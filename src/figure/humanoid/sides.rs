@@ -26,6 +26,10 @@ const BENT: f32 = 0.015;
 /// A foot that turns off from the shin by less than 26 degrees points nowhere: the cosine.
 const STRAIGHT_ON: f32 = 0.9;
 
+/// The cosine of the largest angle between the lines of hips and shoulders in a pose that tells left from right: a
+/// living trunk is not wrung by more than 75 degrees.
+const WRUNG: f32 = 0.26;
+
 /// What one pose says about the sides, each from -1 to 1: above 0 where the limb of the first root is the left one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Evidence {
@@ -216,10 +220,10 @@ pub(super) struct Found {
 
 impl Found {
     pub(super) fn new(scene: &Scene, tree: &Tree, body: &Body) -> Self {
-        let (evidence, place) = look_for_sides(scene, tree, body);
-        let sum = evidence.sum();
         let by_name = |fit: &Fit| by_names(tree, &fit.joints, fit.pair.roots);
         let legs_by_name = by_name(&body.legs);
+        let (evidence, place) = look_for_sides(scene, tree, body, legs_by_name);
+        let sum = evidence.sum();
         let arms_by_name = body.arms.as_ref().and_then(by_name);
         let by_body = (sum.abs() > SAYS_A_SIDE).then_some(if sum > 0.0 { Side::Left } else { Side::Right });
         let legs = legs_by_name.or(by_body).unwrap_or(Side::Left);
@@ -298,15 +302,19 @@ fn parts_of(evidence: &Evidence, sum: f32) -> String {
     telling.join(" and ")
 }
 
-/// What rest pose and motion say together.
-fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body) -> (Evidence, &'static str) {
+/// What the rest pose says, and the motion where that says nothing. Where it says something else than the names, the
+/// motion is asked too: bones that lie anywhere at rest may look like a body that stands.
+fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body, named: Option<Side>) -> (Evidence, &'static str) {
     let rest = at_rest(tree, body);
-    if rest.sum().abs() > SAYS_A_SIDE || scene.animations.is_empty() {
+    let says = rest.sum().abs() > SAYS_A_SIDE;
+    let is_as_named = named.is_none_or(|named| (rest.sum() > 0.0) == (named == Side::Left));
+    if says && is_as_named || scene.animations.is_empty() {
         return (rest, "the rest pose");
     }
     let poses = poses(scene);
     let all: Vec<Evidence> = poses
         .iter()
+        .filter(|pose| !is_wrung(tree, body, |node| pose.position(NodeId::new(node))))
         .map(|pose| evidence(tree, body, |node| pose.position(NodeId::new(node))))
         .collect();
     let mean = |part: fn(&Evidence) -> Option<f32>| {
@@ -319,7 +327,25 @@ fn look_for_sides(scene: &Scene, tree: &Tree, body: &Body) -> (Evidence, &'stati
         elbows: mean(|evidence| evidence.elbows),
         face: mean(|evidence| evidence.face),
     };
-    (evidence, "the motion")
+    match says && evidence.sum().abs() <= SAYS_A_SIDE {
+        true => (rest, "the rest pose"),
+        false => (evidence, "the motion"),
+    }
+}
+
+/// Whether the shoulders look elsewhere than the hips, in a pose of a body whose names tell the sides of both.
+fn is_wrung(tree: &Tree, body: &Body, at: impl Fn(usize) -> Vec3) -> bool {
+    let line = |fit: &Fit, place: usize| {
+        let [first, second] = [fit.joints[0][place]?, fit.joints[1][place]?];
+        let sign = match by_names(tree, &fit.joints, fit.pair.roots)? {
+            Side::Left => 1.0,
+            Side::Right => -1.0,
+        };
+        (sign * (at(first) - at(second))).try_normalize()
+    };
+    let shoulders = body.arms.as_ref().and_then(|arms| line(arms, 1));
+    let lines = line(&body.legs, 0).zip(shoulders);
+    lines.is_some_and(|(hips, shoulders)| hips.dot(shoulders) < WRUNG)
 }
 
 /// Whether the first arm is on the side of the first leg: at rest, and where it does not show there, in motion.

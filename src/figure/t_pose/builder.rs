@@ -96,7 +96,7 @@ impl Builder {
                     _ => above,
                 };
                 let next = next(&self.hierarchy, &self.bones, &self.knuckles, bone, joint);
-                let along = next.map(|next| start * (self.position(next) - self.position(joint)));
+                let along = next.map(|next| start * self.way(joint, next));
                 match along.filter(|along| along.length() > self.shortest(joint)) {
                     Some(along) => {
                         let turn = arc(along, self.axes * direction) * start;
@@ -114,6 +114,7 @@ impl Builder {
                 TPoseReason::OnItsSole,
             ),
             (None, Bone::LeftToes) => (above, TPoseReason::FollowsTheBoneAbove),
+            _ if self.is_of_trunk_as_shown(joint) => (facing, TPoseReason::AverageOfMotion),
             _ => (facing, TPoseReason::Stands),
         };
         let is_small = rotation.angle_between(facing) <= SMALL_TURN;
@@ -122,13 +123,24 @@ impl Builder {
             confidence: match self.source {
                 TPoseSource::RestPose if is_small => Confidence::Sure,
                 TPoseSource::RestPose | TPoseSource::FirstFrame => Confidence::Likely,
-                TPoseSource::Computed if matches!(reason, TPoseReason::Hinge | TPoseReason::Knuckles) => {
+                TPoseSource::Computed
+                    if matches!(
+                        reason,
+                        TPoseReason::Hinge | TPoseReason::OtherSide | TPoseReason::Knuckles
+                    ) =>
+                {
                     Confidence::Likely
                 }
                 TPoseSource::Computed => Confidence::Unsure,
             },
             reason,
         }
+    }
+
+    /// Whether the reference pose has a joint of the trunk as the motion shows it.
+    fn is_of_trunk_as_shown(&self, joint: NodeId) -> bool {
+        let shown = self.shown.as_ref().and_then(|shown| shown.of_trunk(joint, self.axes));
+        self.source == TPoseSource::Computed && shown.is_some()
     }
 
     /// A bone that points along `direction` after a `turn`, rolled about itself as the motion shows it. `above` is
@@ -147,10 +159,20 @@ impl Builder {
         let (roll, evidence) = shown.roll(bone, joint, self.axes, self.axes * direction, rotation, forearm)?;
         match evidence {
             Evidence::Hinge => Some((roll * turn, TPoseReason::Hinge)),
-            // A first frame that is a T-pose says more than an average.
-            Evidence::Average if self.source == TPoseSource::FirstFrame => None,
+            Evidence::UnlikeOtherSide => Some((roll * turn, TPoseReason::HingeUnlikeOtherSide)),
+            // A first frame that is a T-pose says more than an average, or than the other side.
+            _ if self.source == TPoseSource::FirstFrame => None,
+            Evidence::OtherSide => Some((roll * turn, TPoseReason::OtherSide)),
             Evidence::Average => Some((roll * turn, TPoseReason::AverageOfMotion)),
         }
+    }
+
+    /// From a joint to the node towards which it points, in the reference pose. Knuckles are where the motion has them
+    /// in the hand, if the reference pose is computed.
+    fn way(&self, joint: NodeId, next: NodeId) -> Vec3 {
+        let shown = self.shown.as_ref().filter(|_| self.source == TPoseSource::Computed);
+        let knuckle = shown.and_then(|shown| shown.to_knuckle(next, |node| self.rotations[node.index()]));
+        knuckle.unwrap_or_else(|| self.position(next) - self.position(joint))
     }
 
     /// A bone shorter than this points nowhere: a thousandth of the one above it.
@@ -174,12 +196,9 @@ impl Builder {
     /// palm looks up has its whole arm turned.
     fn palm_down(&self, bone: Bone, joint: NodeId, turn: Quat, direction: Vec3) -> Option<(Quat, TPoseReason)> {
         let side = bone.side().filter(|side| bone.on(*side) == Bone::LeftHand.on(*side))?;
-        let at = |finger: Bone| Some(self.position(self.knuckles.of(finger.on(side))?));
+        let at = |finger: Bone| Some(self.way(joint, self.knuckles.of(finger.on(side))?));
         let knuckles = at(Bone::LeftIndexProximal).zip(at(Bone::LeftLittleProximal));
-        let thumb = || {
-            let thumb = at(Bone::LeftThumbProximal)?;
-            Some(thumb - self.position(joint))
-        };
+        let thumb = || at(Bone::LeftThumbProximal);
         let (across, forward) = match knuckles {
             Some((index, little)) => (index - little, Vec3::Z),
             None => (thumb()?, THUMB),

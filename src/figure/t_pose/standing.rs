@@ -78,13 +78,17 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown:
     let joint = |bone: Bone| humanoid.joint(bone);
     let is_bone = |node: NodeId| humanoid.bones.values().any(|joint| joint.joint == node);
     let settle = |pose: &mut Pose, node: NodeId| {
-        let rotation = rotation_of(&pose.node_to_world[node.index()]);
-        if let Some(about) = shown.settle(node, to_world, rotation) {
-            turn(pose, scene, node, about);
+        if let Some(rotation) = shown.of_trunk(node, to_world) {
+            let as_it_is = rotation_of(&pose.node_to_world[node.index()]);
+            turn(pose, scene, node, rotation * as_it_is.inverse());
         }
     };
     let mut between = shown.trunk.iter().copied().filter(|node| !is_bone(*node)).peekable();
     let mut pose = rest;
+    for (node, node_to_parent) in &shown.usual {
+        pose.node_to_parent[node.index()] = *node_to_parent;
+    }
+    pose.update_world();
     for &bone in Bone::ALL {
         let Some(node) = joint(bone) else { continue };
         // Joints of the trunk that are no bones are turned before those below them.
@@ -96,7 +100,11 @@ fn computed(scene: &Scene, figure_to_world: &Mat3, sources: &Sources<'_>, shown:
         let rotation = match bone {
             Bone::Hips => axes.hips(&pose, &joint),
             _ => next_of(scene, bone, node, &joint, knuckles).and_then(|next| {
-                let way = (pose.position(next) - pose.position(node)).try_normalize()?;
+                let as_it_is = |node: NodeId| rotation_of(&pose.node_to_world[node.index()]);
+                let way = shown.to_knuckle(next, as_it_is);
+                let way = way
+                    .unwrap_or_else(|| pose.position(next) - pose.position(node))
+                    .try_normalize()?;
                 Some(Quat::from_rotation_arc(way, axes.direction(bone)?))
             }),
         };
@@ -176,9 +184,11 @@ fn next_of(
         return None;
     }
     next.or_else(|| {
+        let is_bone = |child: &NodeId| Bone::ALL.iter().any(|other| joint(*other) == Some(*child));
         let is_child = |index: &usize| scene.nodes[*index].parent == Some(node);
         let mut children = (node.index() + 1..scene.nodes.len()).filter(is_child).map(NodeId::new);
-        children.next()
+        // Eyes and a jaw are before a head, not above it.
+        children.find(|child| !is_bone(child))
     })
 }
 
