@@ -1,7 +1,7 @@
 //! Converts a scene from the unit, axes and frames of its file to those of an output.
 //!
 //! Motion files rarely state their unit or their up axis, and glTF is in metres with +Y up. A [`Conversion`] has the
-//! caller's choices, [`survey`](crate::figure::survey()) guesses the rest, and [`Conversion::apply`] returns the
+//! caller's choices, [`Survey`](crate::figure::Survey) guesses the rest, and [`Conversion::apply`] returns the
 //! guesses:
 //!
 //! ```
@@ -140,7 +140,7 @@ impl Conversion {
 
     /// Metres per unit of length of the file.
     ///
-    /// Default: the unit that the file states, or else the guess of [`survey`](crate::figure::survey()), in which the
+    /// Default: the unit that the file states, or else the guess of [`Survey`](crate::figure::Survey), in which the
     /// figure has the size of a person, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// Every length is multiplied by it. The guess is right for most people, and wrong for a giant or a mouse: set the
@@ -165,7 +165,7 @@ impl Conversion {
 
     /// The up axis of the file.
     ///
-    /// Default: the axis that the file states, or else the guess of [`survey`](crate::figure::survey()), the axis from
+    /// Default: the axis that the file states, or else the guess of [`Survey`](crate::figure::Survey), the axis from
     /// the feet to the head, with an [`Assumption`](crate::scene::Assumption).
     ///
     /// With [`UpAxis::Z`] the scene is rotated by -90 degrees about X, so that +Y is up: (x, y, z) becomes (x, z, -y).

@@ -1,7 +1,7 @@
 //! What a motion file does not state: its unit, its up axis, its exact frame rate, whether its first frame is part of
 //! the motion, and the body in it: which joint is which bone, where it looks, and its T-pose.
 //!
-//! Every answer is a guess with a reason. [`Figure`] and [`survey`] change nothing; the caller decides what to do.
+//! Every answer is a guess with a reason. [`Figure`] changes nothing; the caller decides what to do.
 
 pub(crate) mod axes;
 mod axis;
@@ -17,6 +17,7 @@ pub(crate) mod knuckles;
 mod measure;
 pub(crate) mod names;
 mod poses;
+mod rate;
 pub(crate) mod robot_bones;
 pub(crate) mod rotations;
 pub(crate) mod t_pose;
@@ -43,14 +44,16 @@ pub use self::cuts::cuts;
 use self::cuts::first_frame_is_rest_pose;
 use self::ground::Ground;
 pub use self::humanoid::{
-    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, explain, humanoid,
+    Creature, ExplainedPart, ExplainedRow, Explanation, Humanoid, HumanoidJoint, HumanoidMap, Sides, humanoid,
 };
+use self::rate::frame_rate;
+pub(crate) use self::rate::rate_before;
 pub use self::t_pose::{TPose, TPoseBone, TPoseReason, TPoseSource};
 pub use self::unit::Unit;
 
 /// A guess and its reason.
 ///
-/// [`survey()`](crate::figure::survey()) has an example.
+/// [`Survey`] has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Guess<T> {
     /// The guessed value.
@@ -61,9 +64,20 @@ pub struct Guess<T> {
     pub reason: String,
 }
 
-/// All guesses about an imported scene before any step.
+/// All guesses about an imported scene before any step, as [`Figure::survey`] has them. Only a few frames are
+/// examined, so that a long take costs no more than a short one.
 ///
-/// [`survey()`](crate::figure::survey()) has an example.
+/// ```
+/// use mocap::scene::UpAxis;
+/// use mocap::figure::{Figure, Unit};
+///
+/// let found = Figure::new(&mocap::import("fixtures/real/cmu_01_01.bvh")?).survey;
+/// assert_eq!(found.unit.value, Unit::Cmu);
+/// assert_eq!(found.up.value, UpAxis::Y);
+/// assert_eq!(found.frame_rate.map(|rate| rate.value), Some(120.0)); // the file says .0083333
+/// assert!(found.first_frame_is_rest_pose);
+/// # Ok::<(), mocap::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Survey {
@@ -84,24 +98,6 @@ pub struct Survey {
     pub frame_rate: Option<Guess<f64>>,
     /// Whether the first frame is a rest pose, and the motion jumps after it.
     pub first_frame_is_rest_pose: bool,
-}
-
-/// Guesses what the file of `scene` does not state. It examines only a few frames, so a long take costs no more than a
-/// short one.
-///
-/// ```
-/// use mocap::scene::UpAxis;
-/// use mocap::figure::{Unit, survey};
-///
-/// let found = survey(&mocap::import("fixtures/real/cmu_01_01.bvh")?);
-/// assert_eq!(found.unit.value, Unit::Cmu);
-/// assert_eq!(found.up.value, UpAxis::Y);
-/// assert_eq!(found.frame_rate.map(|rate| rate.value), Some(120.0)); // the file says .0083333
-/// assert!(found.first_frame_is_rest_pose);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn survey(scene: &Scene) -> Survey {
-    Figure::new(scene).survey
 }
 
 /// The axis of [`Figure::up`] alone.
@@ -395,66 +391,6 @@ impl Survey {
         }
         all
     }
-}
-
-/// Frame rates of cameras, displays and capture systems; where a rounded frame time could mean two of them, the
-/// likelier comes first.
-const RATES: [f64; 19] = [
-    30.0,
-    60.0,
-    120.0,
-    24.0,
-    25.0,
-    50.0,
-    100.0,
-    240.0,
-    200.0,
-    90.0,
-    72.0,
-    144.0,
-    180.0,
-    300.0,
-    360.0,
-    480.0,
-    15.0,
-    30_000.0 / 1001.0,
-    60_000.0 / 1001.0,
-];
-
-/// The rate of a motion of `ticks_per_second` that is resampled to `frames_per_second`: the intended rate of its
-/// rounded frame time, if only with that rate the frames of both coincide. 1 / 0.0083333 counts as 120 for resampling
-/// to 30.
-pub(crate) fn rate_before(ticks_per_second: f64, frames_per_second: f64) -> f64 {
-    let fall_together = |rate: f64| {
-        let ratio = f64::max(rate / frames_per_second, frames_per_second / rate);
-        (ratio - ratio.round()).abs() < 1e-9
-    };
-    match frame_rate(ticks_per_second) {
-        Some(meant) if !fall_together(ticks_per_second) && fall_together(meant.value) => meant.value,
-        _ => ticks_per_second,
-    }
-}
-
-/// The rate whose frame time, rounded to some number of decimals, is 1 / `ticks_per_second`.
-fn frame_rate(ticks_per_second: f64) -> Option<Guess<f64>> {
-    let frame_time = ticks_per_second.recip();
-    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
-    if is_near(ticks_per_second, ticks_per_second.round()) {
-        return None;
-    }
-    for decimals in (3..=9).rev() {
-        let scale = 10_f64.powi(decimals);
-        let rounds_to_it = |rate: &&f64| is_near((scale / **rate).round() / scale, frame_time);
-        if let Some(&value) = RATES.iter().find(rounds_to_it) {
-            let reason = format!("the frame time {frame_time:.9} is 1/{value} rounded to {decimals} decimals");
-            return Some(Guess {
-                value,
-                confidence: Confidence::Sure,
-                reason,
-            });
-        }
-    }
-    None
 }
 
 #[cfg(test)]

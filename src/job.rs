@@ -44,7 +44,7 @@ pub use self::report::{JobReport, OutputFile};
 pub use self::robot_format::RobotFormat;
 pub use self::said::Said;
 pub use self::source::{BoneMap, SourceFrames, SourceMap, SourceSpace, SourceUp, Sources};
-pub use self::text::{Angle, Length, Rest, StepLength, UnitChoice, UpChoice};
+pub use self::text::{Angle, Length, UnitChoice, UpChoice};
 pub use self::writing::{DrawnMesh, OutSpace, OutUp, Smaller, Writing, WritingBvh, WritingFbx};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Result};

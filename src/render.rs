@@ -26,5 +26,5 @@ pub use self::movie::{Movie, MovieOptions};
 pub use self::plot::PlotOptions;
 pub use self::sheet::SheetOptions;
 pub use self::t_pose::TPoseClip;
-pub use self::terminal::{ScreenOptions, screen};
-pub use self::view::{ListingEntry, Page, PageClip, PlayerClip, listing};
+pub use self::terminal::ScreenOptions;
+pub use self::view::{ListingEntry, Page, PageClip, PlayerClip};

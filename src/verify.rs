@@ -54,15 +54,6 @@ use crate::import::Importer;
 use crate::process::SkeletonMesh;
 use crate::scene::{AppliedStep, Format, NodeKind, Origin, Scene, SecondMotion};
 
-/// Compares a written file with its source file. The source is read as the conversion read it, where the written file
-/// says how that was.
-///
-/// # Errors
-/// Where one of the two cannot be read, or they have no joint in common.
-pub fn verify_files(source: impl AsRef<Path>, output: impl AsRef<Path>) -> Result<Verification> {
-    Verifier::new().files(source, output)
-}
-
 /// Compares `output`, the bytes of a `.glb`, of a `.gltf` with its buffer inside, or of any other file that is read,
 /// with `source`, the scene that its source file reads as, before any step that moves things.
 ///
@@ -150,7 +141,7 @@ impl Verifier {
     /// of several animations they have the first.
     ///
     /// # Errors
-    /// As [`verify_files`].
+    /// As [`Verifier::files`].
     pub fn files(&self, source: impl AsRef<Path>, output: impl AsRef<Path>) -> Result<Verification> {
         let path = output.as_ref();
         let opener = Importer::new();

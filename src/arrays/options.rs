@@ -48,10 +48,10 @@ pub struct ArrayOptions {
     /// The last moment to keep; one after the end means the end. Default: the end.
     pub last: Option<Moment>,
     /// Metres per unit of length of the file. Default: the unit that the file states, or else, where it is needed, the
-    /// guess of [`survey`](crate::figure::survey()).
+    /// guess of [`Survey`](crate::figure::Survey).
     pub metres_per_unit: Option<f64>,
     /// The up axis of the file. Default: the axis that the file states, or else, where it is needed, the guess of
-    /// [`survey`](crate::figure::survey()).
+    /// [`Survey`](crate::figure::Survey).
     pub up: Option<UpAxis>,
     /// Metres per unit of length of the output. Default: the file's own unit.
     pub out_metres_per_unit: Option<f64>,

@@ -57,7 +57,7 @@ use sha2::{Digest, Sha256};
 
 use crate::arrays::{self, ArrayOptions, Arrays, Joint};
 use crate::error::Result;
-use crate::figure::{self, Survey};
+use crate::figure::{Figure, Survey};
 use crate::scene::{Animation, Scene};
 
 pub use self::robot_reports::{RobotClip, robot_reports};
@@ -188,7 +188,10 @@ pub fn clips(clips: &[(&str, Result<&Arrays, &str>)], options: &ArrayOptions) ->
 /// The table with one row for each file, without its motion.
 pub fn inventory(files: &[(&str, &Result<Scene>)]) -> RecordBatch {
     let scenes: Vec<Option<&Scene>> = files.iter().map(|(_, scene)| scene.as_ref().ok()).collect();
-    let surveys: Vec<Option<Survey>> = scenes.iter().map(|scene| scene.map(figure::survey)).collect();
+    let surveys: Vec<Option<Survey>> = scenes
+        .iter()
+        .map(|scene| scene.map(|scene| Figure::new(scene).survey))
+        .collect();
     // Without its motion, a scene's arrays are its joints.
     let motionless = |scene: &Scene| Scene {
         nodes: scene.nodes.clone(),

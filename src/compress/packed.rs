@@ -7,6 +7,7 @@
 mod bits;
 mod encoding;
 mod layout;
+mod lines;
 mod read;
 mod sample;
 mod unpack;

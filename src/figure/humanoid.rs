@@ -116,6 +116,22 @@ impl Humanoid {
         self.bones.get(&bone).map(|found| found.joint)
     }
 
+    /// Why the joints of `scene` are read as the bones that they are: what each table of the guess says of the chosen
+    /// reading, and what came second. `None` where the file states the bones, and where no two chains can be legs.
+    /// Where [`humanoid`] refuses the skeleton, it is the reading that was refused.
+    ///
+    /// ```
+    /// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let legs = &mocap::figure::Humanoid::explain(&scene).unwrap().parts[0];
+    /// assert_eq!(legs.joints[0], "upperLeg \"LeftUpLeg\"");
+    /// assert!(legs.second.as_ref().unwrap().1 < legs.log_likelihood);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn explain(scene: &Scene) -> Option<Explanation> {
+        let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
+        if is_stated { None } else { explain::explain(scene) }
+    }
+
     /// The bones that VRM requires and that no joint is.
     pub fn missing(&self) -> Vec<HumanoidBone> {
         let required = HumanoidBone::REQUIRED.into_iter();
@@ -205,22 +221,6 @@ impl Humanoid {
             sides_confidence: Confidence::Unsure,
         }
     }
-}
-
-/// Why the joints of `scene` are read as the bones that they are: what each table of the guess says of the chosen
-/// reading, and what came second. `None` where the file states the bones, and where no two chains can be legs. Where
-/// [`humanoid`] refuses the skeleton, it is the reading that was refused.
-///
-/// ```
-/// let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
-/// let legs = &mocap::figure::explain(&scene).unwrap().parts[0];
-/// assert_eq!(legs.joints[0], "upperLeg \"LeftUpLeg\"");
-/// assert!(legs.second.as_ref().unwrap().1 < legs.log_likelihood);
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn explain(scene: &Scene) -> Option<Explanation> {
-    let is_stated = scene.nodes.iter().any(|node| node.humanoid_bone.is_some());
-    if is_stated { None } else { explain::explain(scene) }
 }
 
 /// The bones of the humanoid among the joints of `scene`: those that its file states, or else those that are found.

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 
 /// A unit of length of motion files.
 ///
-/// [`survey()`](crate::figure::survey()) has an example.
+/// [`Survey`](crate::figure::Survey) has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::source::BoneMap;
-use super::text::{Angle, StepLength};
+use super::text::Angle;
 use crate::error::{Code, Diagnostic, Result};
-use crate::retarget::Verdict;
+use crate::retarget::{Scale, Verdict};
 use crate::retargeting::{Report, RetargetingOptions};
 
 /// The body that a job puts its motions on.
@@ -52,7 +52,7 @@ pub struct OntoBody {
     pub map: Option<BoneMap>,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor.
     #[serde(skip_serializing_if = "is_default")]
-    pub scale: StepLength,
+    pub scale: Scale,
     /// Whether feet are held still while those of the source stand.
     #[serde(skip_serializing_if = "is_default")]
     pub feet: Feet,
@@ -146,7 +146,7 @@ impl Onto {
         let body = self.body();
         let bones = body.map.as_ref().map(BoneMap::bones).transpose()?;
         Ok(RetargetingOptions::new()
-            .scale(body.scale.0)
+            .scale(body.scale)
             .lock_feet(body.feet == Feet::Lock)
             .target_bones(bones.unwrap_or_default())
             .replace_animations(body.replace_animations)

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::is_default;
 #[cfg(feature = "cli")]
 use super::reading::Reading;
-use super::text::{Rest, UnitChoice, UpChoice};
+use super::text::{UnitChoice, UpChoice};
+use crate::convert::RestPoseSource;
 use crate::convert::{Conversion, FirstFrame, RootMotion, TimeRange};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::{HumanoidBone, HumanoidMap};
@@ -219,7 +220,7 @@ pub struct SourceFrames {
     /// Rest pose: zero (all rotations 0, as in the file), t-pose, a-pose (arms 45 degrees down), or frame:N
     #[cfg_attr(feature = "cli", arg(long, value_name = "POSE", default_value = "zero"))]
     #[serde(skip_serializing_if = "is_default")]
-    pub rest: Rest,
+    pub rest: RestPoseSource,
     /// Put the T-pose before the first frame, on the floor
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
@@ -291,7 +292,7 @@ impl SourceFrames {
         let TimeRange { first, last } = self.trim.unwrap_or_default();
         let conversion = Conversion::new()
             .first_frame(self.drop_first_frame)
-            .rest(self.rest.0)
+            .rest(self.rest)
             .root(self.root)
             .t_pose_first(self.t_pose_first)
             .trim(first, last);

@@ -50,7 +50,7 @@ enum TextOrNumber {
     Number(serde_json::Number),
 }
 
-as_text!(Length UnitChoice UpChoice TimeRange Rest StepLength Angle);
+as_text!(Length UnitChoice UpChoice TimeRange RestPoseSource Scale Angle);
 
 /// A length in metres.
 ///
@@ -219,65 +219,43 @@ impl fmt::Display for UpChoice {
     }
 }
 
-/// The rest pose of an output.
-///
-/// ```
-/// use mocap::convert::RestPoseSource;
-/// use mocap::job::Rest;
-///
-/// assert_eq!("frame:12".parse(), Ok(Rest(RestPoseSource::Frame(12))));
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Rest(pub RestPoseSource);
-
-impl Rest {
+impl RestPoseSource {
     #[cfg(feature = "schema")]
     const TAKES: &str = "zero (all rotations 0, as in the file), t-pose, a-pose, or frame:N";
 }
 
-impl FromStr for Rest {
+impl FromStr for RestPoseSource {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         let frame = text.strip_prefix("frame:").and_then(|frame| frame.parse().ok());
         match (text, frame) {
-            ("zero", _) => Ok(Self(RestPoseSource::InFile)),
-            ("t-pose", _) => Ok(Self(RestPoseSource::TPose)),
-            ("a-pose", _) => Ok(Self(RestPoseSource::APose)),
-            (_, Some(frame)) => Ok(Self(RestPoseSource::Frame(frame))),
+            ("zero", _) => Ok(Self::InFile),
+            ("t-pose", _) => Ok(Self::TPose),
+            ("a-pose", _) => Ok(Self::APose),
+            (_, Some(frame)) => Ok(Self::Frame(frame)),
             _ => Err("expected zero, t-pose, a-pose or frame:N".to_owned()),
         }
     }
 }
 
-impl fmt::Display for Rest {
+impl fmt::Display for RestPoseSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            RestPoseSource::Frame(frame) => write!(f, "frame:{frame}"),
-            RestPoseSource::TPose => f.write_str("t-pose"),
-            RestPoseSource::APose => f.write_str("a-pose"),
-            _ => f.write_str("zero"),
+        match self {
+            Self::Frame(frame) => write!(f, "frame:{frame}"),
+            Self::TPose => f.write_str("t-pose"),
+            Self::APose => f.write_str("a-pose"),
+            Self::InFile => f.write_str("zero"),
         }
     }
 }
 
-/// How long the steps of a body are that takes over the motion of another.
-///
-/// ```
-/// use mocap::job::StepLength;
-/// use mocap::retarget::Scale;
-///
-/// assert_eq!("0.5".parse(), Ok(StepLength(Scale::Factor(0.5))));
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepLength(pub Scale);
-
-impl StepLength {
+impl Scale {
     #[cfg(feature = "schema")]
     const TAKES: &str = "auto (in the proportion of the legs), none (as in the source), or a factor above 0";
 }
 
-impl FromStr for StepLength {
+impl FromStr for Scale {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -286,20 +264,20 @@ impl FromStr for StepLength {
             .ok()
             .filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
         match (text, factor) {
-            ("auto", _) => Ok(Self(Scale::Auto)),
-            ("none", _) => Ok(Self(Scale::None)),
-            (_, Some(factor)) => Ok(Self(Scale::Factor(factor))),
+            ("auto", _) => Ok(Self::Auto),
+            ("none", _) => Ok(Self::None),
+            (_, Some(factor)) => Ok(Self::Factor(factor)),
             _ => Err("neither auto nor none nor a factor above 0".to_owned()),
         }
     }
 }
 
-impl fmt::Display for StepLength {
+impl fmt::Display for Scale {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Scale::Auto => f.write_str("auto"),
-            Scale::None => f.write_str("none"),
-            Scale::Factor(factor) => factor.fmt(f),
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::None => f.write_str("none"),
+            Self::Factor(factor) => factor.fmt(f),
         }
     }
 }
@@ -355,8 +333,8 @@ mod tests {
         round_trips::<UnitChoice>(&["auto", "cm", "cmu", "0.0254"]);
         round_trips::<UpChoice>(&["auto", "y", "z", "-y", "-z"]);
         round_trips::<TimeRange>(&["..", "1..", "..480f", "1.5..4", "120f..480f"]);
-        round_trips::<Rest>(&["zero", "frame:0", "frame:7", "t-pose", "a-pose"]);
-        round_trips::<StepLength>(&["auto", "none", "1.25"]);
+        round_trips::<RestPoseSource>(&["zero", "frame:0", "frame:7", "t-pose", "a-pose"]);
+        round_trips::<Scale>(&["auto", "none", "1.25"]);
         round_trips::<Angle>(&["0", "12.5"]);
     }
 

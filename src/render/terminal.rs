@@ -3,14 +3,14 @@
 use std::fmt::Write;
 
 use super::figure::{Clip, DrawnClip, short};
-use crate::figure::survey;
+use crate::figure::Figure;
 use crate::options::setters;
 use crate::pose::Pose;
 use crate::scene::{NodeId, NodeKind, Scene};
 
 /// Options of the summary.
 ///
-/// [`screen`](crate::render::screen()) has an example.
+/// [`Clip::screen`] has an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ScreenOptions {
@@ -89,38 +89,41 @@ impl Screen {
 /// Characters that a label takes.
 const LABEL: usize = 13;
 
-/// A summary of a clip: its size, its tree of joints with the lengths of the links, the height of its root over time,
-/// the assumptions and the warnings.
-///
-/// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
-///
-/// ```
-/// use mocap::render::{Clip, ScreenOptions, screen};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let text = screen(&Clip { name: "Test", scene: &scene }, &ScreenOptions::default());
-/// assert!(text.contains("Shoulder ─ 2 ─ Elbow ─ 1.5 ─ Wrist ─ 0.5 ─ ∙"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn screen(clip: &Clip<'_>, options: &ScreenOptions) -> String {
-    let mut screen = Screen {
-        text: String::new(),
-        width: options.width.max(40),
-        colour: options.colour,
-    };
-    let heading = screen.inked(Ink::Bold, clip.name);
-    screen.line(&format!("{heading}  {}", clip.facts()));
-    let rest = below_the_tree(clip, &screen);
-    // The heading, an empty line before and after the tree, and the prompt of the shell.
-    let used = rest.lines().count() + 4;
-    let most = options.height.saturating_sub(used);
-    screen.line("");
-    for line in Tree::new(clip.scene).lines(screen.width, most) {
-        screen.line(&line);
+impl Clip<'_> {
+    /// A summary of a clip: its size, its tree of joints with the lengths of the links, the height of its root over
+    /// time, the assumptions and the warnings.
+    ///
+    /// The tree has one line for every chain of joints without a fork. Lengths are in the file's unit.
+    ///
+    /// ```
+    /// use mocap::render::{Clip, ScreenOptions};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let text = Clip { name: "Test", scene: &scene }.screen(&ScreenOptions::default());
+    /// assert!(text.contains("Shoulder ─ 2 ─ Elbow ─ 1.5 ─ Wrist ─ 0.5 ─ ∙"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn screen(&self, options: &ScreenOptions) -> String {
+        let clip = self;
+        let mut screen = Screen {
+            text: String::new(),
+            width: options.width.max(40),
+            colour: options.colour,
+        };
+        let heading = screen.inked(Ink::Bold, clip.name);
+        screen.line(&format!("{heading}  {}", clip.facts()));
+        let rest = below_the_tree(clip, &screen);
+        // The heading, an empty line before and after the tree, and the prompt of the shell.
+        let used = rest.lines().count() + 4;
+        let most = options.height.saturating_sub(used);
+        screen.line("");
+        for line in Tree::new(clip.scene).lines(screen.width, most) {
+            screen.line(&line);
+        }
+        screen.line("");
+        screen.text.push_str(&rest);
+        screen.text
     }
-    screen.line("");
-    screen.text.push_str(&rest);
-    screen.text
 }
 
 fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
@@ -150,7 +153,11 @@ fn below_the_tree(clip: &Clip<'_>, like: &Screen) -> String {
         let words = format!("position channels {policy} the OFFSET: {}", used.reason);
         screen.labelled("root", None, &words);
     }
-    for note in metadata.assumptions.iter().chain(&survey(clip.scene).assumptions()) {
+    for note in metadata
+        .assumptions
+        .iter()
+        .chain(&Figure::new(clip.scene).survey.assumptions())
+    {
         screen.labelled(
             note.topic.as_str(),
             None,

@@ -22,7 +22,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use self::data::{Description, describe};
-pub use self::listing::{ListingEntry, listing};
+pub use self::listing::ListingEntry;
 use self::marks::bytes_of;
 use self::skin::{PackedSkin, skin_of};
 use super::figure::Clip;

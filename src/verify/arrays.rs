@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use crate::arrays::{Rotation, RotationSpace, Space};
 use crate::error::{Code, Diagnostic, Error, Result};
-use crate::figure;
+use crate::figure::{self, Figure};
 use crate::format::gltf::Provenance;
 use crate::scene::{NodeKind, Scene};
 
@@ -85,7 +85,7 @@ pub(super) fn compare(source: &Scene, file: &ArrayFile) -> Result<Verification> 
 
     let metres = match file.header.metres_per_unit {
         Some(metres) => metres,
-        None => figure::survey(source).metres_per_unit / change.metres_per_unit,
+        None => Figure::new(source).survey.metres_per_unit / change.metres_per_unit,
     };
     let roots = roots(&ours);
     let cuts = match clip.filter(|_| timeline.is_resampled) {

@@ -7,7 +7,7 @@ use super::change::Change;
 use super::claims::is_same_file;
 use super::{Finding, FindingKind, skin};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure;
+use crate::figure::{self, Figure};
 use crate::format::Sidecar;
 use crate::format::fbx;
 use crate::format::gltf::{File, Provenance};
@@ -257,5 +257,5 @@ fn sidecar(bytes: &[u8], name: &Path, open: &dyn Fn(&Path) -> Result<Vec<u8>>) -
 /// Metres in a unit of the source: what it states, else what is guessed.
 pub(super) fn metres_of(source: &Scene) -> f64 {
     let stated = source.metadata.metres_per_unit;
-    stated.unwrap_or_else(|| figure::survey(source).unit.value.metres())
+    stated.unwrap_or_else(|| Figure::new(source).survey.unit.value.metres())
 }

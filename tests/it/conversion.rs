@@ -2,11 +2,15 @@
 
 use mocap::arrays::{ArrayOptions, arrays};
 use mocap::convert::{FirstFrame, Moment, RestPoseSource, RootMotion};
-use mocap::figure::{self, HumanoidBone, HumanoidMap, Unit, survey};
+use mocap::figure::{self, Figure, HumanoidBone, HumanoidMap, Survey, Unit};
 use mocap::glam::Vec3;
 use mocap::gltf::{Document, GltfOptions};
 use mocap::scene::{AppliedStep, Scene, Topic, UpAxis};
 use mocap::{Code, Conversion, Importer, Pose, SkeletonMesh, gltf};
+
+fn survey_of(scene: &Scene) -> Survey {
+    Figure::new(scene).survey
+}
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("fixtures/real/{file}")).unwrap()
@@ -345,9 +349,9 @@ fn an_export_returns_its_warnings() {
 #[test]
 fn a_survey_knows_what_the_file_states() {
     let mut scene = import("cmu_short.bvh");
-    assert_eq!(survey(&scene).metres_per_unit, Unit::Cmu.metres());
+    assert_eq!(survey_of(&scene).metres_per_unit, Unit::Cmu.metres());
     scene.metadata.metres_per_unit = Some(0.01);
-    let found = survey(&scene);
+    let found = survey_of(&scene);
     assert_eq!((found.metres_per_unit, found.unit.value), (0.01, Unit::Cmu));
     assert_eq!(found.assumption(Topic::Unit), None);
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource, explain, humanoid};
+use mocap::figure::{Confidence, Figure, Humanoid, HumanoidBone, RestPose, Sides, TPoseSource, humanoid};
 use mocap::glam::Vec3;
 use mocap::scene::{Animation, Keys, Node, NodeId, NodeKind, RootOffset};
 use mocap::{Importer, Pose, Scene};
@@ -111,7 +111,7 @@ fn an_explanation_adds_up() {
             continue;
         }
         let scene = import(&file);
-        let Some(explanation) = explain(&scene) else {
+        let Some(explanation) = Humanoid::explain(&scene) else {
             assert!(scene.nodes.iter().any(|node| node.humanoid_bone.is_some()), "{file}");
             continue;
         };

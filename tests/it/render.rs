@@ -5,7 +5,7 @@ use std::fs;
 use crate::sample::Sample;
 use mocap::figure::Figure;
 use mocap::render::{
-    Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip, screen,
+    Clip, Drawing, Movie, MovieOptions, Page, PageClip, PlotOptions, ScreenOptions, SheetOptions, TPoseClip,
 };
 use mocap::scene::{NodeId, Scene, SourceLines};
 
@@ -160,7 +160,7 @@ fn every_fixture_can_be_drawn() {
                     .find("NaN")
                     .is_none()
             );
-            assert!(screen(&clip, &ScreenOptions::default()).contains("it  "));
+            assert!(clip.screen(&ScreenOptions::default()).contains("it  "));
         }
     }
 }
@@ -174,13 +174,13 @@ fn a_screen_is_as_wide_and_as_high_as_the_terminal() {
     };
     for width in [60, 80, 120] {
         let options = ScreenOptions::new().width(width);
-        let text = screen(&clip, &options);
+        let text = clip.screen(&options);
         let widest = text.lines().map(|line| line.chars().count()).max().unwrap();
         assert!(widest <= width, "{widest} > {width}:\n{text}");
         assert!(!text.contains('\x1b'));
     }
     let options = ScreenOptions::new().height(24).colour(true);
-    let text = screen(&clip, &options);
+    let text = clip.screen(&options);
     assert!(text.lines().count() < 24, "{text}");
     assert!(text.contains(" more\n") && text.contains("\x1b[1mzombie\x1b[0m"));
 }

@@ -1,9 +1,13 @@
 //! The guesses about real files, against the statements of their makers.
 
 use mocap::Scene;
-use mocap::figure::{Confidence, Unit, cuts, survey};
+use mocap::figure::{Confidence, Figure, Survey, Unit, cuts};
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::scene::{Animation, Channel, Keys, Node, NodeId, Topic, UpAxis};
+
+fn survey_of(scene: &Scene) -> Survey {
+    Figure::new(scene).survey
+}
 
 fn import(file: &str) -> Scene {
     mocap::import(format!("{}/fixtures/real/{file}", env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -23,7 +27,7 @@ fn units_of_real_files() {
         ("makehuman_zombie_walk.bvh", Unit::Decimetre),
     ];
     for (file, unit) in files {
-        let guess = survey(&import(file)).unit;
+        let guess = survey_of(&import(file)).unit;
         assert_eq!(
             (guess.value, guess.confidence),
             (unit, Confidence::Sure),
@@ -36,7 +40,7 @@ fn units_of_real_files() {
 /// Biovision captured in inches, and nothing but the length of the bones shows it.
 #[test]
 fn inches_are_likely_and_no_more() {
-    let guess = survey(&import("biovision_example1.bvh")).unit;
+    let guess = survey_of(&import("biovision_example1.bvh")).unit;
     assert_eq!((guess.value, guess.confidence), (Unit::Inch, Confidence::Likely));
 }
 
@@ -47,7 +51,7 @@ fn a_hand_and_an_arm_leave_the_unit_open() {
         "lecture_Test.bvh",
         "zero_offsets.bvh",
     ] {
-        let found = survey(&import(file));
+        let found = survey_of(&import(file));
         assert_eq!(found.unit.confidence, Confidence::Unsure, "{file}");
         assert_eq!(
             (found.up.value, found.up.confidence),
@@ -73,14 +77,14 @@ fn a_squat_in_the_unit_of_cmu_is_not_taken_for_decimetres() {
             *rotation *= Quat::from_rotation_x(bend);
         }
     }
-    let unit = survey(&scene).unit;
+    let unit = survey_of(&scene).unit;
     assert_eq!(unit.value, Unit::Cmu);
 }
 
 #[test]
 fn what_a_scene_states_is_not_guessed() {
     for file in ["optotrak.c3d", "run.fbx"] {
-        let found = survey(&import(file));
+        let found = survey_of(&import(file));
         assert_eq!(
             (found.up.value, found.up_is_stated, found.unit_is_stated),
             (UpAxis::Y, true, true),
@@ -90,9 +94,9 @@ fn what_a_scene_states_is_not_guessed() {
     }
     // Lying markers: the largest part of the way from the feet to the head is along z.
     let mut lying = import("z_up_dab.bvh");
-    assert_eq!(survey(&lying).up.value, UpAxis::Z);
+    assert_eq!(survey_of(&lying).up.value, UpAxis::Z);
     lying.metadata.up = Some(UpAxis::Y);
-    assert_eq!(survey(&lying).up.value, UpAxis::Y);
+    assert_eq!(survey_of(&lying).up.value, UpAxis::Y);
 }
 
 #[test]
@@ -107,7 +111,7 @@ fn up_is_from_the_feet_to_the_head() {
         ("makehuman_zombie_walk.bvh", UpAxis::Z),
         ("cmu_01_01.bvh", UpAxis::Y),
     ] {
-        let guess = survey(&import(file)).up;
+        let guess = survey_of(&import(file)).up;
         assert_eq!(
             (guess.value, guess.confidence),
             (up, Confidence::Sure),
@@ -146,20 +150,20 @@ fn rounded_frame_times_are_known_for_what_they_mean() {
     ];
     for (frame_time, rate) in rounded {
         assert_eq!(
-            survey(&still(frame_time)).frame_rate.map(|guess| guess.value),
+            survey_of(&still(frame_time)).frame_rate.map(|guess| guess.value),
             Some(rate),
             "{frame_time}"
         );
     }
     for exact in [0.01, 0.008, 0.04, 0.005, 1.0 / 120.0, 0.018752, 0.1] {
-        assert_eq!(survey(&still(exact)).frame_rate, None, "{exact}");
+        assert_eq!(survey_of(&still(exact)).frame_rate, None, "{exact}");
     }
 }
 
 #[test]
 fn a_rest_pose_in_front_is_a_cut() {
     let cmu = import("cmu_12_01_walk.bvh");
-    assert!(survey(&cmu).first_frame_is_rest_pose);
+    assert!(survey_of(&cmu).first_frame_is_rest_pose);
     assert_eq!(cuts(&cmu, 0), [0]);
 
     for file in [
@@ -168,7 +172,7 @@ fn a_rest_pose_in_front_is_a_cut() {
         "lecture_Test.bvh",
     ] {
         let scene = import(file);
-        assert!(!survey(&scene).first_frame_is_rest_pose, "{file}");
+        assert!(!survey_of(&scene).first_frame_is_rest_pose, "{file}");
         assert!(cuts(&scene, 0).is_empty(), "{file}");
     }
 }
@@ -215,7 +219,7 @@ fn a_punch_is_no_cut_and_two_takes_in_a_row_are() {
 
 #[test]
 fn decisions_come_out_in_words() {
-    let topics: Vec<_> = survey(&import("cmu_01_01.bvh"))
+    let topics: Vec<_> = survey_of(&import("cmu_01_01.bvh"))
         .assumptions()
         .into_iter()
         .map(|a| (a.topic, a.choice))
@@ -251,7 +255,7 @@ fn lying(step: Vec3) -> Scene {
 
 #[test]
 fn a_swimmer_is_not_taken_for_a_figure_that_stands() {
-    let swimmer = survey(&lying(0.2 * Vec3::Z)).up;
+    let swimmer = survey_of(&lying(0.2 * Vec3::Z)).up;
     assert_eq!(
         (swimmer.value, swimmer.confidence),
         (UpAxis::Y, Confidence::Likely),
@@ -259,7 +263,7 @@ fn a_swimmer_is_not_taken_for_a_figure_that_stands() {
         swimmer.reason
     );
     // The head stays above a floor, so that +Z is up and the rest pose is not how the figure stands.
-    let walker = survey(&lying(0.2 * Vec3::X)).up;
+    let walker = survey_of(&lying(0.2 * Vec3::X)).up;
     assert_eq!(
         (walker.value, walker.confidence),
         (UpAxis::Z, Confidence::Likely),
@@ -272,7 +276,7 @@ fn a_swimmer_is_not_taken_for_a_figure_that_stands() {
 fn a_stated_unit_is_not_guessed() {
     let mut scene = import("cmu_short.bvh");
     scene.metadata.metres_per_unit = Some(0.056_444);
-    let found = survey(&scene);
+    let found = survey_of(&scene);
     assert!(found.unit_is_stated);
     assert!(
         found
@@ -291,7 +295,7 @@ fn a_body_along_x_leaves_the_up_axis_open() {
         scene.nodes[2].transform = Mat4::from_translation(-0.9 * Vec3::X);
         for root in [Quat::IDENTITY, Quat::from_rotation_x(0.3)] {
             scene.animations[0].channels[0].rotation_keys = Keys::constant(root);
-            let up = survey(&scene).up;
+            let up = survey_of(&scene).up;
             assert_eq!(
                 (up.value, up.confidence),
                 (UpAxis::Y, Confidence::Unsure),

@@ -6,7 +6,7 @@ use mocap::glam::{Quat, Vec3};
 use mocap::gltf::{GltfOptions, write_glb};
 use mocap::process::{convert_units, in_place, resample, root_motion, trim};
 use mocap::scene::{Channel, UpAxis};
-use mocap::verify::{FindingKind, Verification, verify, verify_files};
+use mocap::verify::{FindingKind, Verification, Verifier, verify};
 use mocap::{Code, Exporter, Importer, Limits, RootOffset, Scene, SkeletonMesh};
 
 use crate::cut;
@@ -303,12 +303,12 @@ fn bvh_is_compared_as_its_reader_reads_it() {
         }
         let scene = mocap::import(&source).unwrap();
         Exporter::new().overwrite(true).export(&scene, &output).unwrap();
-        let verified = verify_files(&source, &output).unwrap();
+        let verified = Verifier::new().files(&source, &output).unwrap();
         assert!(verified.is_within(1e-4), "{file}: {verified:?}");
         let mut shorter = scene.clone();
         trim(&mut shorter, 0.0, 5.0);
         Exporter::new().overwrite(true).export(&shorter, &output).unwrap();
-        let verified = verify_files(&source, &output).unwrap();
+        let verified = Verifier::new().files(&source, &output).unwrap();
         assert!(
             kinds(&verified).contains(&FindingKind::MissingFrames),
             "{file}: {verified:?}"
@@ -328,7 +328,7 @@ fn a_file_of_no_known_format_is_refused() {
     assert_eq!(error.code(), Code::UnknownFormat);
     // A file is what it is itself.
     let source = fixture("lecture_Test.bvh");
-    assert!(verify_files(&source, &source).unwrap().is_within(1e-9));
+    assert!(Verifier::new().files(&source, &source).unwrap().is_within(1e-9));
 }
 
 #[test]
@@ -353,18 +353,20 @@ fn files_are_read_as_the_conversion_read_them() {
     for name in ["a b.gltf", "a.glb"] {
         let output = folder.path().join(name);
         Exporter::new().export(&scene, &output).unwrap();
-        let verified = verify_files(&source, &output).unwrap();
+        let verified = Verifier::new().files(&source, &output).unwrap();
         assert_eq!(verified.frames, 75);
         assert!(verified.max_error < 1e-4, "{verified:?}");
     }
-    let error = verify_files(&source, folder.path().join("none.glb")).unwrap_err();
+    let error = Verifier::new()
+        .files(&source, folder.path().join("none.glb"))
+        .unwrap_err();
     assert_eq!(error.code().as_str(), "io");
 }
 
 mod of_arrays {
     use mocap::arrays::{ArrayOptions, Moment, Rotation, RotationSpace, Space, arrays};
     use mocap::scene::UpAxis;
-    use mocap::verify::{FindingKind, Verification, verify_files};
+    use mocap::verify::{FindingKind, Verification, Verifier};
 
     use crate::sample::{Sample, is_all};
 
@@ -382,7 +384,7 @@ mod of_arrays {
         let folder = tempfile::tempdir().unwrap();
         let output = folder.path().join("out.npz");
         std::fs::write(&output, bytes).unwrap();
-        verify_files(format!("fixtures/real/{file}"), output)
+        Verifier::new().files(format!("fixtures/real/{file}"), output)
     }
 
     #[test]
@@ -529,7 +531,7 @@ mod of_arrays {
         let output = folder.path().join("out.csv");
         for table in [motion.to_csv(), motion.to_csv_for_spreadsheet()] {
             std::fs::write(&output, table).unwrap();
-            assert!(verify_files(&source, &output).unwrap().is_within(1e-5));
+            assert!(Verifier::new().files(&source, &output).unwrap().is_within(1e-5));
         }
     }
 

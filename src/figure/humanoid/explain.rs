@@ -12,7 +12,7 @@ use crate::scene::Scene;
 /// How the reading of a skeleton was chosen: the sum of the logarithms of how likely its lengths, its names and the
 /// shape of its tree are, in parts.
 ///
-/// [`explain`](crate::figure::explain()) has an example.
+/// [`explain`](crate::figure::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Explanation {
@@ -26,7 +26,7 @@ pub struct Explanation {
 
 /// What speaks for and against the reading of a part of the body.
 ///
-/// [`explain`](crate::figure::explain()) has an example.
+/// [`explain`](crate::figure::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ExplainedPart {
@@ -44,7 +44,7 @@ pub struct ExplainedPart {
 
 /// What one row of a table says.
 ///
-/// [`explain`](crate::figure::explain()) has an example.
+/// [`explain`](crate::figure::Humanoid::explain) has an example.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ExplainedRow {

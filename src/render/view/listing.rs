@@ -10,7 +10,7 @@ const PAGE: &str = include_str!("listing.html");
 
 /// An entry of a list of clips.
 ///
-/// [`listing`](crate::render::listing()) has an example.
+/// [`ListingEntry::page`] has an example.
 #[derive(Clone, Debug)]
 pub struct ListingEntry {
     name: String,
@@ -80,27 +80,29 @@ fn encoded(link: &str) -> String {
     encoded
 }
 
-/// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
-///
-/// ```
-/// use mocap::render::{Clip, ListingEntry, listing};
-///
-/// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
-/// let entry = ListingEntry::new(&Clip { name: "Test", scene: &scene }, "clips/Test.html");
-/// assert!(listing("My clips", &[entry]).contains("<a href=\"clips/Test.html\">"));
-/// # Ok::<(), mocap::Error>(())
-/// ```
-pub fn listing(title: &str, entries: &[ListingEntry]) -> String {
-    let count = match entries.len() {
-        1 => "1 file".to_owned(),
-        count => format!("{count} files"),
-    };
-    filled(PAGE, |name| match name {
-        "title" => escape(&visible(title)).into(),
-        "count" => count.as_str().into(),
-        "entries" => entries.iter().map(ListingEntry::html).collect::<String>().into(),
-        unknown => unreachable!("the page has no placeholder called {unknown}"),
-    })
+impl ListingEntry {
+    /// A page that lists clips with a picture, their length and their warnings, and links to the player of each.
+    ///
+    /// ```
+    /// use mocap::render::{Clip, ListingEntry};
+    ///
+    /// let scene = mocap::import("fixtures/real/lecture_Test.bvh")?;
+    /// let entry = ListingEntry::new(&Clip { name: "Test", scene: &scene }, "clips/Test.html");
+    /// assert!(ListingEntry::page("My clips", &[entry]).contains("<a href=\"clips/Test.html\">"));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    pub fn page(title: &str, entries: &[Self]) -> String {
+        let count = match entries.len() {
+            1 => "1 file".to_owned(),
+            count => format!("{count} files"),
+        };
+        filled(PAGE, |name| match name {
+            "title" => escape(&visible(title)).into(),
+            "count" => count.as_str().into(),
+            "entries" => entries.iter().map(Self::html).collect::<String>().into(),
+            unknown => unreachable!("the page has no placeholder called {unknown}"),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -110,7 +112,7 @@ mod tests {
     #[test]
     fn names_are_text_and_links_are_links() {
         let entry = ListingEntry::failed("<b>.bvh", "no & no");
-        let html = listing("a<b", &[entry]);
+        let html = ListingEntry::page("a<b", &[entry]);
         assert!(html.contains("<strong>&lt;b&gt;.bvh</strong>") && html.contains("<li>no &amp; no</li>"));
         assert_eq!(encoded("a b/#1.html"), "a%20b/%231.html");
     }

@@ -578,7 +578,13 @@ fn a_clip_is_chosen_by_name_or_by_place_and_verified_against_its_own_source() {
         assert_eq!(scene.animations[0].name, "two");
         assert_eq!(place(&scene, 0, 0, 1.0), Vec3::X * 2.0);
         mocap::Exporter::new().overwrite(true).export(&scene, &output).unwrap();
-        assert!(mocap::verify::verify_files(&source, &output).unwrap().max_error < 1e-6);
+        assert!(
+            mocap::verify::Verifier::new()
+                .files(&source, &output)
+                .unwrap()
+                .max_error
+                < 1e-6
+        );
     }
     for clips in [Clips::Index(2), Clips::Name("three".to_owned())] {
         let error = Importer::new().clips(clips).import(&source).unwrap_err().to_string();

@@ -3,7 +3,7 @@
 use mocap::bvh::BvhOptions;
 use mocap::process::{convert_units, in_place, trim};
 use mocap::scene::UpAxis;
-use mocap::verify::verify_files;
+use mocap::verify::Verifier;
 use mocap::{Code, Exporter, Importer, SkeletonMesh};
 
 #[test]
@@ -20,13 +20,13 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
     in_place(&mut scene);
     let (alone, beside) = (folder.path().join("alone.bvh"), folder.path().join("beside.bvh"));
     Exporter::new().export(&scene, &alone).unwrap();
-    assert!(!verify_files(source, &alone).unwrap().is_within(1e-3));
+    assert!(!Verifier::new().files(source, &alone).unwrap().is_within(1e-3));
     let exporter = Exporter::new().bvh(BvhOptions::new().sidecar(true));
     let written = exporter.export(&scene, &beside).unwrap();
     assert_eq!(written.files[0].name(), "beside.bvh.json");
 
     assert_eq!(std::fs::read(&alone).unwrap(), std::fs::read(&beside).unwrap());
-    let verified = verify_files(source, &beside).unwrap();
+    let verified = Verifier::new().files(source, &beside).unwrap();
     assert!(verified.is_within(1e-5), "{verified:?}");
     assert!(verified.has_provenance);
     let read = mocap::import(&beside).unwrap();
@@ -40,7 +40,10 @@ fn a_sidecar_says_how_a_bvh_file_was_made_to_every_reader() {
     let mut text = std::fs::read(&beside).unwrap();
     text.push(b'\n');
     std::fs::write(&beside, &text).unwrap();
-    assert_eq!(verify_files(source, &beside).unwrap_err().code(), Code::InvalidValue);
+    assert_eq!(
+        Verifier::new().files(source, &beside).unwrap_err().code(),
+        Code::InvalidValue
+    );
     assert_eq!(mocap::import(&beside).unwrap().metadata.metres_per_unit, None);
     std::fs::write(folder.path().join("alone.bvh.json"), "{\"somebody\": \"else's\"}").unwrap();
     assert!(mocap::import(&alone).unwrap().warnings.is_empty());

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use mocap::glam::{Mat4, Quat, Vec3};
 use mocap::process::{convert_units, trim};
 use mocap::scene::{Animation, Channel, Node, NodeId, NodeKind, UpAxis};
-use mocap::verify::verify_files;
+use mocap::verify::Verifier;
 use mocap::{Conversion, Exporter, Importer, Scene, SkeletonMesh};
 
 use crate::sample::Sample;
@@ -436,7 +436,7 @@ fn every_corruption_is_found_in_every_format_and_nothing_else() {
             bytes[place..place + name.len()].copy_from_slice(b"\"other\"");
         }
         std::fs::write(&path, &bytes).unwrap();
-        let verdict = verify_files(&source, &path);
+        let verdict = Verifier::new().files(&source, &path);
         let passes = verdict.as_ref().is_ok_and(|verified| verified.is_within(1e-3));
         let is_missed = MISSED.iter().any(|(name, of, _)| *name == kind.name && *of == format);
         let should_pass = !kind.is_wrong || is_same || is_missed;

@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use mocap::glam::{Quat, Vec3};
 use mocap::process::{convert_units, in_place};
 use mocap::scene::{NodeKind, UpAxis};
-use mocap::verify::{FindingKind, Verification, verify, verify_files};
+use mocap::verify::{FindingKind, Verification, Verifier, verify};
 use mocap::{Conversion, Exporter, Format, Importer, Scene, SkeletonMesh};
 use serde_json::{Value, json};
 
@@ -95,7 +95,7 @@ impl Files {
         Exporter::new().overwrite(true).export(scene, &path).unwrap();
         let bytes = change(std::fs::read(&path).unwrap());
         std::fs::write(&path, bytes).unwrap();
-        verify_files(self.source(), &path).unwrap()
+        Verifier::new().files(self.source(), &path).unwrap()
     }
 }
 
@@ -188,7 +188,7 @@ fn hands_of_one_name_stay_on_their_arms() {
     other["nodes"][0]["children"] = json!([3, 1]);
     let path = files.0.path().join("other.gltf");
     std::fs::write(&path, other.to_string()).unwrap();
-    let verified = verify_files(files.source(), &path).unwrap();
+    let verified = Verifier::new().files(files.source(), &path).unwrap();
     assert!(verified.is_within(1e-6), "{verified:?}");
 }
 
@@ -199,7 +199,7 @@ fn a_character_without_motion_is_its_pose_in_every_format() {
     let moving = Files::new(&gltf(chain(), &[("x", 30.0, 31, &[1])]));
     let path = files.0.path().join("moving.bvh");
     Exporter::new().export(&moving.scene(), &path).unwrap();
-    let verified = verify_files(files.source(), &path).unwrap();
+    let verified = Verifier::new().files(files.source(), &path).unwrap();
     assert_eq!(kinds(&verified), [FindingKind::ExtraClip]);
 }
 
@@ -277,10 +277,10 @@ fn a_curve_is_looked_at_between_its_keys() {
     source["animations"][0]["samplers"][1]["interpolation"] = json!("CUBICSPLINE");
     let path = files.0.path().join("curve.gltf");
     std::fs::write(&path, source.to_string()).unwrap();
-    let verified = verify_files(files.source(), &path).unwrap();
+    let verified = Verifier::new().files(files.source(), &path).unwrap();
     assert!(verified.max_error > 0.01, "{verified:?}");
     // A curve is what it is itself.
-    assert!(verify_files(&path, &path).unwrap().is_within(1e-6));
+    assert!(Verifier::new().files(&path, &path).unwrap().is_within(1e-6));
 }
 
 #[test]
@@ -320,7 +320,7 @@ fn a_joint_without_children_that_turns_is_looked_at() {
     for extension in ["glb", "fbx", "mclip"] {
         let path = files.0.path().join(format!("smaller.{extension}"));
         Exporter::new().max_error(0.001).export(&files.scene(), &path).unwrap();
-        let verified = verify_files(files.source(), &path).unwrap();
+        let verified = Verifier::new().files(files.source(), &path).unwrap();
         assert!(verified.is_within(1e-3), "{extension}: {verified:?}");
     }
 }
@@ -352,7 +352,9 @@ fn the_source_that_a_file_names_is_its_source() {
         let path = files.0.path().join(format!("out.{extension}"));
         Exporter::new().export(&scene, &path).unwrap();
         std::fs::write(files.0.path().join("changed.bvh"), &text).unwrap();
-        let verified = verify_files(files.0.path().join("changed.bvh"), &path).unwrap();
+        let verified = Verifier::new()
+            .files(files.0.path().join("changed.bvh"), &path)
+            .unwrap();
         assert_eq!(kinds(&verified), [FindingKind::Provenance], "{extension}");
     }
 }

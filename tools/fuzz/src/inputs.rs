@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 use std::{env, fs, process};
 
-use mocap::verify::verify_files;
+use mocap::verify::Verifier;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
 use self::words::{
@@ -246,7 +246,7 @@ fn verified(bytes: &[u8], extension: &str) -> Result<Scene> {
     let source = fixture(made::ARRAYS_OF);
     let path = env::temp_dir().join(format!("mocap-fuzz-{}.{extension}", process::id()));
     fs::write(&path, bytes).expect("the folder of temporary files can be written");
-    verify_files(&source, &path)?;
+    Verifier::new().files(&source, &path)?;
     mocap::import(source)
 }
 

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use mocap::convert::RestPoseSource;
 use mocap::figure::{HumanoidMap, humanoid};
 use mocap::files::ReplacePolicy;
-use mocap::job::{JointNames, Rest};
+use mocap::job::JointNames;
 use mocap::process::name_joints;
 use mocap::scene::UpAxis;
 use mocap::{Conversion, Exporter, FormatInfo, SkeletonMesh, WriteOption};
@@ -97,13 +98,13 @@ pub(crate) fn convert(
     if let Some(fps) = fps {
         conversion = conversion.frame_rate(fps);
     }
-    let rest: Rest = rest
+    let rest: RestPoseSource = rest
         .parse()
         .map_err(|error| PyValueError::new_err(format!("rest: {error}, got {rest:?}")))?;
-    conversion = conversion.rest(rest.0).t_pose_first(t_pose_first);
+    conversion = conversion.rest(rest).t_pose_first(t_pose_first);
     let names = names.map(names_of).transpose()?;
     let given = [
-        (WriteOption::Rest, rest != Rest::default()),
+        (WriteOption::Rest, rest != RestPoseSource::default()),
         (WriteOption::Names, names.is_some()),
     ];
     let exporter = write.exporter(&[&source], &target, &given)?;

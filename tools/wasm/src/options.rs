@@ -2,10 +2,11 @@
 //! default.
 
 use mocap::compress::ErrorBound;
+use mocap::convert::RestPoseSource;
 use mocap::convert::{FirstFrame, Moment, RootMotion};
 use mocap::figure::{HumanoidMap, Unit};
 use mocap::gltf::{Compression, GltfOptions};
-use mocap::job::{JointNames, Rest};
+use mocap::job::JointNames;
 use mocap::retarget::Scale;
 use mocap::retargeting::RetargetingOptions;
 use mocap::scene::{Format, RootOffset, RotationOrder, UpAxis};
@@ -201,10 +202,10 @@ impl ConvertOptions {
             conversion = conversion.frame_rate(rate);
         }
         if let Some(rest) = self.rest {
-            let rest: Rest = rest
+            let rest: RestPoseSource = rest
                 .parse()
                 .map_err(|error| Failure::argument(format!("rest: {error}, got \"{rest}\"")))?;
-            conversion = conversion.rest(rest.0);
+            conversion = conversion.rest(rest);
         }
         Ok(conversion)
     }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mocap::convert::TimeRange;
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sources, StepLength};
+use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sources};
+use mocap::retarget::Scale;
 
 use super::job::sources;
 use super::{ForceArgs, InputArgs, PrintJobArgs, SpreadArgs, WriteArgs};
@@ -20,7 +21,7 @@ pub(crate) struct OntoArgs {
     trim: Option<TimeRange>,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
     #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
-    scale: StepLength,
+    scale: Scale,
     /// Hold feet still while those of the source stand; free leaves them as they come. A foot of a character is held
     /// only where it would slide more
     #[arg(long, value_name = "lock|free", default_value = "lock")]

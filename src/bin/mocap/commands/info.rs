@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use mocap::figure::assumptions;
-use mocap::render::{Clip, ScreenOptions, screen};
+use mocap::render::{Clip, ScreenOptions};
 use mocap::scene::{Animation, Assumption, NodeKind, RootOffsetUsed};
 use mocap::{Diagnostic, Format, Scene, SkeletonMesh};
 use serde::Serialize;
@@ -127,5 +127,5 @@ fn print_screen(name: &str, scene: &Scene) -> io::Result<()> {
             .colour(std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())),
         None => ScreenOptions::new().height(usize::MAX),
     };
-    out.write_all(screen(&Clip { name, scene }, &options).as_bytes())
+    out.write_all(Clip { name, scene }.screen(&options).as_bytes())
 }

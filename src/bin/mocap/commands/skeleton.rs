@@ -6,8 +6,8 @@ use std::path::Path;
 
 use mocap::Scene;
 use mocap::figure::{
-    Axis, Confidence, Creature, Explanation, Figure, Guess, HumanoidBone, RestPose, Sides, TPose, TPoseBone,
-    TPoseSource, explain,
+    Axis, Confidence, Creature, Explanation, Figure, Guess, Humanoid, HumanoidBone, RestPose, Sides, TPose, TPoseBone,
+    TPoseSource,
 };
 use mocap::scene::RootOffset;
 use serde::Serialize;
@@ -187,7 +187,7 @@ pub(crate) fn run(args: &SkeletonArgs) -> Result<(), Failure> {
         found.up.reason = "--up says so".to_owned();
     }
     if args.explain {
-        found.explanation = explain(&scene);
+        found.explanation = Humanoid::explain(&scene);
     }
     if args.json {
         print_json(&found)?;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use mocap::edit::{ContactOptions, DetectedContacts, contacts};
 use mocap::figure::Figure;
-use mocap::render::{Clip, ListingEntry, Page, PageClip, listing};
+use mocap::render::{Clip, ListingEntry, Page, PageClip};
 use mocap::retarget::{LimbAngles, RetargetOptions, Retargeter};
 use mocap::retargeting::{Retargeting, RetargetingOptions, Target};
 use mocap::scene::Animation;
@@ -163,7 +163,7 @@ fn view_folder(args: &ViewArgs, folder: &Path, output: &Path) -> Result<(), Fail
         },
     )?;
     let entries: Vec<ListingEntry> = entries.into_values().collect();
-    streams::write(output, listing(&title_of(folder), &entries).as_bytes())?;
+    streams::write(output, ListingEntry::page(&title_of(folder), &entries).as_bytes())?;
     report::say(&format!("{}: {} files", output.display(), entries.len()));
     match failed {
         0 => Ok(()),

@@ -1,0 +1,154 @@
+//! Meshes, the bones that move them, and how they look.
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use serde::Serialize;
+
+use super::NodeId;
+#[cfg(doc)]
+use super::{Node, Scene};
+
+/// The type of a mesh's faces.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Primitive {
+    /// Three indices per face.
+    #[default]
+    Triangles,
+    /// One index per face.
+    Points,
+}
+
+impl Primitive {
+    /// The number of indices of one face.
+    pub fn indices_per_face(self) -> usize {
+        match self {
+            Self::Triangles => 3,
+            Self::Points => 1,
+        }
+    }
+}
+
+/// Vertices and faces, in the space of the node that holds the mesh.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Mesh {
+    /// The name; empty on a skeleton mesh.
+    pub name: String,
+    /// The type of the faces.
+    pub primitive: Primitive,
+    /// Positions, one per vertex.
+    pub vertices: Vec<Vec3>,
+    /// Unit normals, one per vertex.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates, one per vertex, or none. (0, 0) is the upper left corner of the image, as in glTF.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub texture_coords: Vec<Vec2>,
+    /// Vertex indices, [`Primitive::indices_per_face`] for each face.
+    pub indices: Vec<u32>,
+    /// The ties of vertices to nodes; empty for a rigid mesh.
+    pub bones: Vec<Bone>,
+    /// Index into [`Scene::materials`].
+    pub material_index: usize,
+}
+
+impl Mesh {
+    /// The faces, each as its vertex indices.
+    pub fn faces(&self) -> std::slice::ChunksExact<'_, u32> {
+        self.indices.chunks_exact(self.primitive.indices_per_face())
+    }
+}
+
+/// A tie of vertices to a node.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bone {
+    /// The name of the node.
+    pub name: String,
+    /// The node; unique, while names may repeat.
+    pub node: NodeId,
+    /// Mesh space to the node's space, in the bind pose.
+    pub offset_matrix: Mat4,
+    /// The vertices it moves.
+    pub weights: Vec<VertexWeight>,
+}
+
+/// The influence of a bone on a vertex.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct VertexWeight {
+    /// Index into [`Mesh::vertices`].
+    pub vertex_id: u32,
+    /// The fraction of the vertex's motion, from 0 to 1.
+    pub weight: f32,
+}
+
+/// What the faces of a mesh are made of.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Material {
+    /// The name.
+    pub name: String,
+    /// Whether back faces are drawn.
+    pub two_sided: bool,
+    /// The colour, where the file states it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Surface>,
+}
+
+/// The colour of a material, in the terms of glTF.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Surface {
+    /// Red, green, blue and alpha, linear. They multiply those of the texture.
+    pub base_color: Vec4,
+    /// The texture of the colour, an index into [`Scene::textures`].
+    pub texture: Option<usize>,
+    /// What alpha means.
+    pub alpha: AlphaMode,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            base_color: Vec4::ONE,
+            texture: None,
+            alpha: AlphaMode::Opaque,
+        }
+    }
+}
+
+/// What the alpha of a colour means.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// Below this alpha there is no surface, and above it is opaque.
+    Mask(f32),
+    /// The fraction of the colour over what is behind it.
+    Blend,
+}
+
+/// An image, in the bytes of its file.
+///
+/// The [module](crate::scene) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Texture {
+    /// The name.
+    pub name: String,
+    /// The media type, such as `image/png`.
+    pub media_type: String,
+    /// The file of the image.
+    #[serde(skip)]
+    pub bytes: Vec<u8>,
+}
