@@ -210,7 +210,7 @@ impl Verifier {
         output.check_not_retargeted(source)?;
         let provenance = self.provenance_of(output);
         let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        let takes_new_axes = steps.contains(&AppliedStep::ZeroRestRotations);
+        let takes_new_axes = steps.iter().any(AppliedStep::takes_new_axes);
         let original = source;
         let edited = change::edited(original, steps, &|motion| self.second(motion, file))?;
         let (source, steps) = match &edited {

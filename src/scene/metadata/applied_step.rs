@@ -101,6 +101,17 @@ pub enum AppliedStep {
     },
 }
 
+impl AppliedStep {
+    /// Whether the frames of joints are others at rest than those of the source.
+    pub(crate) fn takes_new_axes(&self) -> bool {
+        match self {
+            Self::ZeroRestRotations => true,
+            Self::Edit { edit, .. } => edit.get("step").is_some_and(|step| step == "bone-axis"),
+            _ => false,
+        }
+    }
+}
+
 /// A joint that was given another name.
 ///
 /// The [module](crate::scene) has an example.

@@ -152,7 +152,7 @@ impl Builder<'_> {
     /// Whether a skin keeps the rest pose. One that was asked for stands in the nodes too.
     fn has_bind_pose(&self) -> bool {
         let is_skinned = self.scene.meshes.iter().any(|mesh| !mesh.bones.is_empty());
-        is_skinned && !self.scene.metadata.steps.contains(&AppliedStep::ZeroRestRotations)
+        is_skinned && !self.scene.metadata.steps.iter().any(AppliedStep::takes_new_axes)
     }
 
     /// The node graph with its motion, and the scene that holds its roots.
