@@ -21,6 +21,7 @@
 mod files;
 mod form;
 mod maker;
+mod meshes;
 mod names;
 mod onto;
 mod reading;

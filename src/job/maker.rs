@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::files::Files;
 use super::form::Form;
 use super::said::{Hear, Said, clip_taken, say_all, say_warnings, tell_of_skeleton};
-use super::{Job, JointNames, Onto, names};
+use super::{Job, JointNames, Onto, meshes, names};
 use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -17,7 +17,7 @@ use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
 use crate::process::{self, SkeletonMesh};
 use crate::retargeting::{Report, Retargeting, Target};
-use crate::scene::{AppliedStep, Assumption, Format, Scene, Topic, UpAxis};
+use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
 ///
@@ -175,7 +175,7 @@ impl<'a> Maker<'a> {
         let importer = self.job.read.importer();
         let importer = match self.form {
             Form::Scene(row) if self.target.is_none() => {
-                let mesh = mesh(&self.job, Some(row));
+                let mesh = meshes::shown(&self.job, Some(row));
                 importer.skeleton_mesh(mesh).gltf_meshes(row.has_file_meshes)
             }
             _ => importer.skeleton_mesh(SkeletonMesh::None),
@@ -196,33 +196,8 @@ impl<'a> Maker<'a> {
             scene.animations.truncate(1);
             scene.metadata.steps.push(AppliedStep::SelectClip { index: 0 });
         }
-        self.keep_or_drop(&mut scene, motion, hear)?;
+        meshes::keep_or_drop(&self.job, self.format(), &mut scene, motion, hear)?;
         Ok(scene)
-    }
-
-    /// Decides what becomes of the file of a scene that has meshes, and says what is dropped.
-    fn keep_or_drop(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<()> {
-        let is_gltf = self.format().is_some_and(|row| row.format == Format::Gltf);
-        if self.job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
-            hear(Said::Note(
-                "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",
-            ));
-        }
-        let Some(original) = scene.original.as_mut().filter(|_| is_gltf && self.target.is_none()) else {
-            return Ok(());
-        };
-        if self.job.write.mesh.is_some() {
-            let message = "--mesh would do nothing: the file has meshes of its own, which are kept";
-            let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add --skeleton-only");
-            return Err(Error::from(error).with_path(motion));
-        }
-        // A step changes one motion; the others of the file stay.
-        let chosen = scene.metadata.steps.iter().find_map(|step| match step {
-            AppliedStep::SelectClip { index } => Some(*index),
-            _ => None,
-        });
-        original.replaced = chosen.filter(|_| !self.job.steps.is_empty());
-        Ok(())
     }
 
     /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
@@ -423,7 +398,7 @@ fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Resu
     let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
     let mesh = match (onto, job.write.mesh) {
         (Onto::Skeleton(_), None) => SkeletonMesh::None,
-        _ => mesh(job, row),
+        _ => meshes::shown(job, row),
     };
     let target = files.import_target(onto, mesh)?;
     match &target {
@@ -441,16 +416,6 @@ fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Resu
     let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
     let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
     Ok((form, target))
-}
-
-/// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
-fn mesh(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
-    match job.write.mesh {
-        Some(mesh) => mesh.into(),
-        None if job.write.skeleton_only && row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::None,
-        None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
-        None => SkeletonMesh::Skinned,
-    }
 }
 
 fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {

@@ -1,0 +1,51 @@
+//! What becomes of the meshes of an input, and what shows a skeleton without any.
+
+use std::path::Path;
+
+use super::Job;
+use super::said::{Hear, Said};
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::FormatInfo;
+use crate::process::SkeletonMesh;
+use crate::scene::{AppliedStep, Format, Scene};
+
+/// What shows the skeleton of a file without meshes; where the format has those of the file, nothing.
+pub(super) fn shown(job: &Job, row: Option<&FormatInfo>) -> SkeletonMesh {
+    match job.write.mesh {
+        Some(mesh) => mesh.into(),
+        None if job.write.skeleton_only && row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::None,
+        None if row.is_some_and(|row| row.has_file_meshes) => SkeletonMesh::Own,
+        None => SkeletonMesh::Skinned,
+    }
+}
+
+/// Decides what becomes of the file of a scene that has meshes, and says what is dropped. `row` is that of the output.
+pub(super) fn keep_or_drop(
+    job: &Job,
+    row: Option<&FormatInfo>,
+    scene: &mut Scene,
+    motion: &Path,
+    hear: Hear<'_>,
+) -> Result<()> {
+    let is_gltf = row.is_some_and(|row| row.format == Format::Gltf);
+    if job.write.skeleton_only && scene.original.take().is_some() && is_gltf {
+        hear(Said::Note(
+            "skeleton-only: the meshes, the materials and all else beside the skeleton and its motion are left out",
+        ));
+    }
+    let Some(original) = scene.original.as_mut().filter(|_| is_gltf && job.onto.is_none()) else {
+        return Ok(());
+    };
+    if job.write.mesh.is_some() {
+        let message = "--mesh would do nothing: the file has meshes of its own, which are kept";
+        let error = Diagnostic::new(Code::InvalidValue, message).help("leave it out, or add --skeleton-only");
+        return Err(Error::from(error).with_path(motion));
+    }
+    // A step changes one motion; the others of the file stay.
+    let chosen = scene.metadata.steps.iter().find_map(|step| match step {
+        AppliedStep::SelectClip { index } => Some(*index),
+        _ => None,
+    });
+    original.replaced = chosen.filter(|_| !job.steps.is_empty());
+    Ok(())
+}
