@@ -7,6 +7,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 
 use crate::c_files;
+use crate::gltf;
 use crate::request::{Input, Request, unable_to_open};
 
 /// What to do with a file.
@@ -43,7 +44,7 @@ pub(crate) unsafe fn of(request: &Request<'_>) -> Result<Contents, String> {
         // SAFETY: the same promise.
         let all = unsafe { read(request, usize::MAX) }?;
         let has_meshes = if is_gltf {
-            gltf_has_meshes(&all)
+            gltf::has_meshes(&all)
         } else {
             fbx_has_meshes(&all)
         };
@@ -79,7 +80,7 @@ pub(crate) unsafe fn all(request: &Request<'_>) -> Option<Vec<u8>> {
 ///
 /// # Safety
 /// As [`of`].
-unsafe fn read(request: &Request<'_>, most: usize) -> Result<Vec<u8>, String> {
+pub(crate) unsafe fn read(request: &Request<'_>, most: usize) -> Result<Vec<u8>, String> {
     match request.input {
         Input::Memory(bytes, _) => Ok(bytes[..bytes.len().min(most)].to_vec()),
         // SAFETY: the same promise.
@@ -104,26 +105,6 @@ fn extension(path: &CStr) -> String {
     extension.unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Whether the JSON of a glTF file lists a mesh. A file whose JSON cannot be read is left to the readers.
-fn gltf_has_meshes(bytes: &[u8]) -> bool {
-    #[derive(serde::Deserialize)]
-    struct Document {
-        #[serde(default)]
-        meshes: Vec<serde::de::IgnoredAny>,
-    }
-    let json = match bytes.starts_with(b"glTF") {
-        // A header of 12 bytes, then the length and the kind of the first chunk.
-        true => {
-            let length = bytes.get(12..16).and_then(|bytes| bytes.try_into().ok());
-            let length = length.map_or(0, u32::from_le_bytes) as usize;
-            bytes.get(20..).map(|rest| &rest[..rest.len().min(length)])
-        }
-        false => Some(bytes),
-    };
-    let document = json.and_then(|json| serde_json::from_slice::<Document>(json).ok());
-    document.is_some_and(|document| !document.meshes.is_empty())
-}
-
 /// Whether an FBX file has an array of vertices: a node of this name, in binary files with its length before it.
 fn fbx_has_meshes(bytes: &[u8]) -> bool {
     let is_binary = bytes.starts_with(b"Kaydara");
@@ -136,11 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meshes_are_seen_in_both_kinds_of_files() {
-        assert!(gltf_has_meshes(
-            br#"{"asset": {"version": "2.0"}, "meshes": [{"primitives": []}]}"#
-        ));
-        assert!(!gltf_has_meshes(br#"{"asset": {"version": "2.0"}, "nodes": [{}]}"#));
+    fn meshes_are_seen_in_fbx() {
         let fixture = |name: &str| std::fs::read(format!("../../fixtures/real/{name}")).unwrap();
         assert!(!fbx_has_meshes(&fixture("run.fbx")));
         assert!(fbx_has_meshes(&fixture("huesitos.fbx")));

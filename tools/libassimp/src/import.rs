@@ -15,7 +15,7 @@ use crate::c_files;
 use crate::contents::{self, Contents};
 use crate::request::{Input, Request, unable_to_open};
 use crate::system_importer::{Steps, SystemImporter};
-use crate::{flags, log, system, to_assimp};
+use crate::{flags, gltf, log, system, to_assimp};
 
 /// Imports a file. `system` gives the importer of the system's Assimp.
 ///
@@ -42,14 +42,17 @@ pub(crate) unsafe fn import<'s>(
             Ok(scene) => Ok(scene),
             Err(reason) => {
                 // SAFETY: the same promise.
-                let scene = unsafe { read(request) }.map_err(|own| format!("{own} ({reason})"))?;
+                let scene = unsafe { read_scene(request) }.map_err(|own| match own == reason {
+                    true => own,
+                    false => format!("{own} ({reason})"),
+                })?;
                 log::warn("the meshes and materials of the file are left out: only its motion is read here");
                 let native = to_assimp::scene(&scene, flags::of_scene(request.flags) | SCENE_INCOMPLETE);
                 Ok(native)
             }
         },
         // SAFETY: the same promise.
-        Contents::Scene => match unsafe { read(request) } {
+        Contents::Scene => match unsafe { read_scene(request) } {
             Ok(scene) => finish(&scene, 0, request, system),
             Err(own) => match system::system().and_then(|_| forward(system()?)) {
                 Ok(scene) => Ok(scene),
@@ -112,6 +115,18 @@ unsafe fn forward(request: &Request<'_>, system: &SystemImporter) -> Result<*mut
         Input::Memory(bytes, hint) => system.read_memory(bytes, flags, hint, properties, handlers),
         // SAFETY: the same promise.
         Input::FileOf(files, path) => unsafe { c_files::import(files, path, flags, properties) },
+    }
+}
+
+/// Reads glTF or FBX, whose other files must be there.
+///
+/// # Safety
+/// As [`import`].
+unsafe fn read_scene(request: &Request<'_>) -> Result<Scene, String> {
+    // SAFETY: the same promise.
+    unsafe {
+        gltf::require_buffers(request)?;
+        read(request)
     }
 }
 

@@ -27,6 +27,7 @@ mod extensions;
 mod flags;
 mod forward;
 mod from_assimp;
+mod gltf;
 mod heap;
 mod import;
 mod importer;

@@ -235,6 +235,43 @@ fn without_the_systems_assimp_motion_is_read_and_the_rest_refused_with_a_text() 
     assert!(run(&["info", skeleton.to_str().unwrap()]).contains("the file has no motion"));
 }
 
+/// Assimp opens the files of a glTF scene for its meshes and skins too, so a file without them is no empty stage.
+#[test]
+fn gltf_whose_buffer_is_missing_is_refused_with_the_text_of_assimp() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let fixture = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fixtures/made/two_bones_textured.gltf"
+    );
+    let whole: serde_json::Value = serde_json::from_slice(&std::fs::read(fixture).unwrap()).unwrap();
+    let mut gone = whole;
+    gone["buffers"][0]["uri"] = "gone.bin".into();
+    let with_motion = folder.join("gone_with_motion.gltf");
+    std::fs::write(&with_motion, gone.to_string()).unwrap();
+    gone.as_object_mut().unwrap().remove("animations");
+    let still = folder.join("gone_still.gltf");
+    std::fs::write(&still, gone.to_string()).unwrap();
+    for file in [with_motion, still] {
+        let error = |library, forward: Option<&str>| {
+            let mut command = Command::new("assimp");
+            let command = with(command.arg("info").arg(&file), library);
+            command.envs(forward.map(|forward| ("MOCAP_ASSIMP_FORWARD", forward)));
+            let said = String::from_utf8(command.output().unwrap().stdout).unwrap();
+            let error = said.lines().find(|line| line.starts_with("ERROR: "));
+            error.unwrap_or_else(|| panic!("{said}")).to_owned()
+        };
+        let debian = error(Library::Debian, None);
+        assert!(
+            debian.ends_with("could not open referenced file \"gone.bin\""),
+            "{debian}"
+        );
+        assert_eq!(error(Library::Ours, None), debian);
+        // Why no other library was asked stands behind it.
+        let alone = error(Library::Ours, Some("off"));
+        assert_eq!(alone, format!("{debian} (MOCAP_ASSIMP_FORWARD is off)"));
+    }
+}
+
 #[test]
 fn memory_is_sound_under_valgrind() {
     for source in ["course", "everything", "export", "importer"] {
