@@ -32,6 +32,8 @@ mod exporter;
 #[cfg(feature = "fbx")]
 mod fbx;
 #[cfg(feature = "fbx")]
+mod fbx_bones;
+#[cfg(feature = "fbx")]
 mod fbx_out;
 #[cfg(feature = "fbx")]
 mod fbx_streams;

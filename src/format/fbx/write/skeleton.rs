@@ -84,6 +84,7 @@ pub(super) fn write<'a>(
         _ => SCENE_ROOT,
     };
     let left_out = groups_left_out(scene, options, binds);
+    let is_bone = bones(scene, binds);
     let mut placed: Vec<Placed> = Vec::with_capacity(scene.nodes.len());
     for (index, node) in scene.nodes.iter().enumerate() {
         let parent = node.parent.and_then(|parent| placed.get(parent.index()));
@@ -126,12 +127,36 @@ pub(super) fn write<'a>(
         if node.kind == NodeKind::EndSite {
             properties = properties.user_flag(super::super::END_SITE);
         }
-        let is_bone = node.kind != NodeKind::Group || binds.contains(&index);
-        report.bones += usize::from(is_bone);
-        place.id = add_model(document, &name, parent_id, is_bone, properties);
+        report.bones += usize::from(is_bone[index]);
+        place.id = add_model(document, &name, parent_id, is_bone[index], properties);
         placed.push(place);
     }
     Ok(placed)
+}
+
+/// Whether each node is a `LimbNode`: joints, nodes that a mesh is bound to, and groups between two of these.
+///
+/// Blender's importer in Python takes bones below a `Null` that is below a bone for bones of no armature, and fails
+/// with `KeyError: None` where a mesh is bound to them.
+fn bones(scene: &Scene, binds: &BTreeSet<usize>) -> Vec<bool> {
+    let nodes = scene.nodes.iter().enumerate();
+    let mut is_bone: Vec<bool> = nodes
+        .map(|(index, node)| node.kind != NodeKind::Group || binds.contains(&index))
+        .collect();
+    let mut holds_bone = is_bone.clone();
+    let links = || {
+        let nodes = scene.nodes.iter().enumerate();
+        let links = nodes.filter_map(|(index, node)| Some((index, node.parent?.index())));
+        // Parents come before their children.
+        links.filter(|(index, parent)| parent < index)
+    };
+    for (index, parent) in links().collect::<Vec<_>>().into_iter().rev() {
+        holds_bone[parent] |= holds_bone[index];
+    }
+    for (index, parent) in links() {
+        is_bone[index] |= is_bone[parent] && holds_bone[index];
+    }
+    is_bone
 }
 
 /// A node in its rest pose, without an id and its transform in the world.
