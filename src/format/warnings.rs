@@ -24,6 +24,16 @@ impl Warnings {
         self.keep(code, 1, first);
     }
 
+    /// Keeps a warning, or counts it where one says the same of another place. Of a code so many are kept as by
+    /// [`push`](Self::push).
+    pub(crate) fn distinct(&mut self, warning: Diagnostic) {
+        let is_equal = |kept: &&mut Diagnostic| kept.code == warning.code && kept.message == warning.message;
+        match self.kept.iter_mut().find(is_equal) {
+            Some(first) => first.count += warning.count,
+            None => self.push(warning.code, || warning),
+        }
+    }
+
     fn keep(&mut self, code: Code, most: usize, warning: impl FnOnce() -> Diagnostic) {
         let mut same = self.kept.iter_mut().filter(|kept| kept.code == code);
         match same.nth(most - 1) {
@@ -35,6 +45,10 @@ impl Warnings {
     /// Whether there is a warning of this code.
     pub(crate) fn has(&self, code: Code) -> bool {
         self.kept.iter().any(|kept| kept.code == code)
+    }
+
+    pub(crate) fn into_kept(self) -> Vec<Diagnostic> {
+        self.kept
     }
 
     /// Removes a warning that is an error after all.

@@ -22,6 +22,7 @@ use super::invalid::{invalid, missing};
 use super::json::{self, Root};
 use super::streams;
 use crate::error::{Code, Diagnostic, Result};
+use crate::format::warnings::Warnings;
 use crate::format::{Failure, ReadOptions, Source};
 use crate::scene::{Bone, Material, Mesh, Node, NodeId, Scene, Surface};
 
@@ -146,12 +147,12 @@ pub(super) fn read(
     options: &ReadOptions,
     scene: &mut Scene,
 ) {
-    let mut warnings = Vec::new();
+    let mut warnings = Warnings::default();
     if let Err(fault) = read_all(source, file, placed, options, scene, &mut warnings) {
-        warnings.push(*fault);
+        warnings.distinct(*fault);
     }
-    for fault in warnings {
-        let mut warning = Diagnostic::new(Code::IgnoredMesh, fault.message.clone());
+    for fault in warnings.into_kept() {
+        let mut warning = Diagnostic::new(Code::IgnoredMesh, fault.message.clone()).times(fault.count);
         if let Some(pointer) = fault.pointer {
             warning = warning.at_pointer(pointer);
         }
@@ -170,14 +171,15 @@ pub(super) fn broken_numbers(
     let Ok(file) = File::read(source.bytes, &open, &options.limits) else {
         return Vec::new();
     };
-    let (mut scene, mut warnings) = (Scene::default(), Vec::new());
+    let (mut scene, mut warnings) = (Scene::default(), Warnings::default());
     scene.nodes = nodes.to_vec();
     let placed = placed.iter().copied().collect();
     if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, &mut warnings) {
-        warnings.push(*fault);
+        warnings.distinct(*fault);
     }
-    warnings.retain(|fault| fault.code == Code::NonFiniteValue);
-    warnings
+    let mut broken = warnings.into_kept();
+    broken.retain(|fault| fault.code == Code::NonFiniteValue);
+    broken
 }
 
 fn read_all(
@@ -186,7 +188,7 @@ fn read_all(
     placed: &HashMap<usize, NodeId>,
     options: &ReadOptions,
     scene: &mut Scene,
-    warnings: &mut Vec<Diagnostic>,
+    warnings: &mut Warnings,
 ) -> Result<(), Failure> {
     let (text, bin) = json::split(source.bytes)?;
     let shown: Shown = serde_json::from_str(&String::from_utf8_lossy(text))
@@ -222,7 +224,7 @@ fn read_all(
         let mesh_json: MeshJson = match item(&shown.meshes, "meshes", "mesh", mesh) {
             Ok(json) => json,
             Err(fault) => {
-                warnings.push(*fault);
+                warnings.distinct(*fault);
                 continue;
             }
         };
@@ -233,7 +235,7 @@ fn read_all(
         let binding = match binding {
             Ok(binding) => binding,
             Err(fault) => {
-                warnings.push(*fault);
+                warnings.distinct(*fault);
                 continue;
             }
         };
@@ -255,11 +257,13 @@ fn read_all(
                 read_materials.push(match read {
                     None => None,
                     Some(Ok((read, fault))) => {
-                        warnings.extend(fault.map(|fault| *fault));
+                        if let Some(fault) = fault {
+                            warnings.distinct(*fault);
+                        }
                         Some(read)
                     }
                     Some(Err(fault)) => {
-                        warnings.push(*fault);
+                        warnings.distinct(*fault);
                         None
                     }
                 });
@@ -278,7 +282,7 @@ fn read_all(
                         ..read
                     });
                 }
-                Err(fault) => warnings.push(*fault),
+                Err(fault) => warnings.distinct(*fault),
             }
         }
     }

@@ -143,6 +143,30 @@ fn what_is_broken_is_left_out_with_a_warning() {
     }
 }
 
+/// A mesh that many nodes show is said to be broken once.
+#[test]
+fn a_mesh_left_out_of_many_nodes_is_one_warning() {
+    const NODES: u64 = 300;
+    let mut file = bar();
+    file["skins"][0]["inverseBindMatrices"] = json!(99);
+    let shown = file["nodes"][2].clone();
+    for _ in 1..NODES {
+        let nodes = file["nodes"].as_array_mut().unwrap();
+        let index = nodes.len();
+        nodes.push(shown.clone());
+        file["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(index));
+    }
+    let scene = read(&file);
+    let counts: Vec<_> = scene
+        .warnings
+        .iter()
+        .map(|warning| (warning.code, warning.count))
+        .collect();
+    assert_eq!(counts, [(Code::IgnoredMesh, NODES)], "{:?}", scene.warnings);
+    let said = scene.warnings[0].to_string();
+    assert!(said.contains("(300 times)"), "{said}");
+}
+
 /// The JSON pointers of all numbers in a value.
 fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     match value {

@@ -169,11 +169,9 @@ impl<'a> Materials<'a> {
         });
         if found.is_none() {
             let problem = problem.unwrap_or("is not in the file, and not beside it");
-            warnings.push(Code::IgnoredMesh, || {
-                let message = format!("the texture \"{name}\" {problem}; the colour of its material is without it");
-                let help = format!("put {name} beside the FBX file, or into a folder of it, or embed it");
-                Diagnostic::new(Code::IgnoredMesh, message).help(help)
-            });
+            let message = format!("the texture \"{name}\" {problem}; the colour of its material is without it");
+            let help = format!("put {name} beside the FBX file, or into a folder of it, or embed it");
+            warnings.distinct(Diagnostic::new(Code::IgnoredMesh, message).help(help));
         }
         self.textures.insert(id, found);
         found

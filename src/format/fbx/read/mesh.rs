@@ -51,7 +51,7 @@ pub(super) fn read(
         doubled += usize::from(source.skin_deformers.len() > 1);
         let name = name(source);
         let Some(bound) = Bound::new(source, skin, &ids, nodes) else {
-            warnings.push(Code::IgnoredMesh, || contradiction(&name));
+            warnings.distinct(contradiction(&name));
             continue;
         };
         for (material, faces) in by_material(source) {
@@ -70,7 +70,7 @@ pub(super) fn read(
                     });
                 }
                 None => {
-                    warnings.push(Code::IgnoredMesh, || contradiction(&name));
+                    warnings.distinct(contradiction(&name));
                     break;
                 }
             }
