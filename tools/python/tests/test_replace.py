@@ -1,0 +1,49 @@
+"""No file that may be somebody's is replaced unasked, and none is written under a name without a known format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mocap
+import pytest
+from mocap import edit
+
+
+def writers(walk: Path) -> dict[str, object]:
+    scene = mocap.read(walk)
+    return {
+        "convert": lambda target, **options: mocap.convert(walk, target, **options),
+        "edit.write": lambda target, **options: edit.write(scene, target, **options),
+    }
+
+
+@pytest.mark.parametrize("name", ["convert", "edit.write"])
+def test_a_file_that_may_be_a_source_is_replaced_by_overwrite_alone(name: str, walk: Path, tmp_path: Path) -> None:
+    write = writers(walk)[name]
+    for extension in ("bvh", "glb", "fbx", "mclip"):
+        target = tmp_path / f"{name}.{extension}"
+        target.write_bytes(b"somebody's work")
+        with pytest.raises(mocap.MocapError) as caught:
+            write(target)  # type: ignore[operator]
+        assert caught.value.code == "output-exists"
+        assert target.read_bytes() == b"somebody's work"
+        write(target, overwrite=True)  # type: ignore[operator]
+        assert target.read_bytes() != b"somebody's work"
+
+
+@pytest.mark.parametrize("name", ["convert", "edit.write"])
+def test_an_unknown_suffix_is_an_error(name: str, walk: Path, tmp_path: Path) -> None:
+    write = writers(walk)[name]
+    for target in (tmp_path / "walk.xyz", tmp_path / "walk"):
+        with pytest.raises(ValueError, match="must end in"):
+            write(target)  # type: ignore[operator]
+        assert not target.exists()
+
+
+def test_an_input_is_never_replaced(walk: Path, tmp_path: Path) -> None:
+    own = tmp_path / "walk.bvh"
+    own.write_bytes(walk.read_bytes())
+    with pytest.raises(mocap.MocapError) as caught:
+        mocap.convert(own, own, overwrite=True)
+    assert caught.value.code == "output-is-input"
+    assert own.read_bytes() == walk.read_bytes()
