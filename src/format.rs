@@ -272,6 +272,7 @@ impl ReadOptions {
     }
 
     /// Frames per second at which curves are sampled: the file's, where that is a possible rate.
+    #[cfg(feature = "fbx")]
     pub(crate) fn sampling_rate_or(&self, stated: f64) -> Result<f64, Failure> {
         let own = || limits::frame_rate(Code::FrameTime, stated).ok();
         match self.sampling_rate.or_else(own) {

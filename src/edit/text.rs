@@ -224,7 +224,7 @@ mod tests {
     use crate::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
-    const TEXTS: [(&str, &str); 32] = [
+    const TEXTS: [(&str, &str); 33] = [
         (
             "foot-lock",
             "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
@@ -278,6 +278,7 @@ mod tests {
         ("rest", "rest:pose=t-pose"),
         ("rest:pose=a-pose", "rest:pose=a-pose"),
         ("t-pose-first", "t-pose-first"),
+        ("bone-axis:axis=x", "bone-axis:axis=x"),
     ];
 
     #[test]

@@ -104,8 +104,8 @@ fn is_near_in_animations<'a>(animations: impl Iterator<Item = &'a Animation> + C
     values > Limits::default().expanded_values(bytes as u64)
 }
 
+/// Whether one of these is large, or not a number.
 fn is_far(numbers: &[f32]) -> bool {
-    numbers
-        .iter()
-        .any(|number| !(f64::from(number.abs()) < FARTHEST / ROOM))
+    let are_near = numbers.iter().all(|number| f64::from(number.abs()) < FARTHEST / ROOM);
+    !are_near
 }

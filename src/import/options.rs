@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use super::{Clips, Importer};
 #[cfg(doc)]
-use crate::error::Code;
+use crate::error::{Code, Error};
 use crate::limits::Limits;
 use crate::process::SkeletonMesh;
-#[cfg(doc)]
-use crate::scene::Origin;
 use crate::scene::{Format, RootOffset};
+#[cfg(doc)]
+use crate::scene::{Origin, Scene};
 
 impl Importer {
     /// How a BVH root's OFFSET and its position channels combine. Default: [`RootOffset::Auto`], which decides from the

@@ -197,6 +197,7 @@ fn given(option: WriteOption) -> String {
         WriteOption::OutUnit => "m",
         WriteOption::OutUp => "z",
         WriteOption::Rest => "frame:1",
+        WriteOption::Names => "unreal",
         _ => "",
     };
     format!("--{option} {value}").trim_end().to_owned()

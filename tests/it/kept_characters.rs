@@ -8,6 +8,9 @@ use crate::program::{Folder, run, words};
 use mocap::{Exporter, Format, Importer, MemoryFile, Pose};
 use serde_json::Value;
 
+/// An accessor, and the bytes of its views.
+type Accessor = (Value, Vec<Vec<u8>>);
+
 /// A file as an own reader of the container sees it: the JSON and the bytes of each buffer.
 struct File {
     json: Value,
@@ -47,7 +50,7 @@ impl File {
     }
 
     /// An accessor without the numbers of its views, and the bytes of those.
-    fn accessor(&self, index: &Value) -> (Value, Vec<Vec<u8>>) {
+    fn accessor(&self, index: &Value) -> Accessor {
         let mut accessor = self.json["accessors"][index.as_u64().unwrap() as usize].clone();
         let views = ["/bufferView", "/sparse/indices/bufferView", "/sparse/values/bufferView"];
         let mut bytes = Vec::new();
@@ -60,7 +63,7 @@ impl File {
     }
 
     /// All that is no animation, with the contents of accessors and images.
-    fn rest(&self, path: &Path) -> (Value, Vec<(Value, Vec<Vec<u8>>)>, Vec<Vec<u8>>) {
+    fn rest(&self, path: &Path) -> (Value, Vec<Accessor>, Vec<Vec<u8>>) {
         let mut json = self.json.clone();
         let mut accessors = Vec::new();
         for part in [

@@ -8,13 +8,13 @@ use mocap::{Code, Exporter, FORMATS, Format, Importer, Scene};
 /// A chain of joints with a name and an offset each, in metres with +Y up.
 fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
     let mut scene = Scene::default();
-    for joint in 0..joints {
-        let mut node = Node::default();
-        node.name = name(joint);
-        node.parent = joint.checked_sub(1).map(NodeId::new);
-        node.transform = Mat4::from_translation(Vec3::new(0.0, offset, 0.0));
-        scene.nodes.push(node);
-    }
+    let node = |joint: usize| Node {
+        name: name(joint),
+        parent: joint.checked_sub(1).map(NodeId::new),
+        transform: Mat4::from_translation(Vec3::new(0.0, offset, 0.0)),
+        ..Node::default()
+    };
+    scene.nodes = (0..joints).map(node).collect();
     scene.metadata.metres_per_unit = Some(1.0);
     scene.metadata.up = Some(UpAxis::Y);
     scene
@@ -24,20 +24,19 @@ fn chain(joints: usize, name: &dyn Fn(usize) -> String, offset: f32) -> Scene {
 fn sparse(scene: &Scene, frames: usize, rate: f64) -> Animation {
     let last = (frames - 1) as f64;
     let ends = [Quat::IDENTITY, Quat::from_rotation_x(0.5)].to_vec();
-    let channels = scene.nodes.iter().map(|node| {
-        let mut channel = Channel::default();
-        channel.node_name = node.name.clone();
-        channel.position_keys = Keys::constant(node.transform.w_axis.truncate());
-        channel.rotation_keys = Keys::at_ticks(ends.clone(), vec![0.0, last]);
-        channel.scaling_keys = Keys::constant(Vec3::ONE);
-        channel
+    let channels = scene.nodes.iter().map(|node| Channel {
+        node_name: node.name.clone(),
+        position_keys: Keys::constant(node.transform.w_axis.truncate()),
+        rotation_keys: Keys::at_ticks(ends.clone(), vec![0.0, last]),
+        scaling_keys: Keys::constant(Vec3::ONE),
+        ..Channel::default()
     });
-    let mut clip = Animation::default();
-    clip.name = "sparse".to_owned();
-    clip.ticks_per_second = rate;
-    clip.duration = last;
-    clip.channels = channels.collect();
-    clip
+    Animation {
+        name: "sparse".to_owned(),
+        ticks_per_second: rate,
+        duration: last,
+        channels: channels.collect(),
+    }
 }
 
 /// Scenes at the limits and beyond, each with what it is.

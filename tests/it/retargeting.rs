@@ -168,7 +168,7 @@ fn the_program_and_the_library_give_the_same_bytes() {
         std::fs::read(output).unwrap()
     };
     let retargeting = Retargeting::new(import(SHORT), character(), RetargetingOptions::new()).unwrap();
-    let program = run(&["retarget", SHORT, CHARACTER], "out.gltf");
+    let program = run(&["retarget", SHORT, CHARACTER, "--embed"], "out.gltf");
     assert!(retargeting.character_file().unwrap().unwrap() == program);
 
     let robot = Importer::new().import_robot(ROBOT).unwrap();

@@ -84,15 +84,14 @@ impl Pace {
     pub(super) fn compare_with_free(&mut self, metres: f32) {
         self.metres = metres;
         self.changed.clone_from(&self.free);
+        let allowed = |values: Vec<f32>, still: f32| -> Vec<f32> {
+            let floor = still.max(OF_FASTEST * values.iter().copied().fold(0.0, f32::max));
+            let highest = highest_around(&values, self.around);
+            highest.map(|highest| highest.max(floor)).collect()
+        };
         let most = self.free.iter().map(|track| {
-            let mut kind = 0;
-            self.paces(track).map(|values| {
-                let floor = STILL[kind].max(OF_FASTEST * values.iter().copied().fold(0.0, f32::max));
-                kind += 1;
-                highest_around(&values, self.around)
-                    .map(|highest| highest.max(floor))
-                    .collect()
-            })
+            let [speeds, accelerations] = self.paces(track);
+            [allowed(speeds, STILL[0]), allowed(accelerations, STILL[1])]
         });
         self.most = most.collect();
     }

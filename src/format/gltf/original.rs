@@ -79,7 +79,7 @@ pub(super) fn of(
         for uri in patch::external_files(source.bytes).unwrap_or_default() {
             let path = source.name.with_file_name(percent_decoded(&uri));
             // What is missing is missing in the output too.
-            if let (true, Ok(bytes)) = (is_below(&percent_decoded(&uri)), (source.open)(&path)) {
+            if let (true, Ok(bytes)) = (is_below(percent_decoded(&uri)), (source.open)(&path)) {
                 beside.push((uri, bytes));
             }
         }
