@@ -169,6 +169,41 @@ fn hands_do_not_depend_on_the_frames_of_joints() {
     }
 }
 
+/// A dancer lifts the heels, and an ankle points down to the toes by 56 degrees in the middle of all frames. The feet of
+/// a character, whose toes are 20 degrees below the ankle where it stands, do too but for what soles differ.
+#[test]
+fn a_dancer_who_lifts_the_heels_lifts_them_on_a_character() {
+    let source = motion("real/rokoko_dance.bvh");
+    let target = character("human_game_engine");
+    let mut retargeter = Retargeter::new(&source, &target, &RetargetOptions::default()).unwrap();
+    let moved = Scene {
+        animations: vec![retargeter.animation(&source, &source.animations[0])],
+        ..target
+    };
+    let down = |scene: &Scene, ankle: &str, toes: &str| {
+        let node = |name: &str| scene.nodes.iter().position(|node| node.name == name).unwrap();
+        let (ankle, toes) = (node(ankle), node(toes));
+        let frames = (0..source.animations[0].frame_count()).step_by(10);
+        let mut angles: Vec<f32> = frames
+            .map(|frame| {
+                let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+                let at = |node: usize| pose.node_to_world[node].w_axis.truncate();
+                (at(ankle) - at(toes)).normalize().y.asin().to_degrees()
+            })
+            .collect();
+        angles.sort_by(f32::total_cmp);
+        angles[angles.len() / 2]
+    };
+    for (of_source, of_target) in [
+        (["LeftFoot", "LeftToeBase"], ["foot_l", "ball_l"]),
+        (["RightFoot", "RightToeBase"], ["foot_r", "ball_r"]),
+    ] {
+        let was = down(&source, of_source[0], of_source[1]);
+        let is = down(&moved, of_target[0], of_target[1]);
+        assert!(was > 50.0 && (is - was).abs() < 15.0, "{of_source:?}: {was}, {is}");
+    }
+}
+
 #[test]
 fn a_limb_that_never_bends_has_the_hinge_of_the_other_side() {
     let source = motion("skeletons/vicon_sword_attack.bvh");

@@ -74,7 +74,7 @@ impl Builder {
                 })
             })
             .collect();
-        let [Some(left), Some(right)] = stance::stances(scene, &feet, !stands)[..] else {
+        let [Some(left), Some(right)] = stance::stances(scene, &feet)[..] else {
             return;
         };
         let counts = |pitch: &f32| (SMALLEST_LEVELLED..=largest).contains(&pitch.abs());

@@ -40,13 +40,11 @@ pub(super) struct Stance {
 }
 
 /// How each foot stands; `None` where the motion does not show it.
-/// With `is_guessed` also one that half of the frames show.
-pub(super) fn stances(scene: &Scene, feet: &[Foot], is_guessed: bool) -> Vec<Option<Stance>> {
-    let samples = samples(scene, feet).into_iter();
-    samples.map(|samples| stance(samples, is_guessed)).collect()
+pub(super) fn stances(scene: &Scene, feet: &[Foot]) -> Vec<Option<Stance>> {
+    samples(scene, feet).into_iter().map(stance).collect()
 }
 
-fn stance(mut samples: Vec<Sample>, is_guessed: bool) -> Option<Stance> {
+fn stance(mut samples: Vec<Sample>) -> Option<Stance> {
     let limit = |mut values: Vec<f32>| {
         values.sort_by(f32::total_cmp);
         values.get((values.len() as f32 * SHARE) as usize).copied()
@@ -57,17 +55,8 @@ fn stance(mut samples: Vec<Sample>, is_guessed: bool) -> Option<Stance> {
     let median = |mut angles: Vec<f32>| {
         angles.sort_by(f32::total_cmp);
         let at = |share: f32| angles[((angles.len() - 1) as f32 * share) as usize];
-        if angles.len() < FEWEST {
-            return None;
-        }
-        if at(0.75) - at(0.25) <= SPREAD {
-            return Some(at(0.5));
-        }
-        // One who dances stands flat in some of these frames, and in others anyhow: the densest half of them.
-        let half = angles.len().div_ceil(2);
-        let spread = |angles: &&[f32]| angles[half - 1] - angles[0];
-        let densest = angles.windows(half).min_by(|a, b| spread(a).total_cmp(&spread(b)))?;
-        (is_guessed && half >= FEWEST && spread(&densest) <= SPREAD).then(|| densest[half / 2])
+        // One who dances lifts a heel in some of these frames: the most frequent angle is not that of a flat foot.
+        (angles.len() >= FEWEST && at(0.75) - at(0.25) <= SPREAD).then(|| at(0.5))
     };
     Some(Stance {
         pitch: median(samples.iter().map(|sample| sample.pitch).collect())?,
