@@ -155,6 +155,22 @@ fn names(file: &File) -> Vec<&str> {
         .collect()
 }
 
+/// A channel of morph targets cannot be in the clip that takes the place of its animation.
+#[test]
+fn channels_of_morph_targets_that_go_are_counted() {
+    let folder = Folder::of_real(&[]);
+    let mut json: Value = serde_json::from_slice(&fs::read("fixtures/made/two_bones_textured.gltf").unwrap()).unwrap();
+    let channels = json["animations"][0]["channels"].as_array_mut().unwrap();
+    let mut weights = channels[0].clone();
+    weights["target"]["path"] = "weights".into();
+    channels.push(weights);
+    let input = folder.path("morph.gltf");
+    fs::write(&input, json.to_string()).unwrap();
+    let (input, output) = (input.to_str().unwrap(), folder.path("out.glb"));
+    let said = done(&["convert", input, output.to_str().unwrap()]);
+    assert!(said.contains("which are left out: 1"), "{said}");
+}
+
 #[test]
 fn all_but_the_animations_is_kept() {
     let folder = Folder::of_real(&[]);

@@ -169,8 +169,8 @@ fn hands_do_not_depend_on_the_frames_of_joints() {
     }
 }
 
-/// A dancer lifts the heels, and an ankle points down to the toes by 56 degrees in the middle of all frames. The feet of
-/// a character, whose toes are 20 degrees below the ankle where it stands, do too but for what soles differ.
+/// A dancer lifts the heels: from ankle to toes it is 56 degrees down, in the median of the frames. So it is on a
+/// character, but for what their soles differ.
 #[test]
 fn a_dancer_who_lifts_the_heels_lifts_them_on_a_character() {
     let source = motion("real/rokoko_dance.bvh");

@@ -14,7 +14,7 @@ use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Replaced, Skeleton};
 use super::{BufferPlace, GltfOptions};
-use crate::error::Result;
+use crate::error::{Code, Diagnostic, Result};
 use crate::format::{WriteOptions, Written, WrittenFile};
 use crate::scene::{Original, Scene};
 
@@ -35,6 +35,28 @@ struct Item<'a> {
     #[serde(borrow)]
     uri: Option<&'a RawValue>,
     mime_type: Option<String>,
+}
+
+/// The channels of animations, as far as they say what they move.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Animations {
+    animations: Vec<Channels>,
+}
+
+#[derive(Deserialize)]
+struct Channels {
+    channels: Vec<Channel>,
+}
+
+#[derive(Deserialize)]
+struct Channel {
+    target: Target,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    path: String,
 }
 
 /// The files of a scene in its original: `.gltf` where the name has that extension, otherwise `.glb`.
@@ -69,11 +91,29 @@ pub(super) fn files(scene: &Scene, original: &Original, options: &WriteOptions, 
             false => vec![WrittenFile::new(name, glb_of_text(&bytes)?)],
         };
     }
-    Ok(Written {
+    let mut written = Written {
         files,
         nodes: scene.nodes.len(),
         ..report.written()
-    })
+    };
+    written.warnings.extend(left_out(&file.bytes, original.replaced)?);
+    Ok(written)
+}
+
+/// Says how many channels go with the animation that is replaced, or with all: a scene has none for morph targets.
+fn left_out(bytes: &[u8], replaced: Option<usize>) -> Result<Option<Diagnostic>> {
+    let Animations { animations } = parse(utf8(json::split(bytes)?.0)?)?;
+    let gone = animations.iter().enumerate();
+    let gone = gone.filter(|(index, _)| replaced.is_none_or(|replaced| replaced == *index));
+    let is_of_joint = |channel: &&Channel| matches!(&*channel.target.path, "translation" | "rotation" | "scale");
+    let channels = gone.flat_map(|(_, animation)| &animation.channels);
+    let count = channels.filter(|channel| !is_of_joint(channel)).count();
+    let message = format!(
+        "channels of morph targets and pointers in the animation that is replaced, which are left out: {count}"
+    );
+    let diagnostic =
+        || Diagnostic::new(Code::IgnoredChannel, message).help("mocap retarget adds a clip and keeps those");
+    Ok((count > 0).then(diagnostic))
 }
 
 /// The file with what it refers to in it, as data URIs: an output in another folder does not find the files.
