@@ -10,8 +10,8 @@ impl Arrays {
     /// The first line is a comment, `# ` and the [`Header`](crate::arrays::Header) as JSON; the second names the
     /// columns: `frame`, `time` in seconds, `joint`, the position as `x`, `y`, `z`, the rotation by
     /// [`Rotation::columns`](crate::arrays::Rotation::columns), then, if asked for, the velocity as `vx`, `vy`, `vz`,
-    /// and `contact` as 0 or 1. `pandas.read_csv(path, skiprows=1)` reads it. Each number has the fewest
-    /// digits that read back as its 32-bit value. A spreadsheet takes a name such as `=1+1` for a formula;
+    /// and `contact` as 0 or 1. `pandas.read_csv(path, skiprows=1)` reads it. Numbers are as short as they
+    /// can be and still read back as the same 32-bit value. A spreadsheet takes a name such as `=1+1` for a formula;
     /// [`to_csv_for_spreadsheet`](Self::to_csv_for_spreadsheet) prevents it.
     ///
     /// ```

@@ -54,7 +54,7 @@ impl EditStep {
         Ok(Self::apply_found(scene, steps, others, humanoid.cloned(), found)?.0)
     }
 
-    /// The same for a scene whose bones are `found`: they are returned as they are after the steps.
+    /// Applies steps to a scene whose bones are already `found`, and returns the bones of the changed scene too.
     pub(crate) fn apply_found(
         scene: &mut Scene,
         steps: &[Self],

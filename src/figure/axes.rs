@@ -67,12 +67,12 @@ pub(super) enum Evidence {
 pub(super) struct Shown {
     /// The joint that turns with the bone at its hinge, and the axis in its frame.
     hinges: BTreeMap<Bone, (NodeId, Vec3)>,
-    /// Those of them that are not as the other side, mirrored.
+    /// Bones whose hinge is not the mirror image of the other side's.
     contradicted: BTreeSet<Bone>,
-    /// Likewise of bones that show none, by the other side: the axes that it may be.
+    /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
-    /// Likewise of lower bones whose joint turns them about themselves too, by the hinge of the upper bone; and whether
-    /// it is clearly an axis of the joint.
+    /// For a shin or forearm whose joint twists it too: the joint, the hinge of the bone above in its frame, and whether
+    /// that is clearly one of the joint's coordinate axes.
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
     /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,
@@ -216,8 +216,8 @@ impl Shown {
     }
 
     /// The rotation about `along`, the direction of a bone in the world, that turns it as the motion shows it. `axes`
-    /// is the rotation from the frame of the T-pose to the world, `rotation` that of each joint of the bone as it is,
-    /// and `above` that of the joint of a forearm in the T-pose.
+    /// rotates the frame of the T-pose to the world. `rotation` is the rotation in the world of a joint of the bone as
+    /// it is now, and `above` is the rotation in the world of a forearm's joint in the T-pose.
     pub(super) fn roll(
         &self,
         bone: Bone,

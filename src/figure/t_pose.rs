@@ -65,7 +65,7 @@ pub enum TPoseReason {
     /// It points where it does in a T-pose, turned about itself so that its knee or elbow bends as it does in the
     /// motion: a shin goes back, a forearm forward.
     Hinge,
-    /// Likewise, but the motion shows another axis for the other side of the body, whose joints are mirrored.
+    /// Its knee or elbow bends as in the motion, but the hinge of the other side is not the mirror image of this one.
     HingeUnlikeOtherSide,
     /// It never bends, and is turned as the other side is by its hinge, mirrored.
     OtherSide,

@@ -125,8 +125,8 @@ impl Legs {
             .into())
     }
 
-    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` finds the shifts of the hips
-    /// and completes those of the feet, of which it gets what is known.
+    /// Changes the frames as `feet` ask for it. `floor` is in units of the scene. `hips` gets the shifts of the feet in
+    /// the frames in which they are known; it fills in the others, and returns the shifts of the hips.
     pub(super) fn change<F: Foot>(
         &mut self,
         scene: &Scene,

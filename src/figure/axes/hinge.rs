@@ -27,11 +27,11 @@ const HALF_WEIGHT: f32 = 0.15;
 /// degrees.
 const ALONG: f32 = 0.95;
 
-/// The cosine of the largest angle between the axis of a hinge as it is seen and that axis of its joint which it is: 8
-/// degrees. Of fixtures whose frames are laid along the bones, knees are off by up to 8 degrees, and elbows by 6.
+/// A hinge within 8 degrees of a coordinate axis of its joint is that axis; this is the cosine. In fixtures whose frames
+/// are laid along the bones, knees are off by up to 8 degrees, and elbows by 6.
 const ON_AXIS: f32 = 0.99;
 
-/// Likewise of the axis in the frame of the lower joint, about which a shin or a forearm is turned too: 2 degrees.
+/// In the lower joint, which also twists its shin or forearm, the limit is 2 degrees.
 const LOWER_ON_AXIS: f32 = 0.9994;
 
 /// The largest angle between a bone and that of the other side, mirrored, in the frames of their joints, in radians.

@@ -77,9 +77,10 @@ pub(super) fn of(
     let mut beside = Vec::new();
     if !source.bytes.starts_with(MAGIC) {
         for uri in patch::external_files(source.bytes).unwrap_or_default() {
-            let path = source.name.with_file_name(percent_decoded(&uri));
+            let named = percent_decoded(&uri);
+            let path = source.name.with_file_name(&named);
             // What is missing is missing in the output too.
-            if let (true, Ok(bytes)) = (is_below(percent_decoded(&uri)), (source.open)(&path)) {
+            if let (true, Ok(bytes)) = (is_below(&named), (source.open)(&path)) {
                 beside.push((uri, bytes));
             }
         }

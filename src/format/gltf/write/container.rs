@@ -53,7 +53,7 @@ impl Document {
     /// # Errors
     /// None is known for a document of this crate.
     pub fn to_embedded(&self) -> Result<Vec<u8>> {
-        self.with_uri(|| format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bin)))
+        self.with_uri(|| uri_of_buffer(None, &self.bin))
     }
 
     /// The bytes of a `.gltf` file, and those of the file `bin_name` beside it, which are empty if the scene has
@@ -62,7 +62,7 @@ impl Document {
     /// # Errors
     /// None is known for a document of this crate.
     pub fn to_text_and_bin(&self, bin_name: &str) -> Result<(Vec<u8>, &[u8])> {
-        Ok((self.with_uri(|| percent_encoded(bin_name))?, &self.bin))
+        Ok((self.with_uri(|| uri_of_buffer(Some(bin_name), &self.bin))?, &self.bin))
     }
 
     fn with_uri(&self, uri: impl FnOnce() -> String) -> Result<Vec<u8>> {
@@ -88,8 +88,18 @@ pub(super) fn bin_name(name: &str) -> String {
     Path::new(name).with_extension("bin").to_string_lossy().into_owned()
 }
 
+/// The URI of a buffer: the name of the file beside, or the bytes themselves.
+pub(super) fn uri_of_buffer(beside: Option<&str>, bytes: &[u8]) -> String {
+    beside.map_or_else(|| data_uri("application/octet-stream", bytes), percent_encoded)
+}
+
+/// The contents of a file as a URI.
+pub(super) fn data_uri(media_type: &str, bytes: &[u8]) -> String {
+    format!("data:{media_type};base64,{}", STANDARD.encode(bytes))
+}
+
 /// A file name as a relative URI: all but RFC 3986's unreserved characters as `%` and two digits.
-pub(super) fn percent_encoded(name: &str) -> String {
+fn percent_encoded(name: &str) -> String {
     let mut uri = String::with_capacity(name.len());
     for byte in name.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {

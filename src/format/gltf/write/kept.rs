@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
 use super::super::Provenance;
 use super::super::json::{self, MAGIC};
-use super::container::{bin_name, percent_encoded};
+use super::container::{bin_name, data_uri, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 use super::glb::Glb;
 use super::patch::{self, Replaced, Skeleton};
@@ -132,7 +130,7 @@ fn with_files_beside(bytes: &[u8], beside: &[(String, Vec<u8>)]) -> Result<Vec<u
             continue;
         };
         let kind = item.mime_type.unwrap_or_else(|| kind_of(&named).to_owned());
-        edits.replace(uri, format!("\"data:{kind};base64,{}\"", STANDARD.encode(contents)));
+        edits.replace(uri, format!("\"{}\"", data_uri(&kind, contents)));
     }
     Ok(edits.finish().into_bytes())
 }
@@ -158,17 +156,12 @@ fn text_and_bin(name: &str, glb: &[u8], place: BufferPlace) -> Result<Vec<Writte
     let (Some(bin), Some(buffer)) = (bin, buffers.first()) else {
         return Ok(vec![WrittenFile::new(name, text.as_bytes().to_vec())]);
     };
-    let bin_name = bin_name(name);
-    let uri = match place {
-        BufferPlace::Beside => percent_encoded(&bin_name),
-        BufferPlace::Embedded => format!("data:application/octet-stream;base64,{}", STANDARD.encode(bin)),
-    };
+    let beside = (place == BufferPlace::Beside).then(|| bin_name(name));
+    let uri = uri_of_buffer(beside.as_deref(), bin);
     edits.insert_in(buffer, format!("\"uri\":\"{uri}\","));
     let text = WrittenFile::new(name, edits.finish().into_bytes());
-    Ok(match place {
-        BufferPlace::Beside => vec![WrittenFile::new(bin_name, bin.to_vec()), text],
-        BufferPlace::Embedded => vec![text],
-    })
+    let beside = beside.map(|beside| WrittenFile::new(beside, bin.to_vec()));
+    Ok(beside.into_iter().chain([text]).collect())
 }
 
 /// A `.glb` of a text whose buffers are data URIs.

@@ -1,7 +1,5 @@
 //! Adds animations to a glTF file that is there, as edits of its text: everything else keeps its bytes.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use gltf::json::Index;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -11,7 +9,7 @@ use super::super::Provenance;
 use super::super::json::{self, MAGIC};
 use super::animation::{self, Nodes};
 use super::buffer::{self as writer, Base, buffer as buffer_of};
-use super::container::{bin_name, percent_encoded, unwritable};
+use super::container::{bin_name, unwritable, uri_of_buffer};
 use super::edits::{Edits, parse, utf8};
 pub(in super::super) use super::freed::Replaced;
 use super::freed::{Freed, NO_ACCESSOR, NO_VIEW};
@@ -159,10 +157,7 @@ pub(in super::super) fn with_animations(
         (true, Some(first)) => edits.replace(first.byte_length, (base.bytes + parts.bytes.len()).to_string()),
         (true, None) => new_buffers.push(buffer_of(base.bytes + parts.bytes.len(), None)),
         (false, _) => {
-            let uri = match &beside {
-                Some(beside) => percent_encoded(beside),
-                None => format!("data:application/octet-stream;base64,{}", STANDARD.encode(&parts.bytes)),
-            };
+            let uri = uri_of_buffer(beside.as_deref(), &parts.bytes);
             new_buffers.push(buffer_of(parts.bytes.len(), Some(uri)));
         }
     }
