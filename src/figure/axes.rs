@@ -71,8 +71,8 @@ pub(super) struct Shown {
     contradicted: BTreeSet<Bone>,
     /// For a bone that never bends: the joint, and the axes in its frame that mirror the hinge of the other side.
     mirrored: BTreeMap<Bone, (NodeId, Vec<Vec3>)>,
-    /// For a shin or forearm whose joint twists it too: the joint, the hinge of the bone above in its frame, and whether
-    /// that is clearly one of the joint's coordinate axes.
+    /// For a shin or forearm whose joint twists it too: the joint, the hinge of the bone above in its frame, and
+    /// whether that is clearly one of the joint's coordinate axes.
     loose_hinges: BTreeMap<Bone, (NodeId, Vec3, bool)>,
     /// From joints of the trunk, and of limbs at their beginnings, to left, up and forward.
     averages: BTreeMap<NodeId, Quat>,

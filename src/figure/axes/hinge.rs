@@ -27,8 +27,8 @@ const HALF_WEIGHT: f32 = 0.15;
 /// degrees.
 const ALONG: f32 = 0.95;
 
-/// A hinge within 8 degrees of a coordinate axis of its joint is that axis; this is the cosine. In fixtures whose frames
-/// are laid along the bones, knees are off by up to 8 degrees, and elbows by 6.
+/// A hinge within 8 degrees of a coordinate axis of its joint is that axis; this is the cosine. In fixtures whose
+/// frames are laid along the bones, knees are off by up to 8 degrees, and elbows by 6.
 const ON_AXIS: f32 = 0.99;
 
 /// In the lower joint, which also twists its shin or forearm, the limit is 2 degrees.
