@@ -8,7 +8,7 @@ use crate::error::{Code, Diagnostic, Result};
 use crate::figure::hierarchy::Hierarchy;
 use crate::figure::knuckles::Knuckles;
 use crate::figure::t_pose::{self, limb_end};
-use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, TPose, TPoseSource, humanoid};
+use crate::figure::{Confidence, Figure, Humanoid, HumanoidBone as Bone, TPose, TPoseReason, TPoseSource, humanoid};
 use crate::pose::Trs;
 use crate::scene::{NodeId, NodeKind, Scene, Side};
 
@@ -154,6 +154,19 @@ impl Body {
     /// A vector of the reference pose that turns with `bone`, in the T-pose and in the axes of the figure.
     pub(crate) fn to_frame(&self, bone: Bone, vector: Vec3) -> Vec3 {
         self.axes.inverse() * self.t_pose.reference_to_t_pose(bone) * vector
+    }
+
+    /// Where a bone of a limb, from its joint to its end, points in the T-pose, in its frame. A T-pose that the file
+    /// states, as a VRM animation does, may have limbs that point elsewhere than straight down or sideways.
+    pub(crate) fn direction(&self, bone: Bone, joint: NodeId, end: NodeId) -> Option<Vec3> {
+        let usual = t_pose::direction(bone)?;
+        let is_stated = self
+            .t_pose
+            .bones
+            .get(&bone)
+            .is_some_and(|found| found.reason == TPoseReason::Stands);
+        let stated = is_stated.then(|| self.to_frame(bone, self.position(end) - self.position(joint)));
+        Some(stated.and_then(Vec3::try_normalize).unwrap_or(usual))
     }
 
     /// The position of a node in the reference pose, before any limb is rotated to the T-pose.

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 
 use super::body::Body;
 use super::rotations::{Places, Rotations};
-use super::t_pose::{direction, limb_end};
+use super::t_pose::limb_end;
 use super::watched::{Seen, Watched};
 use crate::scene::{HumanoidBone as Bone, NodeId, Side};
 
@@ -75,7 +75,8 @@ pub(crate) fn ends(from: &Body, bone: Bone) -> Option<(NodeId, Option<Ends>)> {
         segment.first()
     };
     // Where the bone points now, not where its joint turns it: joints in between may bend it, and its end may move.
-    match (twisted, end, direction(bone)) {
+    let direction = end.and_then(|end| from.direction(bone, joint, end));
+    match (twisted, end, direction) {
         (Some(twisted), Some(end), Some(direction)) => Some((*twisted, Some((joint, end, direction)))),
         _ => Some((joint, None)),
     }

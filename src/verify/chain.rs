@@ -94,11 +94,19 @@ impl Skeleton<'static> {
     /// The nodes of a file's default scene and the tracks of a clip; without one, the rest pose.
     pub(super) fn of_file(file: &File<'_>, clip: Option<usize>) -> Result<Self> {
         let listed = file.nodes()?;
+        let only_show = file.only_show()?;
         let mut place_of = HashMap::new();
         let mut joints = Vec::with_capacity(listed.len());
-        for (place, node) in listed.iter().enumerate() {
-            place_of.insert(node.index, place);
-            let at = file.transform(node.index)?;
+        for node in &listed {
+            let at = match file.transform(node.index) {
+                // A reader leaves it out, whatever its numbers are.
+                Err(_) if only_show.contains(&node.index) => continue,
+                at => at?,
+            };
+            place_of.insert(node.index, joints.len());
+            let parent = node
+                .parent
+                .and_then(|parent| place_of.get(&listed[parent].index).copied());
             let rest = (at.translation.as_dvec3(), at.rotation.as_dquat(), at.scale.as_dvec3());
             let kind = if file.is_end_site(node.index) {
                 NodeKind::EndSite
@@ -107,7 +115,7 @@ impl Skeleton<'static> {
             };
             joints.push(Joint {
                 shows: file.shows(node.index),
-                ..Joint::at_rest(file.source_name(node.index), node.parent, kind, rest)
+                ..Joint::at_rest(file.source_name(node.index), parent, kind, rest)
             });
         }
         let tracks = match clip.filter(|clip| *clip < file.animations().len()) {

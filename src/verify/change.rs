@@ -164,16 +164,14 @@ impl Change {
         change
     }
 
-    /// The unit from the lengths of the links in the first frame, and the up axis that brings the roots closer. Lengths
-    /// of a lossy file are a little off: where they are near to those of a unit of length, that is it. `metres` is the
-    /// unit of the source, and `stated` that of the file in it, where it is known.
+    /// The unit from the lengths of the links in the first moment in which they have any, and the up axis that brings
+    /// the joints closer. Lengths of a lossy file are a little off: where they are near to those of a unit of length,
+    /// that is it. `metres` is the unit of the source, and `stated` that of the file in it, where it is known.
     pub(super) fn guessed(ours: &Skeleton, theirs: &Skeleton, pairs: &Pairs, metres: f64, stated: Option<f64>) -> Self {
-        let (mut here, mut there) = (Vec::new(), Vec::new());
-        ours.world(0.0, &mut here);
-        theirs.world(0.0, &mut there);
-        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
+        let seen = moments(ours, theirs);
         let mut change = Self::none();
-        if let Some(ratio) = ratio_of_lengths(&pairs.list, &here, &there) {
+        let mut ratios = seen.iter();
+        if let Some(ratio) = ratios.find_map(|(here, there)| ratio_of_lengths(&pairs.list, here, there)) {
             let is_near = |unit: &f64| (ratio / unit - 1.0).abs() < SAME_UNIT;
             let of_source = UNITS.iter().map(|unit| metres / unit);
             let of_any = UNITS.iter().flat_map(|from| UNITS.iter().map(move |to| from / to));
@@ -186,11 +184,12 @@ impl Change {
             change.has_unit = unit.is_some();
             change.metres_per_unit = unit.unwrap_or(ratio);
         }
+        let position = |world: &[DMat4], place: usize| world[place].w_axis.truncate();
         let distance = |change: &Self| -> f64 {
-            let distances = pairs
-                .list
-                .iter()
-                .map(|(a, b)| change.place(position(&here, *a)).distance(position(&there, *b)));
+            let distances = seen.iter().flat_map(|(here, there)| {
+                let pairs = pairs.list.iter();
+                pairs.map(|(a, b)| change.place(position(here, *a)).distance(position(there, *b)))
+            });
             distances.sum()
         };
         // The first of equal ones is kept, so that +Y is the usual answer.
@@ -273,6 +272,22 @@ impl Change {
             UpAxis::Z | UpAxis::NegZ => DVec3::new(offset.x, offset.y, 0.0),
         }
     }
+}
+
+/// Where the joints of both are at a few moments, evenly over the motion: in the first frame alone all markers of a
+/// capture may be hidden, and stand in one point.
+fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> {
+    const PARTS: u32 = 4;
+    let at = |seconds: f64| {
+        let (mut here, mut there) = (Vec::new(), Vec::new());
+        ours.world(seconds, &mut here);
+        theirs.world(seconds, &mut there);
+        (here, there)
+    };
+    let parts = if ours.end > 0.0 { PARTS } else { 0 };
+    (0..=parts)
+        .map(|part| at(ours.end * f64::from(part) / f64::from(PARTS)))
+        .collect()
 }
 
 /// The median of the ratios of lengths between neighbouring pairs. One that is broken does not change it.

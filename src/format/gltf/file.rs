@@ -1,7 +1,7 @@
 //! A glTF file in memory: its nodes, and the bytes that its animations need.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
@@ -145,6 +145,21 @@ impl<'a> File<'a> {
     pub(crate) fn shows(&self, node: usize) -> bool {
         let node = &self.root.nodes[node];
         node.mesh.is_some() || node.camera.is_some()
+    }
+
+    /// The nodes that show something and do nothing else, in a file with skins: they have no child and no motion, and
+    /// are no joint. A scene has none of them, so their transforms are not computed with.
+    ///
+    /// # Errors
+    /// Where a skin or an animation names a node that does not exist.
+    pub(crate) fn only_show(&self) -> Result<HashSet<usize>, Failure> {
+        let mut used: HashSet<usize> = self.joints()?.into_iter().collect();
+        if used.is_empty() {
+            return Ok(used);
+        }
+        used.extend(self.moved()?);
+        let only_shows = |node: &usize| !used.contains(node) && self.shows(*node) && !self.has_children(*node);
+        Ok((0..self.root.nodes.len()).filter(only_shows).collect())
     }
 
     /// Whether the file has a skin, which a mesh is tied to its joints with.

@@ -233,11 +233,13 @@ fn build_nodes(
         .collect();
     let joints: HashSet<_> = file.joints()?.into_iter().collect();
     let is_joint = |node: usize| joints.is_empty() || joints.contains(&node) || moved.contains(&node);
-    let only_shows = |node: usize| {
-        let moves = joints.contains(&node) || moved.contains(&node);
-        !joints.is_empty() && !moves && file.shows(node) && !file.has_children(node)
+    let only_show = file.only_show()?;
+    let kept = || {
+        listed
+            .iter()
+            .enumerate()
+            .filter(|(_, node)| !only_show.contains(&node.index))
     };
-    let kept = || listed.iter().enumerate().filter(|(_, node)| !only_shows(node.index));
     if kept().filter(|(_, node)| node.parent.is_none()).count() > 1 {
         scene.nodes.push(Node {
             name: GROUP_OF_ROOTS.to_owned(),

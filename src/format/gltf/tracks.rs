@@ -100,6 +100,21 @@ impl File<'_> {
         Ok(tracks)
     }
 
+    /// The nodes that animations move.
+    ///
+    /// # Errors
+    /// Where one does not exist.
+    pub(super) fn moved(&self) -> Result<Vec<usize>, Failure> {
+        let mut moved = Vec::new();
+        for (index, animation) in self.root.animations.iter().enumerate() {
+            for (position, channel) in animation.channels.iter().enumerate() {
+                let target = self.target(channel, &format!("/animations/{index}/channels/{position}"))?;
+                moved.extend(target.map(|(node, _)| node));
+            }
+        }
+        Ok(moved)
+    }
+
     /// The node and the property that a channel moves; nothing where it moves something else.
     fn target(&self, channel: &Channel, pointer: &str) -> Result<Option<(usize, Property)>, Failure> {
         let extension = channel.target.extensions.get("KHR_animation_pointer");

@@ -129,8 +129,13 @@ fn paths(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// FNV-1a, 64 bits: the same name for the same bytes on every machine.
+/// The same name for the same bytes on every machine.
 fn name_of(bytes: &[u8]) -> String {
+    format!("{:016x}", hash(bytes))
+}
+
+/// FNV-1a, 64 bits.
+pub(crate) fn hash(bytes: &[u8]) -> u64 {
     let mix = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-    format!("{:016x}", bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix))
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, mix)
 }

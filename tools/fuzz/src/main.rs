@@ -38,8 +38,8 @@ fn main() -> ExitCode {
     let Some(outcome) = work(&arguments) else {
         let names: Vec<_> = FORMATS.iter().map(|input| input.name).collect();
         eprintln!(
-            "usage: fuzz SECONDS|inputs=NUMBER|corpus|minimize [all|{}] [SEED], for each format, fuzz try FORMAT FILE, \
-             fuzz formats, or fuzz every-byte [all|SEED]",
+            "usage: fuzz SECONDS|inputs=NUMBER|corpus|changes=NUMBER|minimize [all|{}] [SEED], for each format, fuzz try \
+             FORMAT FILE, fuzz formats, or fuzz every-byte [all]",
             names.join("|")
         );
         return ExitCode::from(2);
@@ -59,10 +59,8 @@ fn work(arguments: &[String]) -> Option<Result<(), String>> {
     if what == "every-byte" {
         let files = match arguments.get(1).map(String::as_str) {
             Some("all") => Files::All,
-            Some(seed) => Files::Some {
-                seed: seed.parse().ok()?,
-            },
-            None => Files::Some { seed: 0 },
+            Some(_) => return None,
+            None => Files::Some,
         };
         thread::spawn(run::watch);
         return Some(run::every_byte(files));
@@ -82,18 +80,23 @@ fn work(arguments: &[String]) -> Option<Result<(), String>> {
         Some(inputs) => Some(Effort::Inputs(inputs.parse().ok()?)),
         None => what.parse().ok().map(Effort::Seconds),
     };
-    if effort.is_none() && !["corpus", "minimize"].contains(&what) {
+    let changes = match what.strip_prefix("changes=") {
+        Some(changes) => Some(changes.parse().ok()?),
+        None => (what == "corpus").then_some(0),
+    };
+    if effort.is_none() && changes.is_none() && what != "minimize" {
         return None;
     }
     if name == "all" {
-        return Some(side_by_side(what, effort.is_some(), seed));
+        let with_bytes = effort.is_some() || changes.is_some_and(|changes| changes > 0);
+        return Some(side_by_side(what, with_bytes, seed));
     }
     let input: &Input = FORMATS.iter().find(|input| input.name == name)?;
     thread::spawn(run::watch);
-    Some(match effort {
-        Some(effort) => run::fuzz(input, effort, seed),
-        None if what == "corpus" => run::whole_corpus(input),
-        None => corpus::minimize(input, |bytes| run::try_input(input, bytes).map(drop)),
+    Some(match (effort, changes) {
+        (Some(effort), _) => run::fuzz(input, effort, seed),
+        (None, Some(changes)) => run::whole_corpus(input, changes),
+        (None, None) => corpus::minimize(input, |bytes| run::try_input(input, bytes).map(drop)),
     })
 }
 
@@ -102,7 +105,7 @@ fn work(arguments: &[String]) -> Option<Result<(), String>> {
 fn side_by_side(what: &str, with_bytes: bool, seed: u64) -> Result<(), String> {
     let seed = seed.to_string();
     let formats = FORMATS.iter().map(|input| vec![what, input.name, &seed]);
-    let bytes = with_bytes.then(|| vec!["every-byte", &seed]);
+    let bytes = with_bytes.then(|| vec!["every-byte"]);
     let jobs: Vec<_> = bytes.into_iter().chain(formats).collect();
     let next = AtomicUsize::new(0);
     let has_finding = AtomicBool::new(false);

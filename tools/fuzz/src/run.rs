@@ -8,7 +8,7 @@ use std::{fs, panic, thread};
 
 use mocap_fuzz::{BVH, Input};
 
-use crate::corpus::{artifact, kept, remember, seeds, write};
+use crate::corpus::{artifact, hash, kept, remember, seeds, write};
 use crate::coverage::Seen;
 use crate::{ALLOCATOR, mutate, structure};
 
@@ -17,7 +17,7 @@ use crate::{ALLOCATOR, mutate, structure};
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// One of so many small files has each of its bytes tried, unless all are asked for.
-const ONE_OF: usize = 4;
+const ONE_OF: u64 = 4;
 
 /// Bytes of the longest file of which every byte is tried.
 const SHORT: usize = 320;
@@ -33,28 +33,20 @@ pub(crate) enum Effort {
 }
 
 /// Which of the small files have each of their bytes tried.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Files {
     All,
-    /// Every [`ONE_OF`]th, from one on that the seed chooses.
-    Some {
-        seed: u64,
-    },
+    /// One of [`ONE_OF`], chosen by its bytes.
+    Some,
 }
 
 /// Tries small BVH files with each of their bytes replaced by each of the 256 in turn.
 pub(crate) fn every_byte(which: Files) -> Result<(), String> {
-    let (first, step) = match which {
-        Files::All => (0, 1),
-        Files::Some { seed } => ((seed % ONE_OF as u64) as usize, ONE_OF),
-    };
     let mut files = 0;
     let mut tried = 0_u64;
     for original in seeds(&BVH)
         .into_iter()
-        .filter(|bytes| bytes.len() <= SHORT)
-        .skip(first)
-        .step_by(step)
+        .filter(|bytes| bytes.len() <= SHORT && (which == Files::All || hash(bytes).is_multiple_of(ONE_OF)))
     {
         for place in 0..original.len() {
             let mut bytes = original.clone();
@@ -152,14 +144,26 @@ pub(crate) fn fuzz(input: &'static Input, effort: Effort, seed: u64) -> Result<(
     Ok(())
 }
 
-/// Tries what is kept of a format, and its seeds, once.
-pub(crate) fn whole_corpus(input: &'static Input) -> Result<(), String> {
+/// Tries what is kept of a format, and its seeds, once, and so many changes of each. Those of one depend on its bytes
+/// alone: no commit that leaves them and what is tried as they are can change what is found.
+pub(crate) fn whole_corpus(input: &'static Input, changes: usize) -> Result<(), String> {
     let mut all = seeds(input);
     all.extend(kept(input));
     for bytes in &all {
         try_input(input, bytes)?;
+        let alone = std::slice::from_ref(bytes);
+        let mut random = fastrand::Rng::with_seed(hash(bytes));
+        for _ in 0..changes {
+            let changed = structure::mutate(input.name, bytes, &mut random).filter(|_| random.bool());
+            let changed = changed.unwrap_or_else(|| mutate::mutate(alone, input.words, &mut random));
+            try_input(input, &changed)?;
+        }
     }
-    println!("{}: {} inputs, no finding", input.name, all.len());
+    println!(
+        "{}: {} inputs, {changes} changes of each, no finding",
+        input.name,
+        all.len()
+    );
     Ok(())
 }
 
