@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::files::Files;
 use super::form::Form;
-use super::said::{Hear, Said, clip_taken, say_all, say_warnings, tell_of_skeleton};
+use super::onto::import_onto;
+use super::said::{Hear, Said, clip_taken, say_all, say_warnings};
 use super::{Job, JointNames, Onto, meshes, names};
 use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
@@ -16,7 +17,7 @@ use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
 use crate::process::{self, SkeletonMesh};
-use crate::retargeting::{Report, Retargeting, Target};
+use crate::retargeting::{Report, Retargeting};
 use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -64,6 +65,8 @@ pub struct Made {
     pub scene: Option<Scene>,
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
     pub humanoid: Option<Humanoid>,
+    /// What the files of the motions do not state, with reasons.
+    pub assumptions: Vec<Assumption>,
     /// How well each motion is the same on the other body.
     pub clips: Vec<Report>,
 }
@@ -160,11 +163,31 @@ impl<'a> Maker<'a> {
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
                 let motion = one(motions)?;
-                let mut scene = self.import(motion, hear)?;
-                let humanoid = self.change(&mut scene, motion, hear)?;
-                self.made(scene, humanoid, motion, output)
+                self.make_of(self.import(motion, hear)?, motion, output, hear)
             }
         }
+    }
+
+    /// Makes the output of one motion, which [`import`](Self::import) has read.
+    ///
+    /// # Errors
+    /// As [`make`](Self::make).
+    pub fn make_of(&self, mut scene: Scene, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
+        if let Some(target) = &self.target {
+            let mut target = target.clone();
+            self.add(scene, motion, &mut target, hear)
+                .map_err(|error| error.with_path(motion))?;
+            return self.made_onto(target, output);
+        }
+        let humanoid = self.change(&mut scene, motion, hear)?;
+        let written = self.write(&mut scene, &humanoid, output);
+        Ok(Made {
+            written: written.map_err(|error| error.with_path(motion))?,
+            assumptions: scene.metadata.assumptions.clone(),
+            scene: Some(scene),
+            humanoid: Some(humanoid),
+            clips: Vec::new(),
+        })
     }
 
     /// Reads a motion as the job needs it, and changes nothing yet.
@@ -202,10 +225,7 @@ impl<'a> Maker<'a> {
 
     /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
     /// Returns its bones.
-    ///
-    /// # Errors
-    /// As [`Conversion::apply`], and those of the steps.
-    pub fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
+    fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
         let in_file = |error: Error| error.with_path(motion);
         let found = self.convert(scene, hear).map_err(in_file)?;
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
@@ -259,22 +279,6 @@ impl<'a> Maker<'a> {
         Ok(found)
     }
 
-    /// What is made of a motion on its own skeleton and of its bones after [`change`](Self::change), for the name
-    /// `output`.
-    ///
-    /// # Errors
-    /// As [`Exporter::write_as`](crate::Exporter::write_as).
-    pub fn made(&self, mut scene: Scene, humanoid: Humanoid, motion: &Path, output: &Path) -> Result<Made> {
-        let written = self.write(&mut scene, &humanoid, output);
-        let written = written.map_err(|error| error.with_path(motion))?;
-        Ok(Made {
-            written,
-            scene: Some(scene),
-            humanoid: Some(humanoid),
-            clips: Vec::new(),
-        })
-    }
-
     fn write(&self, scene: &mut Scene, humanoid: &Humanoid, output: &Path) -> Result<Written> {
         let mut exporter = self.job.write.exporter();
         let row = self.format();
@@ -323,13 +327,18 @@ impl<'a> Maker<'a> {
             self.add(scene, motion, &mut target, hear)
                 .map_err(|error| error.with_path(motion))?;
         }
+        self.made_onto(target, output)
+    }
+
+    fn made_onto(&self, target: Retargeting, output: &Path) -> Result<Made> {
         let written = self.write_onto(&target, output)?;
-        let clips = target.into_clips().into_iter().map(|clip| clip.report);
+        let assumptions = target.sources().flat_map(|source| source.assumptions.iter().cloned());
         Ok(Made {
             written,
+            assumptions: assumptions.collect(),
             scene: None,
             humanoid: None,
-            clips: clips.collect(),
+            clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
         })
     }
 
@@ -385,37 +394,6 @@ impl<'a> Maker<'a> {
             .for_each(|naming| names::tell(naming, &scene, &mut written));
         Ok(written)
     }
-}
-
-/// Reads the body that motions are put on.
-fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'_>) -> Result<(Form, Retargeting)> {
-    let file = onto.body().file.as_path();
-    let frames = &job.source.frames;
-    let options = onto
-        .options()?
-        .source_bones(job.source.map.bones()?)
-        .conversion(frames.conversion());
-    let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
-    let mesh = match (onto, job.write.mesh) {
-        (Onto::Skeleton(_), None) => SkeletonMesh::None,
-        _ => meshes::shown(job, row),
-    };
-    let target = files.import_target(onto, mesh)?;
-    match &target {
-        Target::Skeleton(scene) => tell_of_skeleton(scene, file, hear),
-        Target::Robot(robot) => hear(Said::Warnings(file, &robot.warnings)),
-        Target::Character(character) => {
-            let broken = character.scene().warnings.iter();
-            let broken: Vec<_> = broken
-                .filter(|found| found.code == Code::NonFiniteValue)
-                .cloned()
-                .collect();
-            hear(Said::Warnings(file, &broken));
-        }
-    }
-    let form = Form::onto(&job.write, onto, &target, files.has_disk)?;
-    let target = Retargeting::onto(target, options).map_err(|error| error.with_path(file))?;
-    Ok((form, target))
 }
 
 fn require_motion(scene: &Scene, motion: &Path) -> Result<()> {

@@ -374,19 +374,38 @@ fn clips_of_one_skeleton_have_one_unit_and_one_up_axis() {
             assert_eq!((choice("unit"), choice("up")), ("cm".to_owned(), "y".to_owned()));
         }
         // The lying body is not turned, as it is where nothing is known but itself.
-        let way = |path: &Path| {
-            let scene = mocap::import(path).unwrap();
-            let bones = humanoid(&scene);
-            let pose = Pose::at_tick(&scene, 0, 0.0).unwrap();
-            let at = |bone| pose.position(bones.joint(bone).unwrap());
-            at(HumanoidBone::Head) - at(HumanoidBone::LeftFoot)
-        };
-        assert!(
-            way(&output.join("1 lying.glb")).z > 1.0,
-            "{}",
-            way(&output.join("1 lying.glb"))
-        );
-        assert!(way(&output.join("2 standing.glb")).y > 1.0);
-        assert!(way(&alone).y > 1.0);
+        let lying = foot_to_head(&output.join("1 lying.glb"));
+        assert!(lying.z > 1.0, "{lying}");
+        assert!(foot_to_head(&output.join("2 standing.glb")).y > 1.0);
+        assert!(foot_to_head(&alone).y > 1.0);
     }
+    let output = corpus.output("on a body");
+    let ended = run(&[
+        "retarget",
+        corpus.inputs().to_str().unwrap(),
+        "--character",
+        "fixtures/skeletons/human_default.gltf",
+        "-o",
+        &format!("{}/", output.display()),
+    ]);
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+    let lying = foot_to_head(&output.join("1 lying.gltf"));
+    assert!(lying.z > 1.0, "{lying}");
+    assert!(foot_to_head(&output.join("2 standing.gltf")).y > 1.0);
+    let record = &records(&output)[0];
+    let told = record["warnings"].to_string();
+    assert!(
+        told.contains("other clips of the same skeleton stand along it"),
+        "{told}"
+    );
+}
+
+/// From the left foot to the head in the first frame of a file.
+fn foot_to_head(path: &Path) -> Vec3 {
+    let scene = mocap::import(path).unwrap();
+    let bones = humanoid(&scene);
+    let clip = scene.animations.len() - 1;
+    let pose = Pose::at_tick(&scene, clip, 0.0).unwrap();
+    let at = |bone| pose.position(bones.joint(bone).unwrap());
+    at(HumanoidBone::Head) - at(HumanoidBone::LeftFoot)
 }

@@ -151,13 +151,7 @@ impl Work for OfJob<'_> {
             Said::Note(_) if !keeps_notes => {}
             said => Voice::Kept(&mut warnings).hear(said),
         };
-        let made = match self.job.onto {
-            None => self.motion(file, output, record, &mut hear),
-            Some(_) => {
-                let motion = [file.to_owned()];
-                self.maker.make(&motion, &output.path, &mut hear).map(Some)
-            }
-        };
+        let made = self.motion(file, output, record, &mut hear);
         let Some(made) = made.map_err(in_words)? else {
             return Ok(Made::Waits);
         };
@@ -208,7 +202,7 @@ impl Work for OfJob<'_> {
 }
 
 impl OfJob<'_> {
-    /// A motion on its own skeleton; `None` where it waits for what others say of its up axis.
+    /// What is made of a motion; `None` where it waits for what others say of its up axis.
     fn motion(
         &self,
         file: &Path,
@@ -218,31 +212,30 @@ impl OfJob<'_> {
     ) -> mocap::Result<Option<MadeOne>> {
         let mut scene = self.maker.import(file, hear)?;
         let skeleton = skeleton_hash(&scene);
-        let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
         let is_open = scene.metadata.up.is_none() && self.job.source.space.up().is_none();
+        let of_others = self.axes.as_ref().and_then(|axes| axes.get(&skeleton)).copied();
+        let told = of_others.filter(|_| is_open).map(|up| (up, told_by_others(up)));
+        let mut maker = &self.maker;
         let with_up;
-        let maker = match of_others.filter(|_| is_open) {
-            Some(up) => {
-                scene.metadata.assumptions.push(Assumption {
-                    topic: Topic::Up,
-                    choice: up.as_str().to_owned(),
-                    reason: "other clips of the same skeleton stand along it".to_owned(),
-                    confidence: Some(Confidence::Likely),
-                });
-                with_up = self.maker.clone().up(up);
-                &with_up
-            }
-            None => &self.maker,
-        };
-        let humanoid = maker.change(&mut scene, file, hear)?;
+        if let Some((up, told)) = &told {
+            scene.metadata.assumptions.push(told.clone());
+            with_up = self.maker.clone().up(*up);
+            maker = &with_up;
+        }
+        let made = maker.make_of(scene, file, &output.path, hear)?;
         let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
-        let guesses: Vec<Assumption> = scene.metadata.assumptions.iter().filter(is_space).cloned().collect();
+        let mut guesses = Vec::from_iter(made.assumptions.iter().filter(is_space).cloned());
         let is_unsure = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
         if self.axes.is_none() && guesses.iter().any(is_unsure) {
             return Ok(None);
         }
+        // On another body the assumptions are those of the conversion, for which the axis is stated.
+        if let Some((_, told)) = told.filter(|_| self.job.onto.is_some()) {
+            hear(Said::Note(&told.to_string()));
+            guesses.push(told);
+        }
         (record.skeleton, record.guesses) = (Some(skeleton), guesses);
-        maker.made(scene, humanoid, file, &output.path).map(Some)
+        Ok(Some(made))
     }
 
     /// Writes an output, and compares it with its source where the job asks for that.
@@ -309,6 +302,16 @@ fn reports_of(record: &Record, onto: &Onto) -> Option<Vec<Report>> {
 
 fn raw(value: &(impl serde::Serialize + ?Sized)) -> Option<Box<serde_json::value::RawValue>> {
     serde_json::value::to_raw_value(value).ok()
+}
+
+/// The up axis of a clip that lies or hangs, by other clips.
+fn told_by_others(up: UpAxis) -> Assumption {
+    Assumption {
+        topic: Topic::Up,
+        choice: up.as_str().to_owned(),
+        reason: "other clips of the same skeleton stand along it".to_owned(),
+        confidence: Some(Confidence::Likely),
+    }
 }
 
 /// A hash of the names and parents of all nodes, and of where those below the root are at rest.
