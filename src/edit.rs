@@ -12,6 +12,7 @@
 
 mod body;
 mod contacts;
+mod flips;
 mod frames;
 mod frames_report;
 mod ground;
@@ -41,6 +42,7 @@ self::list::steps! {
     smooth: Smooth, SmoothFilter, SmoothReport;
     despike: Despike, DespikeReport;
     fill: Fill, FillReport;
+    clean: Clean, CleanMeasures, CleanOutcome, CleanPart, CleanReport, CleanedPart;
     loop_clip: Loop, LoopReport;
     concat: Concat, ConcatReport;
     blend: Blend, BlendReport, BlendWeight;

@@ -131,7 +131,7 @@ fn fill(scene: &mut Scene, animation: usize, options: &Fill) -> Result<FillRepor
 }
 
 /// Sets the frames from `first` to `last` by those on both sides, two on each where there are two.
-fn bridge(track: &mut [Trs], first: usize, last: usize) {
+pub(super) fn bridge(track: &mut [Trs], first: usize, last: usize) {
     let (before, after) = (first - 1, last + 1);
     let (from, to) = (track[before], track[after]);
     let steps = (after - before) as f32;

@@ -224,7 +224,7 @@ mod tests {
     use crate::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
-    const TEXTS: [(&str, &str); 33] = [
+    const TEXTS: [(&str, &str); 34] = [
         (
             "foot-lock",
             "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
@@ -241,6 +241,10 @@ mod tests {
             "despike:angle=3.0,distance=0.02,longest=2,threshold=8.0",
         ),
         ("fill", "fill:longest=0.5,shortest=0.0"),
+        (
+            "clean:noise=false",
+            "clean:contacts=true,flips=true,floor=true,lengths=true,noise=false,time=true",
+        ),
         (
             "loop:frames=10..140,in-place=true",
             "loop:blend=0.3,frames=10..140,in-place=true,longest=4.0,shortest=0.6",

@@ -16,9 +16,10 @@ use crate::program::{Folder, words};
 use crate::sample::Sample;
 
 /// The commands that write motions, each with the words that stand before the options of the output.
-const COMMANDS: [(&str, &str); 5] = [
+const COMMANDS: [(&str, &str); 6] = [
     ("`convert`", "convert walk.bvh OUT"),
     ("`edit`", "edit walk.bvh -o OUT --step smooth"),
+    ("`clean`", "clean walk.bvh -o OUT"),
     ("`retarget` on a `.glb` character", "retarget walk.bvh hero.glb -o OUT"),
     (
         "`retarget --to-skeleton`",

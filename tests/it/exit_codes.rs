@@ -44,6 +44,7 @@ const CASES: &[Case] = &[
         "glb",
         "edit w.bvh bad.bvh -o many/ --step in-place",
     ),
+    moves("clean IN -o OUT", "glb", "clean w.bvh bad.bvh -o many/"),
     moves(
         "retarget IN --character w.bvh -o OUT",
         "glb",

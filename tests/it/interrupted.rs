@@ -50,6 +50,7 @@ const CASES: &[Case] = &[
     many("convert clips -o out --to bvh --force", &[]),
     one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
     many("edit clips -o out/ --step mirror", &[]),
+    one("clean walk.bvh -o out.glb --report out.json --force"),
     one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),

@@ -13,6 +13,7 @@ mod bvh_out;
 mod bvh_rest;
 mod c3d;
 mod changed_skeletons;
+mod clean;
 mod compressed_characters;
 mod compression;
 mod conversion;

@@ -3,6 +3,7 @@
 mod arrays;
 mod batch;
 mod change;
+mod clean;
 mod edit;
 mod given;
 mod help;
@@ -25,6 +26,7 @@ pub(crate) use self::arrays::FkArgs;
 pub(crate) use self::arrays::{ArraysArgs, PackArgs, TableArg};
 pub(crate) use self::batch::{BatchArgs, InputArgs, MergeManifestArgs, SpreadArgs};
 pub(crate) use self::change::ChangeArgs;
+pub(crate) use self::clean::CleanArgs;
 pub(crate) use self::edit::EditArgs;
 pub(crate) use self::given::Given;
 pub(crate) use self::output::ForceArgs;
@@ -65,6 +67,8 @@ pub(crate) enum Command {
     Robot(RobotArgs),
     /// Change a motion: foot lock, mirror, smooth, loop, join, blend, warp
     Edit(EditArgs),
+    /// Clean a motion of a camera or a generator: time, flips, noise, floor, contacts
+    Clean(CleanArgs),
     /// Summarise a file
     Info(InfoArgs),
     /// Write a motion as arrays: positions and rotations of all joints in all frames
@@ -99,7 +103,7 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// List the formats that can be read and written
     Formats,
-    /// Do the job of a JSON file, as --print-job of convert, edit, retarget and robot prints it
+    /// Do the job of a JSON file, as --print-job of convert, edit, clean, retarget and robot prints it
     Run(RunArgs),
     /// Merge the manifests of a run's shards
     MergeManifest(MergeManifestArgs),

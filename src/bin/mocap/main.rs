@@ -82,6 +82,7 @@ fn main() -> ExitCode {
         Command::Retarget(args) => commands::retarget::run(args, &given),
         Command::Robot(args) => commands::robot::run(args, &given),
         Command::Edit(args) => commands::edit::run(args, &given),
+        Command::Clean(args) => commands::clean::run(args, &given),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]

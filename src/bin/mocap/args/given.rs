@@ -57,7 +57,7 @@ impl Args {
         let matches = command.clone().try_get_matches().unwrap_or_else(|error| {
             if asks_for_job(&error) {
                 report::complain(
-                    "--print-job: only convert, edit, retarget and robot, which write motion, are jobs; leave it out",
+                    "--print-job: only convert, edit, clean, retarget and robot, which write motion, are jobs; leave it out",
                 );
                 std::process::exit(2);
             }

@@ -5,7 +5,10 @@ use clap::builder::StyledStr;
 
 /// The groups in their order, each with its commands in theirs.
 const GROUPS: &[(&str, &[&str])] = &[
-    ("Convert and change", &["convert", "retarget", "robot", "edit", "run"]),
+    (
+        "Convert and change",
+        &["convert", "retarget", "robot", "edit", "clean", "run"],
+    ),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     ("Compute", &["fk", "pack", "pose", "dump"]),
     ("Prove", &["check", "verify"]),

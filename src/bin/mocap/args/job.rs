@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mocap::convert::{FirstFrame, RootMotion};
 use mocap::job::{Job, Onto, SourceMap, SourceSpace, Sources};
 
-use super::{ConvertArgs, EditArgs, RetargetArgs, RobotArgs};
+use super::{CleanArgs, ConvertArgs, EditArgs, RetargetArgs, RobotArgs};
 
 impl ConvertArgs {
     /// The job, with an output of the format of `extension`.
@@ -42,6 +42,23 @@ impl EditArgs {
         job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
         job.source.frames.fps = self.fps;
         job.steps.clone_from(&self.steps.0);
+        self.write.fill(&mut job.write, &self.output, extension);
+        job.write.force = self.force.force;
+        job.write.verify = self.verify;
+        job
+    }
+}
+
+impl CleanArgs {
+    /// The job, with an output of the format of `extension`.
+    pub(crate) fn job(&self, extension: &str) -> Job {
+        let mut job = Job::new();
+        job.read = self.read.clone();
+        job.source = sources(&self.inputs, &self.source, &self.map);
+        // A rest pose before the motion is no part of it.
+        job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
+        job.source.frames.fps = self.fps;
+        job.steps = vec![self.step().into()];
         self.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;

@@ -30,6 +30,7 @@ __all__ = [
     "apply",
     "blend",
     "bone_axis",
+    "clean",
     "concat",
     "contacts",
     "despike",
@@ -154,6 +155,21 @@ def despike(
 def fill(scene: Scene, *, longest: float | None = None, shortest: float | None = None) -> Edited:
     """Fills gaps in which the motion was held."""
     return apply(scene, _step("fill", longest=longest, shortest=shortest))
+
+
+def clean(
+    scene: Scene,
+    *,
+    time: bool | None = None,
+    flips: bool | None = None,
+    noise: bool | None = None,
+    lengths: bool | None = None,
+    floor: bool | None = None,
+    contacts: bool | None = None,
+) -> Edited:
+    """Takes errors of time, flips, noise, slopes of the floor and slides out: all parts but those that are ``False``."""
+    options = dict(time=time, flips=flips, noise=noise, lengths=lengths, floor=floor, contacts=contacts)
+    return apply(scene, _step("clean", **options))
 
 
 def loop_clip(

@@ -1,0 +1,176 @@
+//! Cleans motion that a camera or a generator made: time, flips, noise, lengths, floor and contacts, in this order.
+//!
+//! Each part measures first, changes only what is wrong, and is taken back where it made a measure worse.
+//! `docs/cleaning.md` has the methods and their sources.
+
+mod contacts;
+mod floor;
+mod least_squares;
+mod lengths;
+mod measures;
+mod noise;
+mod pace;
+mod report;
+mod smoother;
+mod time;
+mod work;
+
+pub use self::measures::CleanMeasures;
+pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
+
+use self::work::Work;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes, flips};
+use crate::error::Result;
+use crate::scene::{NodeId, Scene};
+
+step! {
+    /// Cleans a motion: time, flips, noise, lengths of bones, floor and contacts of the feet, in this order. What is
+    /// clean stays as it is. Without a body, floor and contacts are left out.
+    ///
+    /// ```
+    /// use mocap::edit::{Clean, CleanOutcome, CleanPart, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Clean::new().contacts(false).apply(&mut scene, &StepInput::new())?;
+    /// let noise = report.parts.iter().find(|part| part.part == CleanPart::Noise).unwrap();
+    /// assert_eq!(noise.outcome, CleanOutcome::Nothing); // a marker system has little
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    Clean {
+        /// Frames that are held, doubled or dropped. Default: `true`.
+        time: bool = true, Takes::Flag;
+        /// Rotations that jump away and back. Default: `true`.
+        flips: bool = true, Takes::Flag;
+        /// Noise of rotations and positions. Default: `true`.
+        noise: bool = true, Takes::Flag;
+        /// Lengths of bones that breathe. Default: `true`.
+        lengths: bool = true, Takes::Flag;
+        /// Height and slope of the floor, and the drift of the body. Default: `true`.
+        floor: bool = true, Takes::Flag;
+        /// Feet that slide while they stand. Default: `true`.
+        contacts: bool = true, Takes::Flag;
+    }
+}
+
+impl Step for Clean {
+    const NAME: &'static str = "clean";
+    const HELP: &'static str = "take time errors, flips, noise, slopes and slides out";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = CleanReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<CleanReport> {
+        let figure = Work::figure(scene, input);
+        let reach = Work::reaches(scene, &figure);
+        let mut work = Work::new(scene, &figure, &reach, input.animation)?;
+        let before = work.clone();
+        let mut report = CleanReport::new(&work);
+        for part in CleanPart::ALL {
+            if self.has(part) {
+                self.do_part(part, &mut work, input.animation, &mut report)?;
+            } else {
+                report.leave_out(part, "not asked for");
+            }
+        }
+        let frames = work.frames;
+        let old = before.frames;
+        if frames.len() != old.len() {
+            frames.write_all(scene, input.animation);
+            return Ok(report);
+        }
+        let columns = 0..frames.nodes().len();
+        let (mut rotated, mut moved): (Vec<NodeId>, Vec<NodeId>) = (Vec::new(), Vec::new());
+        for column in columns {
+            let (node, new, old) = (frames.nodes()[column], frames.track(column), old.track(column));
+            let differs = |differs: fn(&crate::pose::Trs, &crate::pose::Trs) -> bool| {
+                old.iter().zip(&new).any(|(old, new)| differs(old, new))
+            };
+            rotated.extend(differs(|old, new| old.rotation != new.rotation).then_some(node));
+            moved.extend(differs(|old, new| old.translation != new.translation).then_some(node));
+        }
+        frames.write(scene, input.animation, &rotated, &moved);
+        Ok(report)
+    }
+}
+
+impl Clean {
+    /// The step with a part, or without it.
+    #[must_use]
+    pub fn part(mut self, part: CleanPart, wanted: bool) -> Self {
+        *match part {
+            CleanPart::Time => &mut self.time,
+            CleanPart::Flips => &mut self.flips,
+            CleanPart::Noise => &mut self.noise,
+            CleanPart::Lengths => &mut self.lengths,
+            CleanPart::Floor => &mut self.floor,
+            CleanPart::Contacts => &mut self.contacts,
+        } = wanted;
+        self
+    }
+
+    fn has(&self, part: CleanPart) -> bool {
+        match part {
+            CleanPart::Time => self.time,
+            CleanPart::Flips => self.flips,
+            CleanPart::Noise => self.noise,
+            CleanPart::Lengths => self.lengths,
+            CleanPart::Floor => self.floor,
+            CleanPart::Contacts => self.contacts,
+        }
+    }
+
+    /// Does a part, and takes it back where it made a measure worse.
+    fn do_part(&self, part: CleanPart, work: &mut Work<'_>, animation: usize, report: &mut CleanReport) -> Result<()> {
+        if matches!(part, CleanPart::Lengths | CleanPart::Floor | CleanPart::Contacts) && !work.is_humanoid() {
+            report.leave_out(part, "the skeleton is not a humanoid");
+            return Ok(());
+        }
+        let before = work.clone();
+        let what = match part {
+            CleanPart::Time => time::mend(work).to_string(),
+            CleanPart::Flips => mend_flips(work).to_string(),
+            CleanPart::Noise => noise::remove(work).to_string(),
+            CleanPart::Lengths => match lengths::hold(work) {
+                0 => String::new(),
+                held => format!("{held} bones that breathed got one length"),
+            },
+            CleanPart::Floor => floor::level(work).unwrap_or_default().to_string(),
+            CleanPart::Contacts => contacts::lock(work, animation, report.has_changed(), report.after.skate)?,
+        };
+        if !report.take(part, what, work) {
+            *work = before;
+        }
+        Ok(())
+    }
+}
+
+/// What was mended in all joints.
+#[derive(Default)]
+struct Flips {
+    runs: usize,
+    joints: usize,
+}
+
+fn mend_flips(work: &mut Work<'_>) -> Flips {
+    let mut done = Flips::default();
+    for column in 0..work.frames.nodes().len() {
+        let mut track = work.frames.track(column);
+        let mut rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
+        let bone = flips::bone(work.scene, work.frames.nodes()[column]);
+        let mended = flips::mend(&mut rotations, bone, work.frames.rate);
+        if mended.runs == 0 {
+            continue;
+        }
+        done.runs += mended.runs;
+        done.joints += 1;
+        for (trs, rotation) in track.iter_mut().zip(rotations) {
+            trs.rotation = rotation;
+        }
+        work.frames.set_track(column, &track);
+    }
+    done
+}

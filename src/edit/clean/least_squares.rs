@@ -1,0 +1,121 @@
+//! Weighted least squares with few unknowns: normal equations, solved by Cholesky's factors.
+
+/// The sums of the normal equations.
+pub(super) struct LeastSquares {
+    unknowns: usize,
+    /// The lower triangle, row by row, of the whole square.
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl LeastSquares {
+    pub(super) fn new(unknowns: usize) -> Self {
+        Self {
+            unknowns,
+            matrix: vec![0.0; unknowns * unknowns],
+            right: vec![0.0; unknowns],
+        }
+    }
+
+    /// Adds an equation: the sum of some unknowns times their factors is `value`. `terms` are in the order of unknowns.
+    pub(super) fn add(&mut self, terms: &[(usize, f64)], value: f64, weight: f64) {
+        for (place, &(row, factor)) in terms.iter().enumerate() {
+            let weighted = weight * factor;
+            self.right[row] += weighted * value;
+            for &(column, other) in &terms[..=place] {
+                self.matrix[row * self.unknowns + column] += weighted * other;
+            }
+        }
+    }
+
+    /// The unknowns, and the diagonal of the inverse matrix, which times the variance of an equation of weight 1 is the
+    /// variance of each. `None` where the equations do not say enough.
+    pub(super) fn solve(self) -> Option<(Vec<f64>, Vec<f64>)> {
+        let n = self.unknowns;
+        let mut factor = self.matrix;
+        for row in 0..n {
+            for column in 0..=row {
+                let dot: f64 = (0..column).map(|k| factor[row * n + k] * factor[column * n + k]).sum();
+                let left = factor[row * n + column] - dot;
+                factor[row * n + column] = match row == column {
+                    true if left <= 1e-12 => return None,
+                    true => left.sqrt(),
+                    false => left / factor[column * n + column],
+                };
+            }
+        }
+        let forward = |right: &[f64]| {
+            let mut x = right.to_vec();
+            for row in 0..n {
+                let dot: f64 = (0..row).map(|k| factor[row * n + k] * x[k]).sum();
+                x[row] = (x[row] - dot) / factor[row * n + row];
+            }
+            x
+        };
+        let mut solution = forward(&self.right);
+        for row in (0..n).rev() {
+            let dot: f64 = (row + 1..n).map(|k| factor[k * n + row] * solution[k]).sum();
+            solution[row] = (solution[row] - dot) / factor[row * n + row];
+        }
+        let variance = |unknown: usize| {
+            let mut unit = vec![0.0; n];
+            unit[unknown] = 1.0;
+            forward(&unit).iter().map(|value| value * value).sum()
+        };
+        let variances = (0..n).map(variance).collect();
+        Some((solution, variances))
+    }
+}
+
+/// The weight of a residual that is `ratio` times the scale: Tukey's biweight, 0 from 1 on.
+pub(super) fn biweight(ratio: f64) -> f64 {
+    match ratio.abs() < 1.0 {
+        true => (1.0 - ratio * ratio).powi(2),
+        false => 0.0,
+    }
+}
+
+/// A curve through knots at even distances, straight between them: its terms at a frame, from the unknown `first` on.
+pub(super) struct Knots {
+    pub(super) count: usize,
+    frames: usize,
+}
+
+impl Knots {
+    /// Knots at most so many frames apart, of which there are at most so many.
+    pub(super) fn new(frames: usize, apart: f64, most: usize) -> Self {
+        let spans = ((frames as f64 / apart.max(1.0)).ceil() as usize).clamp(1, most);
+        Self {
+            count: spans + 1,
+            frames: frames.max(2),
+        }
+    }
+
+    pub(super) fn terms(&self, frame: usize, first: usize) -> [(usize, f64); 2] {
+        let at = frame as f64 / (self.frames - 1) as f64 * (self.count - 1) as f64;
+        let knot = (at as usize).min(self.count - 2);
+        let part = at - knot as f64;
+        [(first + knot, 1.0 - part), (first + knot + 1, part)]
+    }
+
+    /// The values of the curve with these knots.
+    pub(super) fn curve(&self, knots: &[f64]) -> Vec<f64> {
+        let value = |frame: usize| {
+            self.terms(frame, 0)
+                .iter()
+                .map(|(knot, part)| knots[*knot] * part)
+                .sum()
+        };
+        (0..self.frames).map(value).collect()
+    }
+
+    /// Asks for a curve that bends little, and for one that is near 0.
+    pub(super) fn add_priors(&self, equations: &mut LeastSquares, first: usize, bend: f64, near: f64) {
+        for knot in first..first + self.count {
+            equations.add(&[(knot, 1.0)], 0.0, near);
+            if knot + 2 < first + self.count {
+                equations.add(&[(knot, 1.0), (knot + 1, -2.0), (knot + 2, 1.0)], 0.0, bend);
+            }
+        }
+    }
+}

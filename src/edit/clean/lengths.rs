@@ -1,0 +1,48 @@
+//! Bones that breathe get one length.
+
+use glam::Vec3;
+
+use super::work::Work;
+
+/// Noise of a length below this is none, in metres.
+const LEAST: f32 = 1e-3;
+/// A bone whose length changes by more than this fraction of it, on the average, is meant to.
+const LARGEST: f32 = 0.15;
+
+/// Holds the positions of joints to their parents where these tremble, and says of how many.
+pub(super) fn hold(work: &mut Work<'_>) -> usize {
+    let mut held = 0;
+    let carrier = work.carrier();
+    for column in 0..work.frames.nodes().len() {
+        // What carries the body, and what stands in the world, moves.
+        let is_inside = carrier.is_some_and(|carrier| column > carrier);
+        if !is_inside || is_root(work, column) {
+            continue;
+        }
+        let mut track = work.frames.track(column);
+        let middle = Vec3::from_array([0, 1, 2].map(|axis| {
+            let mut values: Vec<f32> = track.iter().map(|trs| trs.translation[axis]).collect();
+            let half = values.len() / 2;
+            *values.select_nth_unstable_by(half, f32::total_cmp).1
+        }));
+        let steps = track
+            .windows(2)
+            .map(|pair| pair[1].translation.distance(pair[0].translation));
+        let trembles = steps.sum::<f32>() / track.len().max(2) as f32 * work.metres;
+        let off = track.iter().map(|trs| trs.translation.distance(middle)).sum::<f32>() / track.len().max(1) as f32;
+        if trembles > LEAST && off < LARGEST * middle.length() {
+            for trs in &mut track {
+                trs.translation = middle;
+            }
+            work.frames.set_track(column, &track);
+            held += 1;
+        }
+    }
+    held
+}
+
+/// Whether a node is the hips or above them.
+fn is_root(work: &Work<'_>, column: usize) -> bool {
+    let hips = work.figure.humanoid.joint(crate::scene::HumanoidBone::Hips);
+    hips.is_none_or(|hips| work.frames.nodes()[column] <= hips)
+}

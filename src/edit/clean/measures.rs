@@ -1,0 +1,117 @@
+//! The measures of a motion before and after a part.
+
+use glam::Vec3;
+use serde::Serialize;
+
+use super::work::Work;
+use super::{floor, time};
+use crate::edit::contacts::{ContactOptions, detect};
+use crate::edit::flips;
+use crate::pose::Pose;
+use crate::scene::NodeKind;
+
+/// The time over which the speed of a joint is taken, in seconds: noise alone has hardly a speed over it.
+const SPEED_OVER: f64 = 0.1;
+/// Of the speeds of all joints in all frames, one in so many is faster than the peak.
+const PEAK: usize = 100;
+
+/// Measures of a motion, in metres, seconds and degrees.
+///
+/// [`Clean`](crate::edit::Clean) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct CleanMeasures {
+    /// Frames that hold what the frame before them has, while the body moves before and after.
+    pub held_frames: usize,
+    /// Rotations that jump to another from one frame to the next.
+    pub jumps: usize,
+    /// The mean jerk of all joints, in metres per second cubed.
+    pub jitter: f64,
+    /// The speed of the fastest hundredth of all joints in all frames, over a tenth of a second, in metres per second.
+    pub peak_speed: f64,
+    /// The mean speed over the ground of feet in contact, in metres per second. `None` without feet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skate: Option<f64>,
+    /// The height of the floor under the feet. `None` without feet that stand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub floor_height: Option<f64>,
+    /// How steep it is, in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub floor_slope: Option<f64>,
+}
+
+impl CleanMeasures {
+    pub(super) fn new(work: &Work<'_>) -> Self {
+        let frames = &work.frames;
+        let [jitter, peak_speed] = jitter_and_peak(work);
+        let is_humanoid = work.is_humanoid();
+        let found = is_humanoid.then(|| floor::find(work)).flatten();
+        let jumps = |column: usize| {
+            let track: Vec<_> = frames.track(column).iter().map(|trs| trs.rotation).collect();
+            flips::count(&track)
+        };
+        Self {
+            held_frames: time::held(work),
+            jumps: (0..frames.nodes().len()).map(jumps).sum(),
+            jitter,
+            peak_speed,
+            skate: is_humanoid.then(|| skate(work)).flatten(),
+            floor_height: found.as_ref().map(|floor| floor.height),
+            floor_slope: found.as_ref().map(floor::Floor::slope),
+        }
+    }
+}
+
+/// The mean jerk, and the speed of the fastest hundredth.
+fn jitter_and_peak(work: &Work<'_>) -> [f64; 2] {
+    let (frames, rate) = (&work.frames, work.frames.rate);
+    let nodes = work.scene.nodes.iter().enumerate();
+    let joints: Vec<usize> = nodes
+        .filter(|(_, node)| node.kind == NodeKind::Joint)
+        .map(|(index, _)| index)
+        .collect();
+    let mut pose = Pose::rest(work.scene);
+    let mut places: Vec<Vec3> = Vec::with_capacity(frames.len() * joints.len());
+    for frame in 0..frames.len() {
+        frames.pose(frame, &mut pose);
+        places.extend(
+            joints
+                .iter()
+                .map(|joint| pose.node_to_world[*joint].w_axis.truncate() * work.metres),
+        );
+    }
+    let rows: Vec<&[Vec3]> = places.chunks_exact(joints.len().max(1)).collect();
+    let mut jerk = 0.0;
+    for four in rows.windows(4) {
+        let places = four[0].iter().zip(four[1]).zip(four[2].iter().zip(four[3]));
+        for ((a, b), (c, d)) in places {
+            jerk += f64::from((*d - *a + 3.0 * (*b - *c)).length());
+        }
+    }
+    let count = rows.len().saturating_sub(3) * joints.len();
+    let over = frames.frames_in(SPEED_OVER);
+    let pairs = rows.iter().zip(rows.iter().skip(over));
+    let mut steps: Vec<f32> = pairs
+        .flat_map(|(a, b)| a.iter().zip(*b).map(|(a, b)| a.distance(*b)))
+        .collect();
+    let place = steps.len().saturating_sub(1) - steps.len().saturating_sub(1) / PEAK;
+    let peak = match steps.is_empty() {
+        true => 0.0,
+        false => f64::from(*steps.select_nth_unstable_by(place, f32::total_cmp).1) * rate / over as f64,
+    };
+    [jerk * rate.powi(3) / count.max(1) as f64, peak]
+}
+
+/// The mean speed over the ground of the points of the feet in contact.
+fn skate(work: &Work<'_>) -> Option<f64> {
+    let found = detect(work.scene, &work.frames, work.figure, &ContactOptions::default());
+    let (mut slid, mut steps) = (0.0, 0);
+    for point in &found.points {
+        for frame in (1..found.frames).filter(|frame| point.at_rest[frame - 1] && point.at_rest[*frame]) {
+            let step = point.places[frame] - point.places[frame - 1];
+            slid += f64::from((step - work.up * step.dot(work.up)).length() * work.metres);
+            steps += 1;
+        }
+    }
+    (steps > 0).then(|| slid * work.frames.rate / steps as f64)
+}

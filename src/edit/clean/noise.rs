@@ -1,0 +1,144 @@
+//! Noise: how much of it each joint has, and the motion without it.
+//!
+//! White noise is alike in all differences of a track, from the second on, once each is divided by what it makes of
+//! white noise; a motion is less in each further one. So the smallest of them is the noise, or above it. It is taken
+//! in spans of half a second by the median, and of all spans that of a calm one counts. What has hardly any noise is
+//! not touched.
+
+use glam::{DQuat, DVec3, Quat};
+
+use super::pace::Bank;
+use super::smoother::{Positions, Rotations, Values, smooth};
+use super::work::Work;
+use crate::pose::Trs;
+use crate::scene::NodeId;
+
+/// The differences that are looked at.
+const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
+/// The span in seconds, and in frames at least.
+const SPAN: f64 = 0.5;
+const SPAN_FRAMES: usize = 16;
+/// Of the spans, from the calmest: a quarter are calmer than the one that counts.
+const CALM: f64 = 0.3;
+/// The median of the absolute value of a normal variable of variance 1.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// Noise below this moves no joint: as an angle in degrees, ...
+const LEAST_ANGLE: f64 = 0.25;
+/// ... as what the angle moves the farthest joint below, and as a position, in metres.
+const LEAST_DISTANCE: f64 = 1.5e-3;
+
+/// What was found and done.
+#[derive(Default)]
+pub(super) struct Smoothed {
+    pub(super) rotations: usize,
+    pub(super) positions: usize,
+    /// The median noise of the joints that were smoothed, in degrees.
+    pub(super) angle: f64,
+    /// The largest noise of a position, in metres.
+    pub(super) distance: f64,
+}
+
+/// Smooths every joint that has noise.
+pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
+    let mut done = Smoothed::default();
+    let mut angles = Vec::new();
+    let bank = Bank::new(work.frames.rate);
+    for column in 0..work.frames.nodes().len() {
+        let node = work.frames.nodes()[column];
+        let mut track = work.frames.track(column);
+        let turned = rotations(&mut track, work, node, &bank);
+        let moved = positions(&mut track, work, &bank);
+        if let Some(angle) = turned {
+            angles.push(angle.to_degrees());
+            done.rotations += 1;
+        }
+        if let Some(distance) = moved {
+            done.distance = done.distance.max(distance);
+            done.positions += 1;
+        }
+        if turned.is_some() || moved.is_some() {
+            work.frames.set_track(column, &track);
+        }
+    }
+    angles.sort_by(f64::total_cmp);
+    done.angle = angles.get(angles.len() / 2).copied().unwrap_or_default();
+    done
+}
+
+/// Smooths the rotations of a track, and says how much noise they had, in radians.
+fn rotations(track: &mut [Trs], work: &Work<'_>, node: NodeId, bank: &Bank) -> Option<f64> {
+    let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+    let curve = curve::<Rotations>(&values)?;
+    let noise = noise_of(&curve, work.frames.rate);
+    let moves = noise * f64::from(work.reach(node));
+    if noise.to_degrees() < LEAST_ANGLE || moves < LEAST_DISTANCE {
+        return None;
+    }
+    let jerk = bank.jerk(&curve, noise * noise);
+    let smoothed = smooth::<Rotations>(&values, &work.missing, noise * noise, &jerk);
+    for (trs, rotation) in track.iter_mut().zip(smoothed) {
+        let rotation: Quat = rotation.as_quat();
+        trs.rotation = crate::math::quaternion::in_hemisphere_of(trs.rotation, rotation);
+    }
+    Some(noise)
+}
+
+/// Smooths the positions of a track, and says how much noise they had, in metres.
+fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank) -> Option<f64> {
+    let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
+    let curve = curve::<Positions>(&values)?;
+    let noise = noise_of(&curve, work.frames.rate);
+    let metres = noise * f64::from(work.metres);
+    if metres < LEAST_DISTANCE {
+        return None;
+    }
+    let jerk = bank.jerk(&curve, noise * noise);
+    let smoothed = smooth::<Positions>(&values, &work.missing, noise * noise, &jerk);
+    for (trs, position) in track.iter_mut().zip(smoothed) {
+        trs.translation = position.as_vec3();
+    }
+    Some(metres)
+}
+
+/// The sum of the steps of a track: a curve of vectors which changes as the track does. `None` where it does not
+/// change, or is too short to tell.
+fn curve<S: Values>(values: &[S::Value]) -> Option<Vec<DVec3>> {
+    let mut sum = DVec3::ZERO;
+    let mut curve = vec![sum];
+    for pair in values.windows(2) {
+        sum += S::difference(pair[0], pair[1]);
+        curve.push(sum);
+    }
+    let changes = curve.iter().any(|value| *value != DVec3::ZERO);
+    (changes && sum.is_finite() && curve.len() > SPAN_FRAMES).then_some(curve)
+}
+
+/// The standard deviation of the noise of a curve, per axis.
+fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
+    let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
+    let spans = (2 * curve.len() / span).saturating_sub(1).max(1);
+    let mut least = vec![f64::INFINITY; spans];
+    let mut differences = curve.to_vec();
+    let mut of_white = 1.0;
+    for order in 1..=*ORDERS.end() {
+        for index in 0..differences.len() - 1 {
+            differences[index] = differences[index + 1] - differences[index];
+        }
+        differences.pop();
+        // The variance that the difference makes of white noise of variance 1: (2 n)! / (n!)^2.
+        of_white *= (2 * order * (2 * order - 1)) as f64 / (order * order) as f64;
+        if !ORDERS.contains(&order) {
+            continue;
+        }
+        for (index, least) in least.iter_mut().enumerate() {
+            let from = (index * span / 2).min(differences.len().saturating_sub(span));
+            let to = (from + span).min(differences.len());
+            let mut sizes: Vec<f64> = differences[from..to].iter().flat_map(|d| d.abs().to_array()).collect();
+            let middle = sizes.len() / 2;
+            let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+            *least = least.min(median / MEDIAN_OF_NORMAL / of_white.sqrt());
+        }
+    }
+    least.sort_by(f64::total_cmp);
+    least[(CALM * (least.len() - 1) as f64) as usize]
+}

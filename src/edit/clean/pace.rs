@@ -1,0 +1,138 @@
+//! How fast a track changes, moment by moment: the density of the jerk that the smoother allows.
+//!
+//! A bank of filters, each for one density, predicts every frame from those before it, and from those after it. Where
+//! the noise is known, the error of a prediction has a known variance, and so each filter has a likelihood, which is
+//! summed around every moment: multiple-model adaptive estimation (Magill, "Optimal adaptive estimation of sampled
+//! stochastic processes", 1965) in both directions of time.
+
+use glam::DVec3;
+
+use super::smoother::Covariance;
+
+/// The lowest cut-off of the bank in Hz, and the ratio from one filter to the next.
+const LOWEST: f64 = 0.4;
+const RATIO: f64 = 1.5;
+/// The highest cut-off, as a fraction of the frame rate.
+const HIGHEST: f64 = 0.4;
+/// Seconds around a moment of which the likelihoods are summed (the time constant of an exponential window) ...
+const AROUND: f64 = 0.06;
+/// ... and frames at least.
+const AROUND_FRAMES: f64 = 2.5;
+
+/// A filter of the bank, for noise of variance 1.
+struct Member {
+    gains: [f64; 3],
+    /// The variance of its innovations.
+    variance: f64,
+    jerk: f64,
+}
+
+/// The filters of a frame rate.
+pub(super) struct Bank {
+    members: Vec<Member>,
+    /// How much less the likelihood of a frame counts for each frame of distance.
+    decay: f64,
+}
+
+impl Bank {
+    pub(super) fn new(rate: f64) -> Self {
+        let mut cut_offs = vec![LOWEST.min(HIGHEST * rate)];
+        while let Some(next) = cut_offs.last().map(|last| last * RATIO)
+            && next <= HIGHEST * rate
+        {
+            cut_offs.push(next);
+        }
+        // The smoother's response is 1 / (1 + w^6 noise / jerk), which is 1/2 at the cut-off.
+        let member = |cut_off: f64| Member::new((std::f64::consts::TAU * cut_off / rate).powi(6));
+        Self {
+            members: cut_offs.into_iter().map(member).collect(),
+            decay: (-1.0 / (AROUND * rate).max(AROUND_FRAMES)).exp(),
+        }
+    }
+
+    /// The density of the jerk in each frame of `curve`, whose noise has a variance per axis.
+    pub(super) fn jerk(&self, curve: &[DVec3], noise: f64) -> Vec<f64> {
+        let frames = curve.len();
+        let mut best = vec![f64::NEG_INFINITY; frames];
+        let mut all = Vec::with_capacity(self.members.len());
+        for member in &self.members {
+            let mut likelihood = vec![0.0; frames];
+            member.add_likelihood(curve.iter().copied(), noise, |frame, value| likelihood[frame] += value);
+            let backwards = curve.iter().rev().copied();
+            member.add_likelihood(backwards, noise, |frame, value| likelihood[frames - 1 - frame] += value);
+            sum_around(&mut likelihood, self.decay);
+            for (best, here) in best.iter_mut().zip(&likelihood) {
+                *best = best.max(*here);
+            }
+            all.push(likelihood);
+        }
+        let mean = |frame: usize| {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (member, likelihood) in self.members.iter().zip(&all) {
+                let weight = (likelihood[frame] - best[frame]).exp();
+                sum += weight * member.jerk.ln();
+                weights += weight;
+            }
+            noise * (sum / weights).exp()
+        };
+        (0..frames).map(mean).collect()
+    }
+}
+
+impl Member {
+    fn new(jerk: f64) -> Self {
+        let mut covariance = Covariance::unknown(1.0, 1.0, 1.0);
+        let mut gains = [0.0; 3];
+        let mut variance = 1.0;
+        // Until the gains stay: a slow filter takes some of its own periods.
+        for _ in 0..20_000 {
+            covariance = covariance.predicted(jerk);
+            let before = gains;
+            (gains, variance) = covariance.gains(1.0);
+            covariance = covariance.measured(gains, 1.0);
+            if gains
+                .iter()
+                .zip(before)
+                .all(|(now, before)| (now - before).abs() <= 1e-9 * now.abs())
+            {
+                break;
+            }
+        }
+        Self { gains, variance, jerk }
+    }
+
+    /// Calls `add` with each frame and the logarithm of its likelihood, but for a constant.
+    fn add_likelihood(&self, curve: impl Iterator<Item = DVec3>, noise: f64, mut add: impl FnMut(usize, f64)) {
+        let variance = self.variance * noise;
+        let constant = 1.5 * variance.ln();
+        let [k0, k1, k2] = self.gains;
+        let mut state: Option<[DVec3; 3]> = None;
+        for (frame, measured) in curve.enumerate() {
+            let [value, velocity, acceleration] = state.unwrap_or([measured, DVec3::ZERO, DVec3::ZERO]);
+            let predicted = value + velocity + 0.5 * acceleration;
+            let velocity = velocity + acceleration;
+            let innovation = measured - predicted;
+            state = Some([
+                predicted + k0 * innovation,
+                velocity + k1 * innovation,
+                acceleration + k2 * innovation,
+            ]);
+            add(frame, -0.5 * innovation.length_squared() / variance - constant);
+        }
+    }
+}
+
+/// Replaces each value by the sum of those around it, which count less the farther they are.
+fn sum_around(values: &mut [f64], decay: f64) {
+    let mut after = vec![0.0; values.len()];
+    let mut sum = 0.0;
+    for (after, value) in after.iter_mut().zip(values.iter()).rev() {
+        *after = sum;
+        sum = decay * (sum + value);
+    }
+    sum = 0.0;
+    for (value, after) in values.iter_mut().zip(after) {
+        sum = decay * sum + *value;
+        *value = sum + after;
+    }
+}

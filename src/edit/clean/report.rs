@@ -1,0 +1,297 @@
+//! What a cleaning did, part by part.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::Flips;
+use super::floor::Levelled;
+use super::measures::CleanMeasures;
+use super::noise::Smoothed;
+use super::time::Mended;
+use super::work::Work;
+use crate::edit::quantity::{centimetres, degrees};
+
+/// A part of a cleaning.
+///
+/// [`Clean`](crate::edit::Clean) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum CleanPart {
+    /// Frames that are held, doubled or dropped.
+    Time,
+    /// Rotations that jump away and back.
+    Flips,
+    /// Noise of rotations and positions.
+    Noise,
+    /// Lengths of bones that breathe.
+    Lengths,
+    /// Height and slope of the floor, and drift of the body.
+    Floor,
+    /// Feet that slide while they stand.
+    Contacts,
+}
+
+impl CleanPart {
+    /// Every part, in the order in which they are done.
+    pub const ALL: [Self; 6] = [
+        Self::Time,
+        Self::Flips,
+        Self::Noise,
+        Self::Lengths,
+        Self::Floor,
+        Self::Contacts,
+    ];
+
+    /// Its name in kebab case.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Flips => "flips",
+            Self::Noise => "noise",
+            Self::Lengths => "lengths",
+            Self::Floor => "floor",
+            Self::Contacts => "contacts",
+        }
+    }
+}
+
+/// What became of a part.
+///
+/// [`Clean`](crate::edit::Clean) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum CleanOutcome {
+    /// It changed the motion.
+    Changed,
+    /// There was nothing to change.
+    Nothing,
+    /// It was left out.
+    LeftOut,
+    /// It would have made a measure worse, and was taken back.
+    TakenBack,
+}
+
+/// A part of a cleaning, and what it did.
+///
+/// [`Clean`](crate::edit::Clean) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct CleanedPart {
+    /// Which.
+    pub part: CleanPart,
+    /// What became of it.
+    pub outcome: CleanOutcome,
+    /// What it did, or why not, in words.
+    pub about: String,
+    /// The measures after it.
+    pub after: CleanMeasures,
+}
+
+/// What [`Clean`](crate::edit::Clean) did. It prints as a table.
+///
+/// [`Clean`](crate::edit::Clean) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct CleanReport {
+    /// The measures before.
+    pub before: CleanMeasures,
+    /// The measures after all parts.
+    pub after: CleanMeasures,
+    /// The parts in their order.
+    pub parts: Vec<CleanedPart>,
+}
+
+impl CleanReport {
+    pub(super) fn new(work: &Work<'_>) -> Self {
+        let before = CleanMeasures::new(work);
+        Self {
+            after: before.clone(),
+            before,
+            parts: Vec::new(),
+        }
+    }
+
+    pub(super) fn leave_out(&mut self, part: CleanPart, why: &str) {
+        self.add(part, CleanOutcome::LeftOut, why.to_owned());
+    }
+
+    fn add(&mut self, part: CleanPart, outcome: CleanOutcome, about: String) {
+        let after = self.after.clone();
+        self.parts.push(CleanedPart {
+            part,
+            outcome,
+            about,
+            after,
+        });
+    }
+
+    /// Whether a part changed the motion.
+    pub(super) fn has_changed(&self) -> bool {
+        self.parts.iter().any(|part| part.outcome == CleanOutcome::Changed)
+    }
+
+    /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
+    pub(super) fn take(&mut self, part: CleanPart, about: String, work: &Work<'_>) -> bool {
+        if about.is_empty() {
+            self.add(part, CleanOutcome::Nothing, about);
+            return true;
+        }
+        let after = CleanMeasures::new(work);
+        if let Some(worse) = self.after.worse(&after, part) {
+            self.add(part, CleanOutcome::TakenBack, format!("{about}, but {worse}"));
+            return false;
+        }
+        self.after = after;
+        self.add(part, CleanOutcome::Changed, about);
+        true
+    }
+}
+
+impl CleanMeasures {
+    /// What a part made worse, in words.
+    fn worse(&self, after: &Self, part: CleanPart) -> Option<String> {
+        let more = |before: f64, after: f64, by: f64, least: f64| after > (1.0 + by) * before + least;
+        let optional = |before: Option<f64>, after: Option<f64>, least: f64| {
+            before
+                .zip(after)
+                .is_some_and(|(before, after)| more(before, after, 0.1, least))
+        };
+        if part != CleanPart::Time && after.held_frames > self.held_frames {
+            return Some("frames would be held".to_owned());
+        }
+        if after.jumps > self.jumps {
+            return Some("rotations would jump".to_owned());
+        }
+        if more(self.jitter, after.jitter, 0.25, 5.0) {
+            return Some(format!(
+                "the jitter would rise from {:.0} to {:.0} m/s3",
+                self.jitter, after.jitter
+            ));
+        }
+        if part == CleanPart::Noise && after.peak_speed < 0.9 * self.peak_speed {
+            let (before, after) = (self.peak_speed, after.peak_speed);
+            return Some(format!("the peak speed would fall from {before:.2} to {after:.2} m/s"));
+        }
+        if part == CleanPart::Floor && optional(self.floor_slope, after.floor_slope, 0.3) {
+            return Some("the floor would be steeper".to_owned());
+        }
+        if matches!(part, CleanPart::Floor | CleanPart::Contacts) && optional(self.skate, after.skate, 0.01) {
+            return Some("the feet would slide more".to_owned());
+        }
+        None
+    }
+}
+
+impl fmt::Display for Mended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kinds = [
+            (self.filled, "held frames filled"),
+            (self.removed, "doubled frames taken out"),
+            (self.inserted, "dropped frames put in"),
+        ];
+        f.write_str(&listed(&kinds))
+    }
+}
+
+impl fmt::Display for Flips {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.runs {
+            0 => Ok(()),
+            runs => write!(f, "{runs} runs of {} joints turned back or replaced", self.joints),
+        }
+    }
+}
+
+impl fmt::Display for Smoothed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.rotations > 0 {
+            let noise = degrees(self.angle);
+            write!(f, "{} joints with noise of {noise} smoothed", self.rotations)?;
+        }
+        if self.positions > 0 {
+            let comma = if self.rotations > 0 { ", " } else { "" };
+            let noise = centimetres(self.distance);
+            write!(
+                f,
+                "{comma}{} positions with noise of {noise} at most smoothed",
+                self.positions
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Levelled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts = [
+            self.slope
+                .map(|slope| format!("a slope of {} levelled", degrees(slope))),
+            self.drift
+                .map(|drift| format!("a drift of {} taken out", centimetres(drift))),
+            self.height
+                .map(|height| format!("the floor brought from {} to 0", centimetres(height))),
+        ];
+        f.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// The kinds of which there are any, as a list.
+fn listed(kinds: &[(usize, &str)]) -> String {
+    let kinds = kinds.iter().filter(|(count, _)| *count > 0);
+    kinds
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+impl fmt::Display for CleanReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for part in &self.parts {
+            let name = part.part.as_str();
+            match part.outcome {
+                CleanOutcome::Nothing => write!(f, "\n  {name:<9} nothing to do")?,
+                CleanOutcome::LeftOut => write!(f, "\n  {name:<9} left out: {}", part.about)?,
+                CleanOutcome::TakenBack => write!(f, "\n  {name:<9} taken back: {}", part.about)?,
+                CleanOutcome::Changed => write!(f, "\n  {name:<9} {}", part.about)?,
+            }
+        }
+        write!(f, "\n{:>24}{:>12}{:>12}", "", "before", "after")?;
+        let (before, after) = (&self.before, &self.after);
+        let count = |count: usize| Some(count as f64);
+        let rows = [
+            (
+                "held frames",
+                count(before.held_frames),
+                count(after.held_frames),
+                0,
+                1.0,
+            ),
+            ("jumps", count(before.jumps), count(after.jumps), 0, 1.0),
+            ("jitter m/s3", Some(before.jitter), Some(after.jitter), 0, 1.0),
+            (
+                "peak speed m/s",
+                Some(before.peak_speed),
+                Some(after.peak_speed),
+                2,
+                1.0,
+            ),
+            ("skate cm/s", before.skate, after.skate, 2, 100.0),
+            ("floor height cm", before.floor_height, after.floor_height, 1, 100.0),
+            ("floor slope degrees", before.floor_slope, after.floor_slope, 2, 1.0),
+        ];
+        for (name, before, after, digits, factor) in rows {
+            if let Some((before, after)) = before.zip(after) {
+                write!(
+                    f,
+                    "\n  {name:<22}{:>12.digits$}{:>12.digits$}",
+                    factor * before,
+                    factor * after
+                )?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,91 @@
+//! What the parts of a cleaning work on.
+
+use glam::{Mat4, Vec3};
+
+use crate::edit::StepInput;
+use crate::edit::body::and_below;
+use crate::edit::frames::Frames;
+use crate::error::Result;
+use crate::figure::{Figure, humanoid};
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeId, Scene};
+
+/// The frames that are changed, and what is known about the body.
+#[derive(Clone)]
+pub(super) struct Work<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) frames: Frames,
+    pub(super) figure: &'a Figure,
+    /// The frames whose values were made up, since they were not measured; empty where there is none.
+    pub(super) missing: Vec<bool>,
+    /// Metres in a unit of the scene.
+    pub(super) metres: f32,
+    pub(super) up: Vec3,
+    /// For each node how far the farthest node below it is at rest, in metres.
+    reach: &'a [f32],
+}
+
+impl<'a> Work<'a> {
+    pub(super) fn new(scene: &'a Scene, figure: &'a Figure, reach: &'a [f32], animation: usize) -> Result<Self> {
+        Ok(Self {
+            scene,
+            frames: Frames::new(scene, animation, &[])?,
+            figure,
+            missing: Vec::new(),
+            metres: figure.metres(),
+            up: figure.up_direction(),
+            reach,
+        })
+    }
+
+    /// The figure of a scene, whether it is a humanoid or not.
+    pub(super) fn figure(scene: &Scene, input: &StepInput<'_>) -> Figure {
+        let bones = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+        Figure::with_bones(scene, bones)
+    }
+
+    /// How far the farthest node below each is at rest, in metres.
+    pub(super) fn reaches(scene: &Scene, figure: &Figure) -> Vec<f32> {
+        let rest = Pose::rest(scene);
+        let reach = |node: NodeId| {
+            let distance = |below: NodeId| rest.position(below).distance(rest.position(node));
+            and_below(scene, node).map(distance).fold(0.0, f32::max) * figure.metres()
+        };
+        (0..scene.nodes.len()).map(|node| reach(NodeId::new(node))).collect()
+    }
+
+    pub(super) fn reach(&self, node: NodeId) -> f32 {
+        self.reach[node.index()]
+    }
+
+    /// Whether there is a body with legs.
+    pub(super) fn is_humanoid(&self) -> bool {
+        self.figure.humanoid.found
+    }
+
+    /// The index of the node that carries the whole body: the topmost that is driven, above the hips or the hips
+    /// themselves.
+    pub(super) fn carrier(&self) -> Option<usize> {
+        let hips = self.figure.humanoid.joint(crate::scene::HumanoidBone::Hips)?;
+        let above = |node: &NodeId| self.scene.nodes[node.index()].parent;
+        let chain = std::iter::successors(Some(hips), above);
+        let column = |node: NodeId| self.frames.nodes().binary_search(&node).ok();
+        chain.filter_map(column).last()
+    }
+
+    /// Moves the whole body in every frame, by a motion in the world.
+    pub(super) fn carry(&mut self, column: usize, motion: impl Fn(usize) -> Mat4) {
+        let node = self.frames.nodes()[column];
+        let rest = Pose::rest(self.scene);
+        let parent = self.scene.nodes[node.index()].parent;
+        let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
+        let inverse = parent.inverse();
+        let mut track = self.frames.track(column);
+        for (frame, trs) in track.iter_mut().enumerate() {
+            let moved = Trs::from_matrix(inverse * motion(frame) * parent * trs.matrix());
+            trs.translation = moved.translation;
+            trs.rotation = crate::math::quaternion::in_hemisphere_of(trs.rotation, moved.rotation);
+        }
+        self.frames.set_track(column, &track);
+    }
+}

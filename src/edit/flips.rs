@@ -1,0 +1,148 @@
+//! Finds where the rotation of a joint jumps away from the motion and back, and mends it: the one detector of `despike`
+//! and `clean`.
+//!
+//! A jump is a step between two frames that is far larger than the steps beside it. Two jumps that undo each other
+//! bound a run of frames. A run that is off by one rotation all along, as a bone that is turned by 180 degrees about
+//! itself, is turned back and keeps its own motion; another short one is replaced by what lies between its neighbours.
+
+use glam::{Quat, Vec3};
+
+use crate::math::quaternion::{in_hemisphere_of, log};
+use crate::scene::{NodeId, Scene};
+
+/// Frames on either side that say how large a step usually is.
+const AROUND: usize = 15;
+/// How many times larger than the median of the steps around it a jump is.
+const JUMP: f32 = 5.0;
+/// A step beside a jump is at most this fraction of it: a real movement gathers speed over several frames.
+const BESIDE: f32 = 0.45;
+/// The smallest jump that is looked for, in degrees. Smaller ones are spikes, which `despike` finds by its threshold.
+const LEAST: f32 = 35.0;
+/// The longest run that is turned back, in seconds ...
+const LONGEST: f64 = 2.0;
+/// ... and the longest that is replaced, since what was there cannot be known.
+const LONGEST_REPLACED: f64 = 0.2;
+/// How far the rotations at both ends of a run may differ, as a fraction of the smaller jump.
+const AGREE: f32 = 0.4;
+/// How far from half a turn about the bone a jump is taken for exactly that, in degrees.
+const HALF_TURN: f32 = 35.0;
+
+/// What was mended in one track.
+#[derive(Default)]
+pub(super) struct Mended {
+    /// For each frame whether it was changed; empty where none was.
+    pub(super) frames: Vec<bool>,
+    /// The number of runs.
+    pub(super) runs: usize,
+}
+
+/// How a run is mended.
+enum Mend {
+    /// Its rotations are multiplied on the right: the joint is turned in its own frame.
+    Right(Quat),
+    /// Its rotations are multiplied on the left: the joint is turned in the frame of its parent.
+    Left(Quat),
+    /// It is replaced by what lies between its neighbours.
+    Replace,
+}
+
+/// Mends the flips of a track. `bone` is the direction of the bone in the frame of its joint, where it has one.
+pub(super) fn mend(track: &mut [Quat], bone: Option<Vec3>, rate: f64) -> Mended {
+    let mut mended = Mended::default();
+    let jumps = jumps(track);
+    let frames = |seconds: f64| ((seconds * rate).round() as usize).max(3);
+    let (longest, longest_replaced) = (frames(LONGEST), frames(LONGEST_REPLACED));
+    let mut after = 0;
+    for (index, &first) in jumps.iter().enumerate() {
+        if first < after {
+            continue;
+        }
+        let ends = jumps[index + 1..].iter().take_while(|end| **end - first <= longest);
+        let found = ends
+            .copied()
+            .find_map(|end| Some((end, run(track, first, end, bone, longest_replaced)?)));
+        let Some((end, mend)) = found else { continue };
+        apply(track, first, end, mend);
+        mended.frames.resize(track.len(), false);
+        mended.frames[first..end].fill(true);
+        mended.runs += 1;
+        after = end + 1;
+    }
+    mended
+}
+
+/// The direction of the bone of a joint in its frame: towards its first child that is elsewhere.
+pub(super) fn bone(scene: &Scene, joint: NodeId) -> Option<Vec3> {
+    let children = scene.nodes.iter().filter(|node| node.parent == Some(joint));
+    children
+        .map(|child| child.transform.w_axis.truncate())
+        .find_map(Vec3::try_normalize)
+}
+
+/// The number of jumps of a track.
+pub(super) fn count(track: &[Quat]) -> usize {
+    jumps(track).len()
+}
+
+/// The frames to which a track jumps.
+fn jumps(track: &[Quat]) -> Vec<usize> {
+    let steps: Vec<f32> = track.windows(2).map(|pair| angle(pair[0], pair[1])).collect();
+    let least = LEAST.to_radians();
+    let is_jump = |step: &usize| {
+        let here = steps[*step];
+        if here < least {
+            return false;
+        }
+        let from = step.saturating_sub(AROUND);
+        let mut around = steps[from..(step + AROUND + 1).min(steps.len())].to_vec();
+        let middle = around.len() / 2;
+        let median = *around.select_nth_unstable_by(middle, f32::total_cmp).1;
+        // A run of one frame has a jump on one side.
+        let beside = |other: Option<usize>| other.and_then(|other| steps.get(other)).copied().unwrap_or(0.0);
+        let smaller = beside(step.checked_sub(1)).min(beside(Some(step + 1)));
+        here > JUMP * median && smaller < BESIDE * here
+    };
+    (0..steps.len()).filter(is_jump).map(|step| step + 1).collect()
+}
+
+fn angle(a: Quat, b: Quat) -> f32 {
+    log(a.inverse() * b).length()
+}
+
+/// How the frames from `first` to before `end`, to which the track jumps back, are mended.
+fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_replaced: usize) -> Option<Mend> {
+    let (before, into, out, after) = (track[first - 1], track[first], track[end - 1], track[end]);
+    let smaller = angle(before, into).min(angle(out, after));
+    let rights = [into.inverse() * before, out.inverse() * after];
+    let lefts = [before * into.inverse(), after * out.inverse()];
+    let [right, left] = [rights, lefts].map(|ends| angle(ends[0], ends[1]));
+    if end - first > 1 && right.min(left) < AGREE * smaller {
+        let [at_start, at_end] = if right <= left { rights } else { lefts };
+        let mean = (at_start + in_hemisphere_of(at_start, at_end)).normalize();
+        return Some(match right <= left {
+            true => Mend::Right(bone.and_then(|bone| half_turn(mean, bone)).unwrap_or(mean)),
+            false => Mend::Left(mean),
+        });
+    }
+    let comes_back = angle(before, after) < AGREE * smaller;
+    (comes_back && end - first <= longest_replaced).then_some(Mend::Replace)
+}
+
+/// Half a turn about the bone, where a rotation is near it.
+fn half_turn(rotation: Quat, bone: Vec3) -> Option<Quat> {
+    let turn = Quat::from_xyzw(bone.x, bone.y, bone.z, 0.0);
+    (angle(rotation, turn) < HALF_TURN.to_radians()).then_some(turn)
+}
+
+fn apply(track: &mut [Quat], first: usize, end: usize, mend: Mend) {
+    let (before, after) = (track[first - 1], track[end]);
+    let count = (end + 1 - first) as f32;
+    for (index, rotation) in track[first..end].iter_mut().enumerate() {
+        let mended = match mend {
+            Mend::Right(turn) => *rotation * turn,
+            Mend::Left(turn) => turn * *rotation,
+            Mend::Replace => before.slerp(after, (index + 1) as f32 / count),
+        };
+        *rotation = in_hemisphere_of(before, mended.normalize());
+    }
+}
