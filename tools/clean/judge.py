@@ -1,0 +1,216 @@
+"""Judges `mocap clean` by truth that was planted. See README.md."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, filtfilt
+from scipy.spatial.transform import Rotation
+
+import bvh
+import plant
+
+warnings.simplefilter("ignore")
+SETS = {
+    "clean": [],
+    "noise": ["noise"],
+    "flips": ["flips", "noise"],
+    "floor": ["floor", "noise"],
+    "time": ["time", "noise"],
+    "all": ["noise", "flips", "floor", "time"],
+}
+CUT_OFFS = np.geomspace(0.7, 14, 24)  # of the Butterworth filters, in Hz
+
+
+def accelerations(places, rate):
+    return np.diff(places, 2, axis=0) * rate**2
+
+
+def acceleration_error(places, truth, rate):
+    return np.linalg.norm(accelerations(places, rate) - accelerations(truth, rate), axis=-1).mean()
+
+
+def butterworth(motion, cut_off):
+    """The usual filter: second order, forwards and backwards, on quaternions and on the root."""
+    b, a = butter(2, cut_off / (motion.rate / 2))
+    turns = motion.turns.copy()
+    for frame in range(1, len(turns)):
+        opposite = (turns[frame] * turns[frame - 1]).sum(-1) < 0
+        turns[frame, opposite] *= -1
+    filtered = motion.copy()
+    turns = filtfilt(b, a, turns, axis=0)
+    filtered.turns = turns / np.linalg.norm(turns, axis=-1, keepdims=True)
+    filtered.root = filtfilt(b, a, motion.root, axis=0)
+    return filtered
+
+
+def peer(motion, truth, rate):
+    """The Butterworth filter with the cut-off that is best for this clip, as the truth says."""
+    best = None
+    for cut_off in CUT_OFFS[CUT_OFFS < 0.45 * rate]:
+        places = butterworth(motion, cut_off).positions()
+        error = acceleration_error(places, truth, rate)
+        if best is None or error < best[0]:
+            best = error, places, cut_off
+    return best
+
+
+def peaks(places, truth, rate):
+    """The speed in the fastest hundredth of the moments of the truth, as a fraction of the true one."""
+    speeds = [np.linalg.norm(p[2:] - p[:-2], axis=-1) * rate / 2 for p in (truth, places)]
+    fastest = speeds[0] >= np.percentile(speeds[0], 99)
+    return speeds[1][fastest].mean() / speeds[0][fastest].mean()
+
+
+def skate(places, truth, feet, rate):
+    """The mean speed over the ground, in cm/s, of the slower of ankle and ball where the truth stands on them."""
+    speeds = [np.linalg.norm(np.diff(p[:, feet][..., [0, 2]], axis=0), axis=-1) * rate for p in (places, truth)]
+    heights = truth[1:, feet, 1]
+    level = np.percentile(heights, 5, axis=0)
+    stands = (speeds[1] < 8) & (heights < level + 3)
+    slide = []
+    for side in (0, 1):
+        both = [side, side + 2]
+        at = stands[:, both].any(axis=1)
+        slide.append(np.where(stands[:, both], speeds[0][:, both], np.inf).min(axis=1)[at])
+    slide = np.concatenate(slide)
+    return slide.mean() if len(slide) else np.nan
+
+
+def tilt(places, truth):
+    """How far up is from up, in degrees, when one motion is laid on the other; and how much higher it is, in cm."""
+    a, b = (p.reshape(-1, 3) - p.reshape(-1, 3).mean(axis=0) for p in (places, truth))
+    turn, _ = Rotation.align_vectors(b, a)
+    up = turn.apply([0, 1, 0])
+    return np.degrees(np.arccos(np.clip(up[1], -1, 1)))
+
+
+def measures(motion, truth, source, wrong, shown):
+    """What is left of the defects. Lengths in cm."""
+    frames = min(len(motion.root), len(truth.root))
+    places, true = motion.positions()[:frames], truth.positions()[:frames]
+    feet = [truth.names.index(name) for name in source["ankles"] + source["balls"]]
+    relative = Rotation.from_quat(motion.turns[:frames].reshape(-1, 4)).inv() * Rotation.from_quat(
+        truth.turns[:frames].reshape(-1, 4)
+    )
+    off = np.degrees(relative.magnitude()).reshape(frames, -1)
+    stands = true[:, feet, 1] < np.percentile(true[:, feet, 1], 5, axis=0) + 2
+    heights = (places - true)[:, feet, 1][stands]
+    return {
+        "joint": np.linalg.norm(places - true, axis=-1).mean(),
+        "largest": np.linalg.norm(places - true, axis=-1).max(),
+        "acceleration": acceleration_error(places, true, truth.rate),
+        "peaks": peaks(places, true, truth.rate),
+        "skate": skate(places, true, feet, truth.rate),
+        "tilt": tilt(places, true),
+        "height": abs(heights.mean()),
+        "flipped": float((off[wrong[:frames]] < 20).mean()) if wrong.any() else np.nan,
+        "frames": abs(len(motion.root) - len(truth.root)),
+    }
+
+
+def one(task):
+    program, folder, index, source, clean, seed, kind, arguments = task
+    motion, wrong, shown = plant.spoil(clean, source, np.random.default_rng([seed, index]), SETS[kind])
+    noisy, out = folder / f"{kind}_{index}.bvh", folder / f"{kind}_{index}_out.bvh"
+    bvh.write(noisy, motion)
+    motion = bvh.read(noisy)
+    run = subprocess.run(
+        [program, "clean", noisy, "-o", out, "--force", "--report", out.with_suffix(".json"), *arguments],
+        capture_output=True,
+        text=True,
+    )
+    if run.returncode != 0:
+        raise SystemExit(f"{noisy}: {run.stderr}")
+    cleaned = bvh.read(out)
+    order = [cleaned.names.index(name) for name in motion.names]
+    cleaned.names, cleaned.turns = motion.names, cleaned.turns[:, order]
+    cleaned.parents, cleaned.offsets = motion.parents, clean.offsets
+    before = measures(motion, clean, source, wrong, shown)
+    after = measures(cleaned, clean, source, wrong, shown)
+    result = {"file": source["file"], "rate": clean.rate, "kind": kind, "index": index, "before": before, "after": after}
+    if kind == "noise":
+        truth = clean.positions()
+        error, places, cut_off = peer(motion, truth, clean.rate)
+        result["peer"] = {"acceleration": error, "cut_off": cut_off, "peaks": peaks(places, truth, clean.rate),
+                          "joint": np.linalg.norm(places - truth, axis=-1).mean()}
+    return result
+
+
+def table(results):
+    """The rows of the table: what is wanted, and what was measured."""
+    by = {kind: [r for r in results if r["kind"] == kind] for kind in SETS}
+
+    def ratio(kind, key, of="before"):
+        return np.array([r["after"][key] / r[of][key] for r in by[kind]])
+
+    def after(kind, key):
+        return np.array([r["after"][key] for r in by[kind]])
+
+    rows = []
+
+    def row(name, values, wanted, is_good):
+        values = values[np.isfinite(values)]
+        if len(values):
+            good = is_good(values).mean()
+            rows.append((name, wanted, np.mean(values), np.median(values), np.percentile(values, 90), good, len(values)))
+
+    for kind in ("noise", "all"):
+        row(f"{kind}: acceleration error / spoiled", ratio(kind, "acceleration"), "0.35", lambda v: v <= 0.35)
+        if kind == "noise":
+            row("noise: acceleration error / best Butterworth", ratio(kind, "acceleration", "peer"), "0.8", lambda v: v <= 0.8)
+            row("noise: joint error / best Butterworth", ratio(kind, "joint", "peer"), "", lambda v: v <= 1)
+        row(f"{kind}: joint error / spoiled", ratio(kind, "joint"), "0.6", lambda v: v <= 0.6)
+        row(f"{kind}: peak speed / true", after(kind, "peaks"), "0.95..1.05", lambda v: abs(v - 1) <= 0.05)
+    row("noise: peak speed of best Butterworth / true", np.array([r["peer"]["peaks"] for r in by["noise"]]), "", lambda v: abs(v - 1) <= 0.05)
+    for kind in ("flips", "all"):
+        row(f"{kind}: flipped rotations mended", after(kind, "flipped"), "0.98", lambda v: v >= 0.98)
+    for kind in ("noise", "floor", "all"):
+        row(f"{kind}: skate cm/s", after(kind, "skate"), "0.5", lambda v: v <= 0.5)
+    row("all: skate before cm/s", np.array([r["before"]["skate"] for r in by["all"]]), "", lambda v: v <= 0.5)
+    for kind in ("floor", "all"):
+        row(f"{kind}: slope degrees", after(kind, "tilt"), "0.3", lambda v: v <= 0.3)
+        row(f"{kind}: height cm", after(kind, "height"), "1", lambda v: v <= 1)
+    for kind in ("time", "all"):
+        row(f"{kind}: frames too many or few", after(kind, "frames"), "0", lambda v: v == 0)
+    row("time: joint error / spoiled", ratio("time", "joint"), "0.6", lambda v: v <= 0.6)
+    row("clean: largest change mm", 10 * after("clean", "largest"), "1", lambda v: v <= 1)
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("folders", nargs="+")
+    parser.add_argument("--count", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--sets", default=",".join(SETS))
+    parser.add_argument("--arguments", default="")
+    parser.add_argument("--keep")
+    parser.add_argument("--json")
+    args = parser.parse_args()
+    folder = Path(args.keep or tempfile.mkdtemp())
+    folder.mkdir(parents=True, exist_ok=True)
+    tasks = [
+        (os.path.abspath(args.program), folder, index, source, clean, args.seed, kind, args.arguments.split())
+        for index, (source, clean, _) in enumerate(plant.clips(args.folders, args.count, args.seed))
+        for kind in args.sets.split(",")
+    ]
+    with ThreadPoolExecutor(2) as pool:
+        results = list(pool.map(one, tasks))
+    if args.json:
+        Path(args.json).write_text(json.dumps(results, indent=1))
+    print(f"{'measure':<46}{'wanted':>11}{'mean':>9}{'median':>9}{'90 %':>9}{'reached':>9}{'clips':>7}")
+    for name, wanted, mean, median, most, good, count in table(results):
+        print(f"{name:<46}{wanted:>11}{mean:>9.3f}{median:>9.3f}{most:>9.3f}{good:>9.0%}{count:>7}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""Plants defects in clean motions, by a seed: what an estimator, a camera or a sensor does to a take.
+
+The noise is what is published of monocular estimators and measured on fixtures/real (see README.md): white, 2 degrees
+for the whole rotation of a joint, and 3 to 8 mm for the root.
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import bvh
+
+HERE = Path(__file__).parent
+NOISE_DEGREES = 2.0  # root mean square of the whole angle, over all three axes
+NOISE_ROOT_CM = (0.3, 0.8)  # standard deviation per axis, drawn for each clip
+DRIFT_CM = (6.0, 3.0)  # over the ground and in height, over a clip
+TILT_DEGREES = 3.0
+HELD, LOST = 0.02, 0.01  # fractions of the frames that are held; that are dropped, as many being doubled elsewhere
+FLIPS, SPIKES = 3, 3  # runs of 5 to 20 frames, single frames
+HEIGHT_CM = 165.0
+
+
+def sources(folders):
+    for source in json.loads((HERE / "sources.json").read_text())["motions"]:
+        for folder in folders:
+            if (Path(folder) / source["file"]).exists():
+                yield dict(source, path=Path(folder) / source["file"])
+                break
+
+
+def load(source, rate):
+    """A source in centimetres, +Y up, at about 30 or 60 frames a second, with the floor at height 0."""
+    motion = bvh.read(source["path"])
+    step = max(1, round(motion.rate / rate))
+    motion.rate /= step
+    motion = motion.take(np.arange(source["skip"], len(motion.root), step))
+    if source["up"] == "z":
+        up = Rotation.from_euler("X", -90, degrees=True)
+        motion.root = up.apply(motion.root)
+        motion.turns[:, 0] = (up * Rotation.from_quat(motion.turns[:, 0])).as_quat()
+    places = motion.positions()
+    height = np.percentile(np.ptp(places[..., 1], axis=1), 80)
+    scale = HEIGHT_CM / height
+    motion.root, motion.offsets = motion.root * scale, motion.offsets * scale
+    motion.tips = [(joint, [scale * value for value in tip]) for joint, tip in motion.tips]
+    feet = [motion.names.index(name) for name in source["ankles"] + source["balls"]]
+    lowest = motion.positions()[:, feet, 1].min(axis=1)
+    motion.root[:, 1] -= np.percentile(lowest, 5)
+    motion.root[:, [0, 2]] -= motion.root[0, [0, 2]]
+    return motion
+
+
+def clips(folders, count, seed):
+    """Clean cuts of 3 to 8 seconds, half of them at 30 frames a second, half at 60."""
+    random = np.random.default_rng(seed)
+    found = list(sources(folders))
+    loaded = {}
+    for index in range(count):
+        source, rate = found[index % len(found)], (30, 60)[index // len(found) % 2]
+        key = (source["file"], rate)
+        if key not in loaded:
+            loaded[key] = load(source, rate)
+        whole = loaded[key]
+        length = min(len(whole.root), int(random.uniform(3, 8) * whole.rate))
+        first = random.integers(0, len(whole.root) - length + 1)
+        yield source, whole.take(np.arange(first, first + length)), np.random.default_rng([seed, index])
+
+
+def add_noise(motion, random):
+    per_axis = np.radians(NOISE_DEGREES) / np.sqrt(3)
+    turns = Rotation.from_rotvec(random.normal(0, per_axis, (motion.turns.size // 4, 3)))
+    noisy = Rotation.from_quat(motion.turns.reshape(-1, 4)) * turns
+    motion.turns = noisy.as_quat().reshape(motion.turns.shape)
+    motion.root = motion.root + random.normal(0, random.uniform(*NOISE_ROOT_CM), motion.root.shape)
+
+
+def add_flips(motion, source, random):
+    """Bones turned about themselves, single frames far off, legs exchanged. Gives which rotations are wrong."""
+    frames, joints = motion.turns.shape[:2]
+    wrong = np.zeros((frames, joints), dtype=bool)
+    free = np.ones(frames, dtype=bool)
+    free[:3] = free[-3:] = False
+
+    def run(length):
+        for _ in range(50):
+            first = random.integers(3, max(4, frames - length - 3))
+            if free[max(0, first - 4) : first + length + 4].all():
+                free[max(0, first - 4) : first + length + 4] = False
+                return np.arange(first, first + length)
+        return np.arange(0)
+
+    for _ in range(FLIPS):
+        joint = motion.names.index(source["limbs"][random.integers(4)])
+        bone = motion.offsets[motion.parents.index(joint)]
+        at = run(random.integers(5, 21))
+        half = Rotation.from_rotvec(np.pi * bone / np.linalg.norm(bone))
+        motion.turns[at, joint] = (Rotation.from_quat(motion.turns[at, joint]) * half).as_quat() if len(at) else 0
+        wrong[at, joint] = True
+    for _ in range(SPIKES):
+        joint, at = random.integers(1, joints), run(1)
+        axis = random.normal(size=3)
+        turn = Rotation.from_rotvec(np.radians(random.uniform(45, 120)) * axis / np.linalg.norm(axis))
+        motion.turns[at, joint] = (Rotation.from_quat(motion.turns[at, joint]) * turn).as_quat() if len(at) else 0
+        wrong[at, joint] = True
+    at = run(random.integers(5, 13))
+    names = [[side for side in motion.names if side.endswith(part) or part in side.split("_", 1)[-1:]] for part in source["legs"]]
+    for part in names:
+        left = [name for name in part if name[0] in "lL"]
+        right = [name for name in part if name[0] in "rR"]
+        for a, b in zip(left[:1], right[:1]):
+            a, b = motion.names.index(a), motion.names.index(b)
+            apart = (Rotation.from_quat(motion.turns[at, a]).inv() * Rotation.from_quat(motion.turns[at, b])).magnitude() if len(at) else []
+            motion.turns[np.ix_(at, [a, b])] = motion.turns[np.ix_(at, [b, a])]
+            wrong[at, a] |= np.degrees(apart) > 20
+            wrong[at, b] |= np.degrees(apart) > 20
+    return wrong
+
+
+def add_tilt_and_drift(motion, random):
+    frames = len(motion.root)
+    t = np.linspace(0, 1, frames)[:, None]
+    sizes = np.array([DRIFT_CM[0], DRIFT_CM[1], DRIFT_CM[0]]) / np.sqrt([2, 1, 2])
+    way = random.choice([-1, 1], 3) * sizes
+    drift = way * (0.5 * t + 0.5 * np.sin(0.5 * np.pi * random.uniform(0.5, 1.5) * t))
+    angle = random.uniform(0, 2 * np.pi)
+    tilt = Rotation.from_rotvec(np.radians(TILT_DEGREES) * np.array([np.cos(angle), 0, np.sin(angle)]))
+    motion.root = tilt.apply(motion.root + drift)
+    motion.turns[:, 0] = (tilt * Rotation.from_quat(motion.turns[:, 0])).as_quat()
+
+
+def add_time(motion, random):
+    """Frames that are held, and pairs of a frame that is dropped and one that is doubled. Gives which frame of the
+    clean motion each frame shows."""
+    frames = len(motion.root)
+    shown = np.arange(frames)
+    for frame in random.choice(np.arange(4, frames - 4), max(1, int(HELD * frames)), replace=False):
+        shown[frame] = shown[frame - 1]
+    for _ in range(max(1, int(LOST * frames))):
+        dropped, doubled = random.choice(np.arange(6, frames - 6), 2, replace=False)
+        shown = shown.tolist()
+        shown.insert(doubled, shown[doubled])
+        shown.pop(dropped if dropped < doubled else dropped + 1)
+        shown = np.array(shown)
+    motion.root, motion.turns = motion.root[shown], motion.turns[shown]
+    return shown
+
+
+def spoil(clean, source, random, what):
+    """The spoiled motion; which rotations were flipped; which clean frame each frame shows."""
+    motion = clean.copy()
+    frames, joints = motion.turns.shape[:2]
+    wrong, shown = np.zeros((frames, joints), dtype=bool), np.arange(frames)
+    if "flips" in what:
+        wrong = add_flips(motion, source, random)
+    if "floor" in what:
+        add_tilt_and_drift(motion, random)
+    if "noise" in what:
+        add_noise(motion, random)
+    if "time" in what:
+        shown = add_time(motion, random)
+        wrong = wrong[shown]
+    return motion, wrong, shown
