@@ -1,5 +1,6 @@
 //! Output files that are whole or absent, and what they may replace. Only this module of the library writes files.
 
+mod array_mark;
 mod existing;
 mod fbx_header;
 mod unfinished;
@@ -10,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 
+pub(crate) use self::array_mark::ARRAY_MARK;
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};

@@ -3,6 +3,7 @@
 //! To add a format: a folder in `format/` with its row, which [`FORMATS`] lists, and fixtures with their origin. A row
 //! with [`FormatInfo::write`] is a format that every door writes: each takes names, extensions and options from here.
 
+mod array_files;
 mod asf_amc;
 mod bip;
 pub mod bvh;
@@ -185,6 +186,10 @@ pub const FORMATS: &[FormatInfo] = &[
     bip::FORMAT,
     urdf::FORMAT,
     mjcf::FORMAT,
+    array_files::NPZ,
+    array_files::NPY,
+    array_files::TORCH,
+    array_files::PICKLE,
 ];
 
 /// Options of a format's reader.

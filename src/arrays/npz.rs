@@ -10,6 +10,7 @@ use zip::{CompressionMethod, result::ZipResult};
 
 use crate::arrays::{Arrays, Rotation};
 use crate::edit::DetectedContacts;
+use crate::files::ARRAY_MARK;
 use crate::robot::RobotMotion;
 use crate::scene::RotationOrder;
 
@@ -84,7 +85,8 @@ impl Archive {
     /// The bytes of the archive with what `add` puts into it.
     fn made(add: impl FnOnce(&mut Self) -> ZipResult<()>) -> Vec<u8> {
         let mut archive = Self(ZipWriter::new(Cursor::new(Vec::new())));
-        add(&mut archive)
+        (archive.0.set_comment(ARRAY_MARK))
+            .and_then(|()| add(&mut archive))
             .and_then(|()| archive.0.finish())
             .map(Cursor::into_inner)
             .expect("an archive in memory that may be larger than 4 GiB takes what is written")

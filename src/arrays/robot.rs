@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::files::ARRAY_MARK;
 use crate::robot::{Robot, RobotMotion};
 
 /// Decimals of a row.
@@ -52,6 +53,9 @@ impl RobotMotion {
     pub fn to_pickle(&self) -> Vec<u8> {
         let frames = self.frames();
         let mut out = Pickle(vec![0x80, 4]);
+        // A text that is forgotten at once: the file says who wrote it.
+        out.text(ARRAY_MARK);
+        out.0.push(b'0');
         out.0.extend(b"}(");
         out.text("fps");
         out.0.push(b'G');

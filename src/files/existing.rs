@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use super::array_mark::{MARKED_EXTENSIONS, has_mark};
 use super::fbx_header::{FBX_HEAD, HEADER, fbx_provenance};
 use super::{Target, folder_of, unfinished_target};
 use crate::error::{Code, Diagnostic, Error, Result};
@@ -19,10 +20,10 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 ///
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
-/// [`force`](Self::force). There are three exceptions, so that a command can be run again: an empty file, a file with
-/// the same bytes as the output, and a glTF or FBX file that this crate wrote, according to its
-/// [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name an input as the source
-/// of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
+/// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file with
+/// the same bytes as the output, an `.npz` or `.pkl` with this crate's mark, and a glTF or FBX file that this crate
+/// wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name
+/// an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
 /// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
 /// character.
 ///
@@ -51,7 +52,8 @@ impl ReplacePolicy {
     /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
-        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip",
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip", "npz", "npy",
+        "pt", "pth", "pkl", "pickle",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that
@@ -171,6 +173,9 @@ impl ReplacePolicy {
         };
         if has_extension(path, &["bin"]) || has_extension(&target, &["bin"]) {
             return !is_our_buffer(&target);
+        }
+        if has_extension(&target, MARKED_EXTENSIONS) && has_mark(&target) {
+            return false;
         }
         let is_source = |path: &Path| has_extension(path, Self::SOURCE_EXTENSIONS);
         (is_source(path) || is_source(&target)) && !Asset::of(&target).is_ok_and(|asset| self.is_output(&asset))

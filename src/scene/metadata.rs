@@ -88,6 +88,14 @@ formats! {
     Mjcf "mjcf"
     /// Packed clip of this crate:
     Mclip "mclip"
+    /// Arrays of NumPy:
+    Npz "npz"
+    /// One array of NumPy:
+    Npy "npy"
+    /// Tensors of PyTorch:
+    Torch "torch"
+    /// Arrays in a pickle of Python:
+    Pickle "pickle"
 }
 
 impl fmt::Display for Format {
@@ -309,6 +317,12 @@ pub enum Topic {
     Events,
     /// Curves between keys that were sampled.
     Interpolation,
+    /// What the numbers of an array without names are.
+    Layout,
+    /// The lengths of a body of which a file has rotations alone.
+    Body,
+    /// From which pose the rotations of fingers begin.
+    Hands,
     /// A topic of another version of this crate.
     #[serde(other)]
     Other,
@@ -333,6 +347,9 @@ impl Topic {
             Self::Analog => "analog",
             Self::Events => "events",
             Self::Interpolation => "interpolation",
+            Self::Layout => "layout",
+            Self::Body => "body",
+            Self::Hands => "hands",
             Self::Other => "other",
         }
     }
@@ -385,6 +402,9 @@ mod tests {
             Topic::Analog,
             Topic::Events,
             Topic::Interpolation,
+            Topic::Layout,
+            Topic::Body,
+            Topic::Hands,
             Topic::Other,
         ];
         for topic in topics {

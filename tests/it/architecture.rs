@@ -61,7 +61,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "arrays",
         &[
-            "error", "limits", "options", "scene", "math", "pose", "figure", "edit", "robot", "convert", "format",
+            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "edit", "robot", "convert",
+            "format",
         ],
     ),
     (

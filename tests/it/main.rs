@@ -4,6 +4,7 @@
 
 mod architecture;
 mod armatures;
+mod array_files;
 mod arrays;
 mod asf_amc;
 #[cfg(feature = "cli")]

@@ -1,0 +1,209 @@
+//! The arrays of this program, as `mocap fk` writes them: back to the scene that they were made of.
+
+use glam::{DMat3, DQuat, DVec3, Mat4, Vec3};
+use serde::Deserialize;
+
+use super::Reader;
+use crate::error::{Code, Diagnostic};
+use crate::format::Failure;
+use crate::format::array_files::ndarray::{Entries, NdArray};
+use crate::format::warnings::Warnings;
+use crate::math::rotation::euler_rot;
+use crate::scene::{Animation, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+
+/// Whether the arrays are those of this program.
+pub(super) fn is_own(entries: &Entries<'_>) -> bool {
+    ["header", "positions", "rotations", "parents", "offsets"]
+        .into_iter()
+        .all(|name| entries.get(name).is_some())
+}
+
+/// What of the header says what the numbers are.
+#[derive(Deserialize)]
+struct Header {
+    frame_rate: f64,
+    metres_per_unit: Option<f64>,
+    up: Option<UpAxis>,
+    space: String,
+    rotation: String,
+    rotation_space: String,
+    joints: Vec<Joint>,
+}
+
+#[derive(Deserialize)]
+struct Joint {
+    name: String,
+    parent: Option<usize>,
+    offset: [f32; 3],
+    end_site: bool,
+    rotation_order: Option<RotationOrder>,
+}
+
+fn invalid(message: String) -> Failure {
+    Box::new(Diagnostic::new(Code::UnexpectedToken, message).help("write it again with mocap fk"))
+}
+
+pub(super) fn scene(reader: &Reader<'_, '_>, format: Format, warnings: &mut Warnings) -> Result<Scene, Failure> {
+    let text = reader.entries.get("header").map(NdArray::texts).unwrap_or_default();
+    let header: Header = serde_json::from_str(text.first().map_or("", String::as_str))
+        .map_err(|error| invalid(format!("the array header is not one of this program: {error}")))?;
+    let count = header.joints.len();
+    let width = match header.rotation.as_str() {
+        "quat" => 4,
+        "6d" => 6,
+        "matrix" => 9,
+        _ => 3,
+    };
+    let (frames, positions) = reader.numbers("positions", None, &[count, 3])?;
+    let widths: &[usize] = if width == 9 { &[count, 3, 3] } else { &[count, width] };
+    let (_, rotations) = reader.numbers("rotations", Some(frames), widths)?;
+    of_numbers(header, frames, &positions, &rotations, reader, format, warnings)
+}
+
+/// The scene of the numbers of every frame and joint.
+fn of_numbers(
+    header: Header,
+    frames: usize,
+    positions: &[f64],
+    rotations: &[f64],
+    reader: &Reader<'_, '_>,
+    format: Format,
+    warnings: &mut Warnings,
+) -> Result<Scene, Failure> {
+    let count = header.joints.len();
+    let parents: Vec<Option<usize>> = header.joints.iter().map(|joint| joint.parent).collect();
+    if let Some(index) = (0..count).find(|index| parents[*index].is_some_and(|parent| parent >= *index)) {
+        return Err(invalid(format!(
+            "the parent of the joint {index} does not stand before it"
+        )));
+    }
+    if header.space != "world" {
+        let message = format!(
+            "the positions of the arrays are in the space {}, and the path is lost",
+            header.space
+        );
+        return Err(Box::new(
+            Diagnostic::new(Code::UnexpectedToken, message)
+                .expected_found("positions in the world", header.space.clone())
+                .help("write them with mocap fk --space world"),
+        ));
+    }
+    let mut scene = Scene::default();
+    scene.metadata.format = Some(format);
+    scene.metadata.metres_per_unit = header.metres_per_unit;
+    scene.metadata.up = header.up;
+    let width = rotations.len().checked_div(frames * count).unwrap_or(4);
+    let is_world = header.rotation_space == "world";
+    let (mut world, mut channels) = (Vec::<Vec<DQuat>>::with_capacity(count), Vec::with_capacity(count));
+    for (index, joint) in header.joints.iter().enumerate() {
+        let read = |frame: usize| {
+            let row = &rotations[width * (frame * count + index)..][..width];
+            rotation(row, joint.rotation_order)
+        };
+        let own: Vec<DQuat> = (0..frames).map(read).collect();
+        let above = parents[index];
+        let to_world = |frame: usize, own: DQuat| above.map_or(own, |parent| world[parent][frame] * own);
+        let to_parent = |frame: usize, own: DQuat| above.map_or(own, |parent| world[parent][frame].inverse() * own);
+        let pairs = || own.iter().copied().enumerate();
+        let (in_world, local): (Vec<DQuat>, Vec<DQuat>) = match is_world {
+            true => (own.clone(), pairs().map(|(frame, own)| to_parent(frame, own)).collect()),
+            false => (pairs().map(|(frame, own)| to_world(frame, own)).collect(), own.clone()),
+        };
+        let at = |frame: usize, joint: usize| DVec3::from_slice(&positions[3 * (frame * count + joint)..][..3]);
+        let offset = Vec3::from(joint.offset);
+        let place = |frame: usize| match above {
+            None => at(frame, index).as_vec3(),
+            Some(parent) => (world[parent][frame].inverse() * (at(frame, index) - at(frame, parent))).as_vec3(),
+        };
+        let places: Vec<Vec3> = (0..frames).map(place).collect();
+        world.push(in_world);
+        let id = NodeId::new(scene.nodes.len());
+        scene.nodes.push(Node {
+            name: joint.name.clone(),
+            kind: if joint.end_site {
+                NodeKind::EndSite
+            } else {
+                NodeKind::Joint
+            },
+            parent: above.map(NodeId::new),
+            transform: Mat4::from_translation(offset),
+            rotation_order: joint.rotation_order,
+            ..Node::default()
+        });
+        if !joint.end_site {
+            channels.push(channel(joint, id, above.is_none(), places, local));
+        }
+    }
+    // The number itself, where the text of it may be rounded.
+    let stated = reader.entries.get("frame_rate").and_then(NdArray::scalar);
+    let rate = reader.options.frame_rate_or(stated.unwrap_or(header.frame_rate));
+    if frames == 0 {
+        warnings.push(Code::NoMotion, || {
+            Diagnostic::new(
+                Code::NoMotion,
+                "the arrays have no frames: the scene has a skeleton and no animation",
+            )
+        });
+    } else {
+        scene.animations.push(Animation {
+            name: "Motion".to_owned(),
+            ticks_per_second: rate?,
+            duration: (frames - 1) as f64,
+            channels,
+        });
+    }
+    Ok(scene)
+}
+
+/// A joint whose distance to its parent does not change has its OFFSET alone.
+fn channel(joint: &Joint, id: NodeId, is_root: bool, places: Vec<Vec3>, rotations: Vec<DQuat>) -> Channel {
+    /// What rounding adds to positions in 32 bits, as a fraction of their size.
+    const ROUNDING: f32 = 1e-5;
+    let offset = Vec3::from(joint.offset);
+    let largest = places
+        .iter()
+        .map(|place| place.abs().max_element())
+        .fold(offset.length(), f32::max);
+    let moves = places
+        .iter()
+        .any(|place| place.distance(offset) > ROUNDING * largest.max(1.0));
+    Channel {
+        node_name: joint.name.clone(),
+        node: Some(id),
+        position_keys: match is_root || moves {
+            true => Keys::every_tick(places),
+            false => Keys::constant(offset),
+        },
+        rotation_keys: Keys::every_tick(
+            rotations
+                .into_iter()
+                .map(|rotation| rotation.normalize().as_quat())
+                .collect(),
+        ),
+        scaling_keys: Keys::constant(Vec3::ONE),
+    }
+}
+
+/// A rotation as [`Rotation`](crate::scene) of the arrays writes it, told by its width.
+fn rotation(row: &[f64], order: Option<RotationOrder>) -> DQuat {
+    let vector = |at: usize| DVec3::from_slice(&row[at..at + 3]);
+    let of_columns = |x: DVec3, y: DVec3| {
+        let x = x.normalize_or(DVec3::X);
+        let y = (y - x * x.dot(y)).normalize_or(x.any_orthonormal_vector());
+        DQuat::from_mat3(&DMat3::from_cols(x, y, x.cross(y)))
+    };
+    let rotation = match row.len() {
+        4 => DQuat::from_slice(row),
+        6 => of_columns(vector(0), vector(3)),
+        9 => DQuat::from_mat3(&DMat3::from_cols_slice(row).transpose()),
+        _ => {
+            let order = order.unwrap_or(RotationOrder::Xyz);
+            let [a, b, c] = order.axes().map(|axis| row[axis].to_radians());
+            DQuat::from_euler(euler_rot(order), a, b, c)
+        }
+    };
+    match rotation.is_finite() && rotation.length_squared() > 1e-6 {
+        true => rotation.normalize(),
+        false => DQuat::IDENTITY,
+    }
+}

@@ -1,0 +1,115 @@
+//! The arrays of a pickle, by the path of dictionaries that leads to each.
+
+use super::super::ndarray::{Bytes, Entries, Kind, NdArray};
+use super::{Id, Object, Pickle};
+
+/// Dictionaries within dictionaries that are looked into.
+const DEEPEST: usize = 4;
+
+/// Bytes of a name that is looked at.
+const LONGEST: usize = 256;
+
+/// Arrays that are listed.
+const MOST: usize = 4096;
+
+/// The arrays of a pickle, in its order, as `outer.inner`. Numbers and texts are arrays of one element, lists of
+/// numbers and of texts arrays of one axis; what else there is has no name.
+pub(in super::super) fn entries<'a>(pickle: &Pickle<'a>) -> Entries<'a> {
+    let mut finder = Finder {
+        objects: &pickle.objects,
+        found: Entries::default(),
+        left: pickle.size.saturating_mul(8).saturating_add(MOST),
+    };
+    finder.visit(String::new(), pickle.result, 0);
+    finder.found
+}
+
+struct Finder<'p, 'a> {
+    objects: &'p [Object<'a>],
+    found: Entries<'a>,
+    /// Objects and bytes that may still be looked at: a pickle can hold one object a thousand times.
+    left: usize,
+}
+
+impl<'a> Finder<'_, 'a> {
+    fn visit(&mut self, name: String, id: Id, depth: usize) {
+        if self.left == 0 || self.found.arrays.len() >= MOST || depth > DEEPEST {
+            return;
+        }
+        self.left -= 1;
+        match &self.objects[id] {
+            Object::Array(array) => self.found.arrays.push((name, array.clone())),
+            Object::Number(number) => {
+                let bytes = number.to_le_bytes().to_vec();
+                self.add(name, Kind::Float(8), Vec::new(), bytes);
+            }
+            Object::Text(text) => self.add_texts(name, Vec::new(), &[text]),
+            Object::Dict(pairs) => {
+                for (key, value) in pairs {
+                    let key = match &self.objects[*key] {
+                        Object::Text(text) if text.len() <= LONGEST => text.to_string(),
+                        Object::Number(number) => number.to_string(),
+                        _ => continue,
+                    };
+                    self.visit(join(&name, &key), *value, depth + 1);
+                }
+            }
+            Object::Record(Some(state)) => self.visit(name, *state, depth + 1),
+            Object::List(items) | Object::Tuple(items) => self.list(name, items, depth),
+            _ => {}
+        }
+    }
+
+    fn list(&mut self, name: String, items: &[Id], depth: usize) {
+        if items.len() > self.left {
+            return;
+        }
+        self.left -= items.len();
+        let number = |id: &Id| match self.objects[*id] {
+            Object::Number(number) => Some(number),
+            _ => None,
+        };
+        let text = |id: &Id| match &self.objects[*id] {
+            Object::Text(text) => Some(*text),
+            _ => None,
+        };
+        if let Some(numbers) = items.iter().map(number).collect::<Option<Vec<f64>>>() {
+            let bytes = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+            self.add(name, Kind::Float(8), vec![items.len()], bytes);
+        } else if let Some(texts) = items.iter().map(text).collect::<Option<Vec<&str>>>() {
+            self.add_texts(name, vec![items.len()], &texts);
+        } else if items.len() <= MOST {
+            for (index, item) in items.iter().enumerate() {
+                self.visit(join(&name, &index.to_string()), *item, depth + 1);
+            }
+        }
+    }
+
+    fn add_texts(&mut self, name: String, shape: Vec<usize>, texts: &[&str]) {
+        let length = texts.iter().map(|text| text.len()).max().unwrap_or(0);
+        // Texts of very different lengths would be filled up to the longest.
+        let size = length.saturating_mul(texts.len());
+        if size > self.left {
+            return;
+        }
+        self.left -= size;
+        let mut bytes = vec![0; length * texts.len()];
+        for (index, text) in texts.iter().enumerate() {
+            bytes[index * length..][..text.len()].copy_from_slice(text.as_bytes());
+        }
+        self.add(name, Kind::Bytes(length), shape, bytes);
+    }
+
+    fn add(&mut self, name: String, kind: Kind, shape: Vec<usize>, bytes: Vec<u8>) {
+        if let Ok(array) = NdArray::new(&name, (kind, false), shape, false, Bytes::made(bytes)) {
+            self.found.arrays.push((name, array));
+        }
+    }
+}
+
+fn join(outer: &str, inner: &str) -> String {
+    match outer {
+        "" => inner.to_owned(),
+        outer => format!("{outer}.{inner}"),
+    }
+}

@@ -1,0 +1,276 @@
+//! Arrays of other programs, read: against joints that NumPy has posed (`tools/arrays/make_fixtures.py`), against the
+//! positions that stand in the files themselves, and against what a hostile file may hold.
+
+#![allow(clippy::unwrap_used, reason = "a failed assumption in a test is the test's failure")]
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use mocap::arrays::{ArrayOptions, Rotation, RotationSpace, arrays};
+use mocap::glam::Vec3;
+use mocap::scene::{HumanoidBone, NodeId, Topic, UpAxis};
+use mocap::{Code, Importer, Pose, Scene};
+use serde::Deserialize;
+
+fn path(name: &str) -> String {
+    format!("fixtures/arrays/{name}")
+}
+
+fn import(name: &str) -> Scene {
+    mocap::import(path(name)).unwrap()
+}
+
+/// What NumPy makes of a file: frames x joints x 3, in the order of the layout, with +Y up.
+#[derive(Deserialize)]
+struct Expected {
+    frame_rate: f64,
+    positions: Vec<Vec<[f32; 3]>>,
+}
+
+fn expected() -> BTreeMap<String, Expected> {
+    serde_json::from_str(&fs::read_to_string(path("expected.json")).unwrap()).unwrap()
+}
+
+/// The largest distance of a joint from where it is expected. The scene is depth-first and the layout is not, so the
+/// joints are found by their names, which stand in the order of the layout.
+fn farthest(scene: &Scene, names: &[&str], positions: &[Vec<[f32; 3]>]) -> f32 {
+    let nodes: Vec<NodeId> = names
+        .iter()
+        .map(|name| NodeId::new(scene.nodes.iter().position(|node| node.name == *name).unwrap()))
+        .collect();
+    let mut farthest = 0_f32;
+    for (frame, joints) in positions.iter().enumerate() {
+        let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+        for (node, place) in std::iter::zip(&nodes, joints) {
+            farthest = farthest.max(pose.position(*node).distance(Vec3::from(*place)));
+        }
+    }
+    farthest
+}
+
+/// The names of SMPL's family, as its publishers order them.
+fn smpl_names(count: usize) -> Vec<String> {
+    let body = "pelvis left_hip right_hip spine1 left_knee right_knee spine2 left_ankle right_ankle spine3 left_foot \
+                right_foot neck left_collar right_collar head left_shoulder right_shoulder left_elbow right_elbow \
+                left_wrist right_wrist";
+    let mut names: Vec<String> = body.split_whitespace().map(str::to_owned).collect();
+    let mut hands = Vec::new();
+    for side in ["left", "right"] {
+        for finger in ["index", "middle", "pinky", "ring", "thumb"] {
+            hands.extend((1..=3).map(|number| format!("{side}_{finger}{number}")));
+        }
+    }
+    match count {
+        24 => names.extend(["left_hand".to_owned(), "right_hand".to_owned()]),
+        52 => names.extend(hands),
+        55 => {
+            names.extend(["jaw", "left_eye_smplhf", "right_eye_smplhf"].map(str::to_owned));
+            names.extend(hands);
+        }
+        _ => {}
+    }
+    names
+}
+
+#[test]
+fn joints_are_where_numpy_poses_them() {
+    for (file, expected) in expected() {
+        let scene = import(&file);
+        let count = expected.positions[0].len();
+        let names = smpl_names(count);
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        assert_eq!((scene.nodes.len(), names.len()), (count, count), "{file}");
+        assert_eq!(scene.animations[0].ticks_per_second, expected.frame_rate, "{file}");
+        assert_eq!(scene.animations[0].frame_count(), expected.positions.len(), "{file}");
+        let farthest = farthest(&scene, &names, &expected.positions);
+        assert!(farthest < 1e-5, "{file}: {farthest} m");
+        assert_eq!(scene.metadata.up, Some(UpAxis::Y));
+    }
+}
+
+/// One motion in six files: dictionaries in three protocols, tensors, and rows without names, which have no lengths,
+/// so that rotations alone can be compared.
+#[test]
+fn one_motion_is_equal_in_every_file() {
+    let options = ArrayOptions::new().rotation_space(RotationSpace::World);
+    let first = arrays(&import("smplx_protocol_4.pkl"), &options).unwrap();
+    let joint =
+        |motion: &mocap::arrays::Arrays, name: &str| motion.joints().iter().position(|joint| joint.name == name);
+    for (file, rate) in [("gvhmr.pt", 30.0), ("motion_x_322.npy", 30.0), ("phuma_69.npy", 30.0)] {
+        let scene = import(file);
+        let other = arrays(&scene, &options).unwrap();
+        assert_eq!((other.frames, other.frame_rate()), (2, rate), "{file}");
+        let assumed = |topic| scene.metadata.assumptions.iter().any(|said| said.topic == topic);
+        assert!(assumed(Topic::Body) && assumed(Topic::FrameRate), "{file}");
+        assert_eq!(assumed(Topic::Layout), file.ends_with(".npy"), "{file}");
+        for name in smpl_names(22) {
+            let (own, others) = (joint(&first, &name).unwrap(), joint(&other, &name).unwrap());
+            for frame in 0..2 {
+                let at = |motion: &mocap::arrays::Arrays, joint: usize| {
+                    let begin = 4 * (frame * motion.joints().len() + joint);
+                    mocap::glam::Quat::from_slice(&motion.rotations[begin..begin + 4])
+                };
+                let angle = at(&first, own).angle_between(at(&other, others)).to_degrees();
+                assert!(angle < 0.1, "{file}: {name} is {angle} degrees off");
+            }
+        }
+    }
+}
+
+/// The positions of Kimodo's file are beside its rotations.
+#[test]
+fn kimodo_poses_its_own_positions() {
+    let scene = import("kimodo_soma_01.npz");
+    assert_eq!((scene.nodes.len(), scene.animations[0].frame_count()), (30, 150));
+    // What `numpy.load` prints of posed_joints: Hips, Neck1 and RightToeBase, the joints 0, 4 and 29.
+    let names = ["Hips", "Neck1"];
+    let positions = vec![vec![
+        [0.0, 1.000_736_7, 0.056_332_9],
+        [-2.051_517_4e-5, 1.459_016_3, 0.068_064_28],
+    ]];
+    assert!(farthest(&scene, &names, &positions) < 1e-5);
+    let bone = |name: &str| scene.nodes.iter().find(|node| node.name == name).unwrap().humanoid_bone;
+    assert_eq!(bone("LeftShin"), Some(HumanoidBone::LeftLowerLeg));
+    assert_eq!(bone("Neck2"), None);
+}
+
+/// Our own arrays, in each form of rotations, are read back to a scene of which the arrays are equal.
+#[test]
+fn own_arrays_come_back() {
+    for name in [
+        "real/cmu_short.bvh",
+        "real/lecture_Test.bvh",
+        "real/perception_neuron_moving_positions.bvh",
+    ] {
+        let scene = mocap::import(format!("fixtures/{name}")).unwrap();
+        for rotation in [Rotation::Quaternion, Rotation::SixD, Rotation::Matrix, Rotation::Euler] {
+            for space in [RotationSpace::Local, RotationSpace::World] {
+                let first = arrays(&scene, &ArrayOptions::new().rotation(rotation).rotation_space(space)).unwrap();
+                let back = Importer::new().read(&first.to_npz(), "own.npz").unwrap();
+                let plain = ArrayOptions::new()
+                    .rotation(Rotation::Matrix)
+                    .rotation_space(RotationSpace::World);
+                let (first, again) = (arrays(&scene, &plain).unwrap(), arrays(&back, &plain).unwrap());
+                assert_eq!(first.joints(), again.joints(), "{name}");
+                assert_eq!(
+                    (first.frames, first.frame_rate()),
+                    (again.frames, again.frame_rate()),
+                    "{name}"
+                );
+                let largest = |values: &[f32]| values.iter().fold(1_f32, |most, value| most.max(value.abs()));
+                let off = |first: &[f32], again: &[f32]| {
+                    std::iter::zip(first, again).fold(0_f32, |most, (a, b)| most.max((a - b).abs())) / largest(first)
+                };
+                assert!(
+                    off(&first.positions, &again.positions) < 2e-6,
+                    "{name}: {rotation:?} {space:?}"
+                );
+                assert!(
+                    off(&first.rotations, &again.rotations) < 2e-5,
+                    "{name}: {rotation:?} {space:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn positions_alone_are_points() {
+    let scene = import("points_fortran.npy");
+    assert_eq!((scene.nodes.len(), scene.animations[0].frame_count()), (6, 4));
+    // `numpy.load(...)[3, 4]`.
+    let last = scene.animations[0].channels[4].position_keys.values[3];
+    assert!(last.distance(Vec3::from(LAST_POINT)) < 1e-6, "{last}");
+}
+
+/// What NumPy prints of the last point of `points_fortran.npy`.
+const LAST_POINT: [f32; 3] = [0.6918478608131409, 2.555666923522949, 0.4346778094768524];
+
+fn error(bytes: &[u8], name: &str) -> mocap::Error {
+    Importer::new().read(bytes, name).unwrap_err()
+}
+
+#[test]
+fn a_pickle_that_would_run_code_is_refused_by_name() {
+    let error = mocap::import(path("hostile.pkl")).unwrap_err();
+    assert_eq!(error.code(), Code::UnexpectedToken);
+    assert!(
+        error.to_string().contains("the pickle calls \"posix.system\""),
+        "{error}"
+    );
+    for call in [
+        "builtins\neval",
+        "os\nsystem",
+        "numpy\nload",
+        "torch\nload",
+        "collections\nCounter",
+    ] {
+        let bytes = format!("\u{0}c{call}\n.").into_bytes();
+        let bytes = [&[0x80, 2][..], &bytes[1..]].concat();
+        let name = call.replace('\n', ".");
+        assert!(self::error(&bytes, "a.pkl").to_string().contains(&name), "{name}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_array_and_its_shape() {
+    let npy = |shape: &str, bytes: usize| {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let length = u16::try_from(header.len()).unwrap().to_le_bytes();
+        [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), &vec![0; bytes]].concat()
+    };
+    let cases = [
+        (npy("(4, 70)", 4 * 70 * 8), Code::MissingKeyword, "(4, 70)"),
+        (
+            npy("(4, 69)", 100),
+            Code::UnexpectedEnd,
+            "2208 bytes for the shape (4, 69)",
+        ),
+        (npy("(99999999999, 69)", 100), Code::UnexpectedEnd, "(99999999999, 69)"),
+        (
+            npy("(18446744073709551615, 18446744073709551615)", 8),
+            Code::UnexpectedEnd,
+            "fewer bytes",
+        ),
+        (npy("()", 8), Code::MissingKeyword, "known"),
+        (npy("nonsense", 8), Code::UnexpectedToken, "'shape'"),
+        (b"\x93NUMPY".to_vec(), Code::UnexpectedToken, "6 bytes"),
+        (Vec::new(), Code::EmptyFile, "empty"),
+    ];
+    for (bytes, code, words) in cases {
+        let error = error(&bytes, "a.npy");
+        assert_eq!(error.code(), code, "{error}");
+        assert!(error.to_string().contains(words), "{error} has no {words}");
+    }
+    // A frame or none is a motion, too.
+    for (frames, keys) in [(0, 0), (1, 1)] {
+        let scene = Importer::new()
+            .read(&npy(&format!("({frames}, 5, 3)"), frames * 120), "a.npy")
+            .unwrap();
+        let found = scene
+            .animations
+            .first()
+            .map_or(0, |motion| motion.channels[0].position_keys.len());
+        assert_eq!(found, keys);
+    }
+}
+
+/// Every prefix of a file is an error or a scene, and never more.
+#[test]
+fn cut_files_are_refused() {
+    for name in [
+        "smplx_protocol_4.pkl",
+        "amass_smpl.npz",
+        "amass_smplx_deflated.npz",
+        "gvhmr.pt",
+        "phuma_69.npy",
+    ] {
+        let bytes = fs::read(path(name)).unwrap();
+        for length in (0..bytes.len()).step_by(37) {
+            assert!(
+                Importer::new().read(&bytes[..length], name).is_err(),
+                "{name}: {length} bytes"
+            );
+        }
+    }
+}
