@@ -115,8 +115,8 @@ impl Conversion {
             process::zero_rest_rotations(scene)?;
         }
         if let Some(axis) = self.bone_axis {
-            let figure = Figure::with_bones(scene, figure.humanoid.clone().after(inserted));
-            self.turn_frames(scene, axis, &figure)?;
+            let humanoid = figure.humanoid.clone().after(inserted);
+            axis.turn_frames(scene, humanoid, &self.bones)?;
         }
         Ok((guesses, inserted))
     }

@@ -8,13 +8,17 @@ use serde::{Deserialize, Serialize};
 use super::Conversion;
 use crate::error::Result;
 use crate::figure::axes::bend_axis;
-use crate::figure::{Figure, HumanoidBone as Bone, Side};
+use crate::figure::{Figure, Humanoid, HumanoidBone as Bone, HumanoidMap, Side};
 use crate::pose::{Pose, Trs};
 use crate::process;
 use crate::scene::{AppliedStep, NodeId, NodeKind, Scene};
 
 /// The fraction of the size of a skeleton below which two joints are in one place, and no direction is between them.
 const COINCIDENT: f32 = 1e-4;
+
+/// The sine of the angle between a bone and the axis about which it would bend below which that says nothing: what is
+/// left of the axis across the bone is rounding.
+const ALONG: f32 = 1e-3;
 
 /// The axis of a joint's frame that points along its bone: [`Conversion::bone_axis`] has an example.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,33 +54,54 @@ impl Conversion {
         self.bone_axis = axis;
         self
     }
+}
 
-    /// Turns the frames of `scene`, whose figure has the bones of `figure`.
-    pub(super) fn turn_frames(&self, scene: &mut Scene, axis: AlongBone, figure: &Figure) -> Result<()> {
-        let figure = Figure::with_bones(scene, figure.humanoid.clone());
+impl AlongBone {
+    /// Turns the frames of `scene`, which has the bones `humanoid`; the caller has stated those of `stated`.
+    ///
+    /// # Errors
+    /// Where a node is scaled otherwise along one axis than along another; `scene` is then unchanged.
+    pub(crate) fn turn_frames(self, scene: &mut Scene, humanoid: Humanoid, stated: &HumanoidMap) -> Result<()> {
+        let figure = Figure::with_bones(scene, humanoid);
         let rest = Pose::rest(scene);
         let before: Vec<Quat> = rest.node_to_world.iter().map(rotation).collect();
         let along = directions(scene, &figure, &rest);
         let bends = bends(scene, &figure, &before);
+        let left = figure.t_pose(scene).map_or(Vec3::X, |t_pose| t_pose.axes * Vec3::X);
         let mut wanted: Vec<Quat> = Vec::with_capacity(before.len());
-        for (along, (bend, before)) in along.iter().zip(bends.into_iter().zip(before)) {
+        for (index, before) in before.into_iter().enumerate() {
             // What has no direction keeps its frame.
-            wanted.push(along.map_or(before, |along| axis.frame(along, bend)));
+            let Some(here) = along[index] else {
+                wanted.push(before);
+                continue;
+            };
+            let parent = scene.nodes[index].parent.map(NodeId::index);
+            let above = parent.and_then(|parent| Some((along[parent]?, wanted[parent] * self.bend_axis())));
+            let as_above = above.map(|(above, bend)| Quat::from_rotation_arc(above, here) * bend);
+            let bend = bends[index].filter(|bend| here.cross(*bend).length() > ALONG);
+            wanted.push(self.frame(here, bend.or(as_above).unwrap_or(left)));
         }
         process::set_rest_rotations(scene, &wanted)?;
         scene.metadata.steps.push(AppliedStep::Edit {
-            edit: serde_json::json!({ "step": "bone-axis", "axis": axis }),
+            edit: serde_json::json!({ "step": "bone-axis", "axis": self }),
             with: None,
-            bones: self.bones.clone(),
+            bones: stated.clone(),
         });
         Ok(())
     }
-}
 
-impl AlongBone {
+    /// The axis of a frame about which the bone bends.
+    fn bend_axis(self) -> Vec3 {
+        match self {
+            Self::Y => Vec3::X,
+            Self::X => Vec3::Z,
+        }
+    }
+
     /// The frame with the axis along a bone, and the other one about which it bends.
     fn frame(self, along: Vec3, bend: Vec3) -> Quat {
-        let bend = bend.reject_from_normalized(along).try_normalize();
+        let across = Some(bend.reject_from_normalized(along)).filter(|across| across.length() > ALONG);
+        let bend = across.and_then(Vec3::try_normalize);
         let bend = bend.unwrap_or_else(|| along.any_orthonormal_vector());
         let axes = match self {
             Self::Y => Mat3::from_cols(bend, along, bend.cross(along)),
@@ -117,8 +142,11 @@ fn directions(scene: &Scene, figure: &Figure, rest: &Pose) -> Vec<Option<Vec3>> 
             None => return false,
         }
     };
-    let mut found: Vec<Option<Vec3>> = Vec::with_capacity(scene.nodes.len());
-    for index in 0..scene.nodes.len() {
+    let mut own: Vec<Option<Vec3>> = vec![None; scene.nodes.len()];
+    for index in (0..scene.nodes.len())
+        .rev()
+        .filter(|index| is_of_skeleton(scene, *index))
+    {
         let (node, here) = (NodeId::new(index), rest.position(NodeId::new(index)));
         let offset = |child: &NodeId| Some(rest.position(*child) - here).filter(|offset| offset.length() > coincident);
         let children = &children[index];
@@ -126,19 +154,25 @@ fn directions(scene: &Scene, figure: &Figure, rest: &Pose) -> Vec<Option<Vec3>> 
             let next = next(*bone)
                 .into_iter()
                 .find_map(|next| figure.humanoid.joint(next).filter(|next| is_below(*next, node)))?;
-            let child = children.iter().find(|child| is_below(next, **child));
-            child.and_then(offset).or_else(|| offset(&next))
+            let child = *children.iter().find(|child| is_below(next, **child))?;
+            offset(&child).or(own[child.index()])
         });
         let mean = || {
             let offsets: Vec<Vec3> = children.iter().filter_map(offset).collect();
             let sum: Vec3 = offsets.iter().sum();
             Some(sum / offsets.len() as f32).filter(|mean| !offsets.is_empty() && mean.length() > coincident)
         };
-        let above = || scene.nodes[index].parent.and_then(|parent| found[parent.index()]);
-        let direction = on_chain.or_else(mean).and_then(Vec3::try_normalize).or_else(above);
-        found.push(direction.filter(|_| is_of_skeleton(scene, index)));
+        let in_one_place = || children.iter().find_map(|child| own[child.index()]);
+        own[index] = on_chain
+            .or_else(mean)
+            .and_then(Vec3::try_normalize)
+            .or_else(in_one_place);
     }
-    found
+    for index in 0..own.len() {
+        let above = scene.nodes[index].parent.and_then(|parent| own[parent.index()]);
+        own[index] = own[index].or(above).filter(|_| is_of_skeleton(scene, index));
+    }
+    own
 }
 
 /// The bones towards which a bone may point, the nearest first.
@@ -171,23 +205,17 @@ fn next(bone: Bone) -> Vec<Bone> {
         .collect()
 }
 
-/// The axis about which each joint bends at rest, in the world.
-fn bends(scene: &Scene, figure: &Figure, before: &[Quat]) -> Vec<Vec3> {
+/// The axis about which each joint bends at rest, in the world; `None` where the figure does not say it.
+fn bends(scene: &Scene, figure: &Figure, before: &[Quat]) -> Vec<Option<Vec3>> {
     let mut bends: Vec<Option<Vec3>> = vec![None; scene.nodes.len()];
-    let t_pose = figure.t_pose(scene);
-    if let Some(t_pose) = t_pose {
+    if let Some(t_pose) = figure.t_pose(scene) {
         for (bone, found) in &t_pose.bones {
             let joint = found.joint.index();
             let in_t_pose = rotation(&t_pose.pose.node_to_world[joint]);
             bends[joint] = Some(before[joint] * (in_t_pose.inverse() * (t_pose.axes * bend(*bone))));
         }
     }
-    let left = t_pose.map_or(Vec3::X, |t_pose| t_pose.axes * Vec3::X);
-    for index in 0..bends.len() {
-        let above = scene.nodes[index].parent.and_then(|parent| bends[parent.index()]);
-        bends[index] = bends[index].or(above);
-    }
-    bends.into_iter().map(|bend| bend.unwrap_or(left)).collect()
+    bends
 }
 
 /// The axis about which a bone bends, in the frame of the T-pose. Hands and fingers bend towards the palm, which is

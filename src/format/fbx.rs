@@ -39,6 +39,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::FbxRest,
         WriteOption::Target,
         WriteOption::Textures,
+        WriteOption::BoneAxis,
         WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,

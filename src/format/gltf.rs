@@ -54,6 +54,7 @@ pub(super) const FORMAT: FormatInfo = FormatInfo {
         WriteOption::Compress,
         WriteOption::MaxError,
         WriteOption::ShellDistance,
+        WriteOption::BoneAxis,
         WriteOption::Names,
         WriteOption::Rest,
         WriteOption::RootMotion,

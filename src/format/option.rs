@@ -51,6 +51,8 @@ pub enum WriteOption {
     Target,
     /// Where the images of textures are: `textures`.
     Textures,
+    /// The axis of joints' frames that points along their bones: `bone-axis`.
+    BoneAxis,
     /// The unit of length of the file, for a format that states none: `out-unit`.
     OutUnit,
     /// The axis that points up in the file, for a format that states none: `out-up`.
@@ -65,7 +67,7 @@ pub enum WriteOption {
 
 impl WriteOption {
     /// Every option.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Mesh,
         Self::SkeletonOnly,
         Self::KeepConstant,
@@ -81,6 +83,7 @@ impl WriteOption {
         Self::FbxRest,
         Self::Target,
         Self::Textures,
+        Self::BoneAxis,
         Self::OutUnit,
         Self::OutUp,
         Self::Names,
@@ -106,6 +109,7 @@ impl WriteOption {
             Self::FbxRest => "fbx-rest",
             Self::Target => "target",
             Self::Textures => "textures",
+            Self::BoneAxis => "bone-axis",
             Self::OutUnit => "out-unit",
             Self::OutUp => "out-up",
             Self::Names => "names",

@@ -75,6 +75,11 @@ impl Form {
             Self::Character if OF_KEYS.contains(&option) => return None,
             Self::Character if option == WriteOption::Embed && OF_TEXT.contains(&extension) => return None,
             Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
+            Self::Character if option == WriteOption::BoneAxis => {
+                let message = "--bone-axis would turn the frames in which a glTF or VRM character has its meshes and \
+                               extensions, which stay as they are; write .fbx, or leave it out";
+                return Some(Diagnostic::new(Code::InvalidValue, message));
+            }
             Self::Character => "a character, whose file is passed through",
             Self::Robot(_) => "the numbers of a robot's joints",
         };

@@ -1,5 +1,7 @@
 //! Makes the outputs of a job: one recipe for one motion and for many, for every command and every language.
 
+mod onto;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +14,7 @@ use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::is_at_rest_for;
-use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidMap};
 use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
@@ -229,6 +231,10 @@ impl<'a> Maker<'a> {
         let in_file = |error: Error| error.with_path(motion);
         let found = self.convert(scene, hear).map_err(in_file)?;
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
+        if let Some(axis) = self.job.write.along_bone() {
+            axis.turn_frames(scene, humanoid.clone(), &self.bones)
+                .map_err(in_file)?;
+        }
         // Before it is written, so that the scene says it to `verify`.
         if self.format().is_some_and(|row| !is_at_rest_for(scene, row)) {
             process::zero_rest_rotations(scene).map_err(in_file)?;
@@ -315,84 +321,6 @@ impl<'a> Maker<'a> {
 
     fn is_onto_robot(&self) -> bool {
         matches!(self.job.onto, Some(Onto::Robot(_)))
-    }
-
-    /// Motions on another body.
-    fn make_onto(&self, mut target: Retargeting, motions: &[PathBuf], output: &Path, hear: Hear<'_>) -> Result<Made> {
-        if motions.is_empty() {
-            return Err(no_input());
-        }
-        for motion in motions {
-            let scene = self.import(motion, hear)?;
-            self.add(scene, motion, &mut target, hear)
-                .map_err(|error| error.with_path(motion))?;
-        }
-        self.made_onto(target, output)
-    }
-
-    fn made_onto(&self, target: Retargeting, output: &Path) -> Result<Made> {
-        let written = self.write_onto(&target, output)?;
-        let assumptions = target.sources().flat_map(|source| source.assumptions.iter().cloned());
-        Ok(Made {
-            written,
-            assumptions: assumptions.collect(),
-            scene: None,
-            humanoid: None,
-            clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
-        })
-    }
-
-    /// Puts the motions of a file on the target.
-    fn add(&self, mut scene: Scene, motion: &Path, target: &mut Retargeting, hear: Hear<'_>) -> Result<()> {
-        self.job.source.space.state(&mut scene);
-        let mut source = target.prepare(scene)?;
-        say_all(&source.assumptions, hear);
-        if let Some(bones) = source.bones.take() {
-            source.bones = Some(self.apply_steps(&mut source.scene, bones, hear)?);
-        }
-        let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
-        if target.add(source.named(name))?.is_rest_pose_left_out {
-            let file = motion.display();
-            hear(Said::Note(&format!(
-                "{file}: the first frame, a rest pose, is left out"
-            )));
-        }
-        Ok(())
-    }
-
-    /// The files of motions on another body, for the name `output`.
-    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<Written> {
-        let write = &self.job.write;
-        let row = match self.form {
-            Form::Robot(format) => return format.write(target),
-            Form::Character => {
-                let name = output.file_name().unwrap_or_default().to_string_lossy();
-                let written = target.character_files(&write.gltf(), &name)?;
-                return Ok(written.unwrap_or_default());
-            }
-            Form::Scene(row) => row,
-        };
-        if row.has_one_clip && target.clips().len() > 1 {
-            let message = format!("{} has one motion; name one", row.name);
-            return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
-        }
-        let mut scene = match (row.keeps_units(), &write.space) {
-            (true, space) if space.is_empty() => target.scene(),
-            (keeps_units, space) => target.scene_converted(&space.of(Conversion::new()).keep_units(keeps_units))?,
-        };
-        let mut exporter = write.exporter();
-        if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
-            exporter = exporter.humanoid(bones.clone());
-        }
-        let bones = || target.humanoid().cloned().unwrap_or_else(|| humanoid(&scene));
-        let bones = self.names.is_some().then(bones);
-        let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
-        let naming = naming.transpose()?.flatten();
-        let mut written = exporter.write_as(&scene, write.name_of(output))?;
-        naming
-            .iter()
-            .for_each(|naming| names::tell(naming, &scene, &mut written));
-        Ok(written)
     }
 }
 

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 
 use super::is_default;
 use super::names::JointNames;
-use super::text::{Length, UnitChoice};
-use crate::compress::ErrorBound;
-use crate::convert::Conversion;
+use super::smaller::Smaller;
+use super::text::UnitChoice;
+use crate::convert::{AlongBone, Conversion};
 use crate::export::Exporter;
 use crate::format::WriteOption;
 use crate::format::bvh::{BvhOptions, Channels};
 use crate::format::fbx::{FbxOptions, FbxRest, FbxTarget, FbxTextures, FbxVersion};
-use crate::format::gltf::{BufferPlace, Compression, GltfOptions};
+use crate::format::gltf::{BufferPlace, GltfOptions};
 use crate::process::SkeletonMesh;
 use crate::scene::{RotationOrder, UpAxis};
 
@@ -45,6 +45,9 @@ pub struct Writing {
     /// The unit and the up axis of the output.
     #[serde(skip_serializing_if = "is_default")]
     pub space: OutSpace,
+    /// The axis of joints' frames that points along their bones.
+    #[serde(skip_serializing_if = "is_default")]
+    pub bone_axis: Option<OutBoneAxis>,
     /// How the skeleton of a file without meshes is drawn.
     #[serde(skip_serializing_if = "is_default")]
     pub mesh: Option<DrawnMesh>,
@@ -111,6 +114,23 @@ pub enum OutUp {
     Z,
 }
 
+/// The axis of joints' frames at rest that points along their bones.
+///
+/// The [module](crate::job) has an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum OutBoneAxis {
+    /// +Y, as Blender draws bones; joints bend about +X.
+    Y,
+    /// +X, as in Unreal; joints bend about +Z.
+    X,
+    /// Frames are those of the input.
+    None,
+}
+
 /// How the skeleton of a file without meshes is drawn.
 ///
 /// The [module](crate::job) has an example.
@@ -136,36 +156,6 @@ impl From<DrawnMesh> for SkeletonMesh {
             DrawnMesh::None => Self::None,
         }
     }
-}
-
-/// Fewer keys and bits, within a largest error.
-///
-/// ```
-/// use mocap::job::Smaller;
-///
-/// let smaller: Smaller = serde_json::from_str(r#"{"max-error": "1mm", "compress": "int16"}"#).unwrap();
-/// assert_eq!(smaller.tolerance(), 0.001);
-/// ```
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
-#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Smaller files"))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct Smaller {
-    /// Largest distance of any joint or end site from its position, at any frame, in metres or with a unit, such as
-    /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
-    #[serde(skip_serializing_if = "is_default")]
-    pub max_error: Option<Length>,
-    /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
-    /// [default: 0, joints and end sites alone]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
-    #[serde(skip_serializing_if = "is_default")]
-    pub shell_distance: Option<Length>,
-    /// How to store the keys [default with --max-error: int16, otherwise none]
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
-    #[serde(skip_serializing_if = "is_default")]
-    pub compress: Option<Compression>,
 }
 
 /// Options of BVH.
@@ -263,37 +253,6 @@ impl OutSpace {
     }
 }
 
-impl Smaller {
-    /// The largest error in metres, including the default.
-    pub fn tolerance(&self) -> f64 {
-        self.max_error
-            .map_or(ErrorBound::default().max_error, Length::to_metres)
-    }
-
-    fn gltf(&self) -> GltfOptions {
-        let compression = match (self.compress, self.max_error) {
-            (Some(kind), _) => kind,
-            (None, Some(_)) => Compression::Int16,
-            (None, None) => Compression::None,
-        };
-        let bound = ErrorBound::new(self.tolerance());
-        let bound = match self.shell_distance {
-            Some(length) => bound.shell_distance(length.to_metres()),
-            None => bound,
-        };
-        GltfOptions {
-            compression,
-            error_bound: self.has_bound().then_some(bound),
-            ..GltfOptions::default()
-        }
-    }
-
-    /// Whether keys or bits may be left out.
-    pub fn has_bound(&self) -> bool {
-        self.max_error.is_some() || self.compress.is_some_and(|kind| kind != Compression::None)
-    }
-}
-
 impl WritingBvh {
     /// The options of the writer.
     pub fn options(&self) -> BvhOptions {
@@ -330,6 +289,7 @@ impl Writing {
             ..
         } = self;
         let all = [
+            (WriteOption::BoneAxis, self.bone_axis.is_some()),
             (WriteOption::Mesh, self.mesh.is_some()),
             (WriteOption::SkeletonOnly, self.skeleton_only),
             (WriteOption::KeepConstant, self.keep_constant),
@@ -351,6 +311,18 @@ impl Writing {
         ];
         let stated = all.into_iter().filter(|(_, is_stated)| *is_stated);
         stated.map(|(option, _)| option).collect()
+    }
+
+    /// The axis of joints' frames that points along their bones; `None` where frames are those of the file.
+    ///
+    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder go onto
+    /// skeletons that stand there, whose frames they have to have.
+    pub fn along_bone(&self) -> Option<AlongBone> {
+        match (self.bone_axis, self.fbx.target) {
+            (Some(OutBoneAxis::Y), _) | (None, Some(FbxTarget::Blender)) => Some(AlongBone::Y),
+            (Some(OutBoneAxis::X), _) => Some(AlongBone::X),
+            (Some(OutBoneAxis::None) | None, _) => None,
+        }
     }
 
     /// The extension that names the format, in lower case.

@@ -9,6 +9,7 @@ mod arrays;
 mod asf_amc;
 #[cfg(feature = "cli")]
 mod batch;
+mod bone_axis;
 mod broken;
 mod bvh_out;
 mod bvh_rest;

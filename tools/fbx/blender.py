@@ -1,12 +1,14 @@
-"""Imports FBX files into Blender and prints what it makes of them, as JSON.
+"""Imports FBX and glTF files into Blender and prints what it makes of them, as JSON.
 
 usage: python blender.py < REQUESTS > ANSWERS
 
-A request is {"file": PATH, "seconds": [TIME, ..], "importer": "wm.fbx_import" or "import_scene.fbx"}, the importer built
-into Blender since 4.5 or that in Python, which is the default here; the input is a list of them. The answer to it is {"version": .., "bones":
-[NAME, ..], "places": [[[x, y, z], ..], ..], "vertices": [[..]], "rate": .., "end": SECONDS, "console": [LINE, ..]}: for each
+A request is {"file": PATH, "seconds": [TIME, ..], "importer": "wm.fbx_import" or "import_scene.fbx" or
+"import_scene.gltf"}, the importer built into Blender since 4.5 or that in Python, which is the default here, or that of
+glTF; the input is a list of them. The answer to it is {"version": .., "bones":
+[NAME, ..], "off_child": {NAME: DEGREES}, "places": [[[x, y, z], ..], ..], "vertices": [[..]], "rate": .., "end": SECONDS, "console": [LINE, ..]}: for each
 time the places of the heads of all bones in metres with +Y up, and those of the vertices of all meshes where the request
-has "vertices"; and the lines that the importer prints beside the version of the file.
+has "vertices"; the angles at rest between a bone, which Blender draws along +Y of its frame, and the line to its
+child; of several children to the nearest, or to their middle; and the lines that the importer prints beside the version of the file.
 """
 
 import contextlib
@@ -18,16 +20,49 @@ import sys
 import tempfile
 
 import bpy
+from mathutils import Vector
 
 
 IMPORTERS = {
     "import_scene.fbx": lambda path: bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0),
+    "import_scene.gltf": lambda path: bpy.ops.import_scene.gltf(filepath=path),
     "wm.fbx_import": lambda path: bpy.ops.wm.fbx_import(filepath=path, anim_offset=0.0),
 }
 
 
 # What the importers print of every file.
 SAID = ("FBX version", "FBX import of", "Failed to open dir")
+
+
+# In metres: nothing says where a bone points whose child stands in the same place.
+COINCIDENT = 1e-3
+
+
+def children(bone, size):
+    """Those that stand elsewhere; of one that stands in the same place, its own."""
+    for child in bone.children:
+        if size * (child.head_local - bone.head_local).length > COINCIDENT:
+            yield child
+        else:
+            yield from children(child, size)
+
+
+def off_child(armatures):
+    """The angle between each bone and the line to its child; of several children to the nearest of them, or to their
+    middle, where that is not the bone itself."""
+    found = {}
+    for armature in armatures:
+        size = armature.matrix_world.to_scale().x
+        for bone in armature.data.bones:
+            lines = [child.head_local - bone.head_local for child in children(bone, size)]
+            along = bone.matrix_local.to_3x3().col[1]
+            middle = sum(lines, Vector()) / max(len(lines), 1)
+            lines.append(middle)
+            if size * middle.length <= COINCIDENT:
+                continue
+            angles = [math.degrees(along.angle(line)) for line in lines]
+            found[bone.name] = min(angles)
+    return found
 
 
 def up(place):
@@ -73,12 +108,13 @@ def answer(request):
     answer = {
         "version": bpy.app.version_string,
         "bones": [bone.name for armature in armatures for bone in armature.pose.bones],
+        "off_child": off_child(armatures),
         "places": [],
         "vertices": [],
         "rate": rate,
         "end": max(ends, default=0.0),
         "clips": sorted({action.name.split("|", 1)[-1] for action in bpy.data.actions}),
-        "console": [line for line in lines if not line.startswith(SAID)],
+        "console": [line for line in lines if not line.startswith(SAID) and "| INFO: " not in line],
     }
     for seconds in request["seconds"]:
         frame = seconds * of_keys

@@ -45,14 +45,16 @@ def farthest(of, to):
     return max(tree.find(place)[2] for place in of)
 
 
-def load_fbx(path):
-    bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0)
-
+IMPORTERS = {
+    "wm.fbx_import": lambda path: bpy.ops.wm.fbx_import(filepath=path, anim_offset=0.0),
+    "import_scene.fbx": lambda path: bpy.ops.import_scene.fbx(filepath=path, anim_offset=0.0),
+}
 
 rate = int(sys.argv[1])
 for glb, fbx in (pair.split("=") for pair in sys.argv[2:]):
     seconds = [0.0, 30 / rate, 60 / rate]
     ours = vertices(lambda path: bpy.ops.import_scene.gltf(filepath=path), glb, rate, seconds)
-    theirs = vertices(load_fbx, fbx, rate, seconds)
-    off = max(max(farthest(a, b), farthest(b, a)) for a, b in zip(ours, theirs))
-    print(f"{fbx}: {len(theirs[0])} vertices, {1000 * off:.4f} mm")
+    for importer, load in IMPORTERS.items():
+        theirs = vertices(load, fbx, rate, seconds)
+        off = max(max(farthest(a, b), farthest(b, a)) for a, b in zip(ours, theirs))
+        print(f"{fbx}, {importer}: {len(theirs[0])} vertices, {1000 * off:.4f} mm")

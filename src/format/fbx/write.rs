@@ -198,6 +198,8 @@ setters! {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum FbxTarget {
+    /// Blender: centimetres with +Y up, +Y of joints along their bones unless the bone axis is named.
+    Blender,
     /// Unreal Engine: centimetres with +Z up, no root above the skeleton, a whole frame rate.
     Unreal,
     /// Unity: metres with +Y up.
@@ -223,6 +225,7 @@ impl FbxOptions {
     pub fn of_target(target: FbxTarget) -> Self {
         let usual = Self::default();
         match target {
+            FbxTarget::Blender => usual,
             FbxTarget::Unreal => Self {
                 root: FbxRoot::None,
                 up: UpAxis::Z,
@@ -329,13 +332,11 @@ pub fn write(scene: &Scene, options: &FbxOptions) -> Result<(Vec<u8>, FbxReport)
     let placed = skeleton::write(scene, &space, options, &bones, &mut names, &mut document, &mut report)?;
     let binds = mesh::binds(scene, &space, &placed);
     let clips = animation::write(scene, &space, &placed, options, &mut document, &mut report)?;
+    let beside = skeleton::beside_the_tails(scene, &placed, &clips.moving);
     // The transform of a node in the bind pose.
-    let bound = |index: usize, bind: DMat4| {
-        let parent = scene.nodes[index].parent.filter(|_| clips.moving.contains(&index));
-        match parent {
-            Some(parent) => skeleton::beside_the_tail(bind, &placed[index], &placed[parent.index()]),
-            None => bind,
-        }
+    let bound = |index: usize, mut bind: DMat4| {
+        bind.w_axis += beside[index].extend(0.0);
+        bind
     };
     let skinned = mesh::write(
         scene,

@@ -132,3 +132,16 @@ fn hinges_bend_about_an_axis_of_the_frame() {
         );
     }
 }
+
+/// A joint whose bone lies along the axis about which the joint above bends has a frame along its bone too.
+#[test]
+fn a_bone_along_the_axis_of_bending_has_a_frame_along_it() {
+    let text = "HIERARCHY\nROOT hips\n{\nOFFSET 0 1 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n\
+                JOINT side\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET -0.1 0 0\n}\n}\n\
+                JOINT up\n{\nOFFSET 0 0.2 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 0.2 0\n}\n}\n}\n\
+                MOTION\nFrames: 1\nFrame Time: 0.1\n0 0 0 0 0 0 0 0 0\n";
+    let mut scene = mocap::Importer::new().read(text.as_bytes(), "a.bvh").unwrap();
+    BoneAxis::new().apply(&mut scene, &StepInput::new()).unwrap();
+    let (farthest, joints) = farthest_from_child(&scene, AlongBone::Y);
+    assert!(farthest < 0.1 && joints == 2, "{farthest} of {joints}");
+}

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use mocap::job::{DrawnMesh, JointNames, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
+use mocap::job::{DrawnMesh, JointNames, OutBoneAxis, OutSpace, Smaller, Writing, WritingBvh, WritingFbx};
 use mocap::{Diagnostic, FORMATS, Format, FormatInfo, WriteOption};
 
 use super::Given;
@@ -67,6 +67,10 @@ pub(crate) struct WriteArgs {
     /// How to draw the skeleton of a file without meshes [default: skinned; for .fbx none]
     #[arg(long, value_name = "KIND")]
     mesh: Option<DrawnMesh>,
+    /// Turn the frames of joints at rest so that this axis points along the bone, and joints bend about another: in
+    /// Blender a bone is drawn along +Y. Nothing moves [default: none; for --target blender y]
+    #[arg(long, value_name = "AXIS")]
+    bone_axis: Option<OutBoneAxis>,
     /// Leave out the meshes, the materials and all else that the input has beside its skeleton and its motion
     #[arg(long)]
     skeleton_only: bool,
@@ -97,6 +101,7 @@ impl WriteArgs {
         writing.output = output.to_owned();
         writing.to = (!own.eq_ignore_ascii_case(extension)).then(|| extension.to_owned());
         writing.mesh = self.mesh;
+        writing.bone_axis = self.bone_axis;
         writing.skeleton_only = self.skeleton_only;
         writing.space = self.out.clone();
         writing.keep_constant = self.keep_constant;

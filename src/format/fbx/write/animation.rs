@@ -4,7 +4,7 @@
 //! rotations of a scene go along an arc, so that a track of rotations with fewer keys gets one at every frame. Within a
 //! largest error, [`curves`](super::curves) leaves keys out.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use glam::{DQuat, DVec3, Quat, Vec3};
 
@@ -33,8 +33,8 @@ const TANGENT_WEIGHTS: u32 = 0x0d05_0d05;
 pub(super) struct Clips {
     /// Their names and ends.
     pub(super) ends: Vec<(String, i64)>,
-    /// The nodes whose position is animated.
-    pub(super) moving: BTreeSet<usize>,
+    /// The nodes whose position is animated, and how far each is from that at rest at most, in its parent.
+    pub(super) moving: BTreeMap<usize, f64>,
 }
 
 /// Adds the clips of `scene`.
@@ -113,13 +113,27 @@ struct Track {
     curves: [Curve; 3],
 }
 
+impl Track {
+    /// How far the values are from that of the model: the diagonal of the box that holds them.
+    fn farthest(&self) -> f64 {
+        let of_axis = |axis: usize| {
+            let differences = self.curves[axis]
+                .values
+                .iter()
+                .map(|value| (value - self.rest[axis]).abs());
+            differences.fold(0.0, f64::max)
+        };
+        DVec3::from_array(std::array::from_fn(of_axis)).length()
+    }
+}
+
 impl Clip<'_, '_, '_> {
     fn curves(
         &mut self,
         animation: &Animation,
         placed: &[Placed],
         reduced: Option<&Reduced<'_>>,
-        moving: &mut BTreeSet<usize>,
+        moving: &mut BTreeMap<usize, f64>,
     ) -> Result<()> {
         let binding = Binding::new(self.scene, animation);
         let mut is_empty = true;
@@ -136,7 +150,8 @@ impl Clip<'_, '_, '_> {
                 let says_more = self.write(place.id, &track, false)?;
                 is_empty &= !says_more;
                 if says_more && matches!(track.part, Part::Translation) {
-                    moving.insert(node.index());
+                    let farthest = moving.entry(node.index()).or_default();
+                    *farthest = farthest.max(track.farthest());
                 }
             }
         }

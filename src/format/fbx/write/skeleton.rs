@@ -3,7 +3,7 @@
 //! FBX has a node at `T Rpre R S`: its translation, its pre-rotation in the order XYZ, its rotation in its own order,
 //! its scale. Offsets, pivots and the post-rotation are left at zero.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
 
@@ -265,19 +265,34 @@ pub(super) fn model<'a>(element: Element<'a>, properties: Properties<'a>) -> Ele
         .child(Element::of("Culling", "CullingOff"))
 }
 
-/// The transform in the bind pose of a joint that moves against its parent.
+/// How far joints that move against their parents are beside their positions in the bind pose; `moving` has how far
+/// each moves at most.
 ///
-/// Blender's importer puts the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
+/// Blender's importers put the tail of a bone along its own +Y. A bone whose head is at that tail is connected to it,
 /// and then does not move against it. So the head is moved off the tail, by a hundred-thousandth of its distance from
-/// the origin or of the link, whichever is larger, and the bone is not connected.
-pub(super) fn beside_the_tail(mut bind: DMat4, place: &Placed, parent: &Placed) -> DMat4 {
+/// the origin or of the link, whichever is larger, and the bone is not connected. The importer built into Blender 5.0
+/// takes heads for connected that are within a ten-thousandth of a unit of the armature. One that moves by less than it
+/// would be moved off is better connected.
+pub(super) fn beside_the_tails(scene: &Scene, placed: &[Placed], moving: &BTreeMap<usize, f64>) -> Vec<DVec3> {
     const SHARE: f64 = 1e-5;
-    let origin = bind.w_axis.truncate();
-    let link = place.world.w_axis.distance(parent.world.w_axis);
-    let way = SHARE * f64::max(origin.length(), link);
-    let side = parent.world.x_axis.truncate().normalize_or_zero();
-    bind.w_axis = (origin + way * side).extend(1.0);
-    bind
+    const UNITS: f64 = 1.5e-4;
+    let mut beside = vec![DVec3::ZERO; placed.len()];
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let Some(parent) = node.parent else { continue };
+        // What does not move against its parent stays where the parent has it.
+        let of_tail = beside[parent.index()];
+        beside[index] = of_tail;
+        let Some(farthest) = moving.get(&index) else { continue };
+        let [own, above] = [index, parent.index()].map(|index| placed[index].world);
+        let link = own.w_axis.distance(above.w_axis);
+        let scale = above.x_axis.truncate().length();
+        let distance = f64::max(scale * UNITS, SHARE * f64::max(own.w_axis.truncate().length(), link));
+        if scale * farthest > distance {
+            let offset = distance * above.x_axis.truncate().normalize_or_zero();
+            beside[index] += if of_tail.dot(offset) > 0.0 { -offset } else { offset };
+        }
+    }
+    beside
 }
 
 /// Adds the bind pose: the matrices to the world of these objects.

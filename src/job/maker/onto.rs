@@ -1,0 +1,103 @@
+//! Motions on another body.
+
+use std::path::{Path, PathBuf};
+
+use super::{Made, Maker, no_input};
+use crate::convert::Conversion;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::figure::humanoid;
+use crate::format::Written;
+use crate::job::form::Form;
+use crate::job::names;
+use crate::job::said::{Hear, Said, say_all};
+use crate::retargeting::Retargeting;
+use crate::scene::Scene;
+
+impl Maker<'_> {
+    /// Motions on another body.
+    pub(super) fn make_onto(
+        &self,
+        mut target: Retargeting,
+        motions: &[PathBuf],
+        output: &Path,
+        hear: Hear<'_>,
+    ) -> Result<Made> {
+        if motions.is_empty() {
+            return Err(no_input());
+        }
+        for motion in motions {
+            let scene = self.import(motion, hear)?;
+            self.add(scene, motion, &mut target, hear)
+                .map_err(|error| error.with_path(motion))?;
+        }
+        self.made_onto(target, output)
+    }
+
+    pub(super) fn made_onto(&self, target: Retargeting, output: &Path) -> Result<Made> {
+        let written = self.write_onto(&target, output)?;
+        let assumptions = target.sources().flat_map(|source| source.assumptions.iter().cloned());
+        Ok(Made {
+            written,
+            assumptions: assumptions.collect(),
+            scene: None,
+            humanoid: None,
+            clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
+        })
+    }
+
+    /// Puts the motions of a file on the target.
+    pub(super) fn add(&self, mut scene: Scene, motion: &Path, target: &mut Retargeting, hear: Hear<'_>) -> Result<()> {
+        self.job.source.space.state(&mut scene);
+        let mut source = target.prepare(scene)?;
+        say_all(&source.assumptions, hear);
+        if let Some(bones) = source.bones.take() {
+            source.bones = Some(self.apply_steps(&mut source.scene, bones, hear)?);
+        }
+        let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
+        if target.add(source.named(name))?.is_rest_pose_left_out {
+            let file = motion.display();
+            hear(Said::Note(&format!(
+                "{file}: the first frame, a rest pose, is left out"
+            )));
+        }
+        Ok(())
+    }
+
+    /// The files of motions on another body, for the name `output`.
+    fn write_onto(&self, target: &Retargeting, output: &Path) -> Result<Written> {
+        let write = &self.job.write;
+        let row = match self.form {
+            Form::Robot(format) => return format.write(target),
+            Form::Character => {
+                let name = output.file_name().unwrap_or_default().to_string_lossy();
+                let written = target.character_files(&write.gltf(), &name)?;
+                return Ok(written.unwrap_or_default());
+            }
+            Form::Scene(row) => row,
+        };
+        if row.has_one_clip && target.clips().len() > 1 {
+            let message = format!("{} has one motion; name one", row.name);
+            return Err(Error::from(Diagnostic::new(Code::Unrepresentable, message)).with_path(output));
+        }
+        let mut scene = match (row.keeps_units(), &write.space) {
+            (true, space) if space.is_empty() => target.scene(),
+            (keeps_units, space) => {
+                let conversion = space.of(Conversion::new()).keep_units(keeps_units);
+                target.scene_converted(&conversion.bone_axis(write.along_bone()))?
+            }
+        };
+        let mut exporter = write.exporter();
+        if let Some(bones) = target.humanoid().filter(|_| row.states_bones) {
+            exporter = exporter.humanoid(bones.clone());
+        }
+        let bones = || target.humanoid().cloned().unwrap_or_else(|| humanoid(&scene));
+        let bones = self.names.is_some().then(bones);
+        let naming = bones.map(|bones| names::name(&mut scene, self.names.as_ref(), &bones));
+        let naming = naming.transpose()?.flatten();
+        let mut written = exporter.write_as(&scene, write.name_of(output))?;
+        naming
+            .iter()
+            .for_each(|naming| names::tell(naming, &scene, &mut written));
+        Ok(written)
+    }
+}

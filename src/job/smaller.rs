@@ -1,0 +1,69 @@
+//! How much smaller an output is.
+
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use super::text::Length;
+use crate::compress::ErrorBound;
+use crate::format::gltf::{Compression, GltfOptions};
+
+/// Fewer keys and bits, within a largest error.
+///
+/// ```
+/// use mocap::job::Smaller;
+///
+/// let smaller: Smaller = serde_json::from_str(r#"{"max-error": "1mm", "compress": "int16"}"#).unwrap();
+/// assert_eq!(smaller.tolerance(), 0.001);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case", deny_unknown_fields)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Smaller files"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Smaller {
+    /// Largest distance of any joint or end site from its position, at any frame, in metres or with a unit, such as
+    /// 1mm. Keys and bits are removed within it; fails where it cannot be kept [default with --compress: 1mm]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub max_error: Option<Length>,
+    /// Points at this distance from each joint keep the largest error too, as the skin; 3cm is the default of ACL
+    /// [default: 0, joints and end sites alone]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub shell_distance: Option<Length>,
+    /// How to store the keys [default with --max-error: int16, otherwise none]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub compress: Option<Compression>,
+}
+
+impl Smaller {
+    /// The largest error in metres, including the default.
+    pub fn tolerance(&self) -> f64 {
+        self.max_error
+            .map_or(ErrorBound::default().max_error, Length::to_metres)
+    }
+
+    pub(super) fn gltf(&self) -> GltfOptions {
+        let compression = match (self.compress, self.max_error) {
+            (Some(kind), _) => kind,
+            (None, Some(_)) => Compression::Int16,
+            (None, None) => Compression::None,
+        };
+        let bound = ErrorBound::new(self.tolerance());
+        let bound = match self.shell_distance {
+            Some(length) => bound.shell_distance(length.to_metres()),
+            None => bound,
+        };
+        GltfOptions {
+            compression,
+            error_bound: self.has_bound().then_some(bound),
+            ..GltfOptions::default()
+        }
+    }
+
+    /// Whether keys or bits may be left out.
+    pub fn has_bound(&self) -> bool {
+        self.max_error.is_some() || self.compress.is_some_and(|kind| kind != Compression::None)
+    }
+}
