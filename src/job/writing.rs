@@ -315,8 +315,8 @@ impl Writing {
 
     /// The axis of joints' frames that points along their bones; `None` where frames are those of the file.
     ///
-    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder go onto
-    /// skeletons that stand there, whose frames they have to have.
+    /// Default: what the program wants for which an FBX file is. Clips for Unreal, Unity, Maya and MotionBuilder go
+    /// onto skeletons that stand there, whose frames they have to have.
     pub fn along_bone(&self) -> Option<AlongBone> {
         match (self.bone_axis, self.fbx.target) {
             (Some(OutBoneAxis::Y), _) | (None, Some(FbxTarget::Blender)) => Some(AlongBone::Y),
