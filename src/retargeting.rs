@@ -145,21 +145,25 @@ impl Retargeting {
         let conversion = self.options.conversion.clone();
         let mut conversion = conversion.bones(self.options.source_bones.clone());
         let has_other_frames = conversion.takes_other_frames();
-        let mut with_rest_pose = None;
+        // All frames say where the T-pose is: a part of a motion is moved as it is in the whole.
+        let mut whole = None;
+        let leaves_out_rest_pose = has_other_frames && figure.survey.first_frame_is_rest_pose;
+        if has_other_frames && !scene.animations.is_empty() {
+            let mut all_frames = scene.clone();
+            conversion.clone().all_frames().convert(&mut all_frames, figure)?;
+            whole = Some(Box::new(all_frames));
+        }
         // Another frame rate would mix the rest pose into the motion, and what is left of a part may begin with it.
-        if has_other_frames && figure.survey.first_frame_is_rest_pose {
-            let mut whole = scene.clone();
-            conversion.clone().all_frames().convert(&mut whole, figure)?;
-            with_rest_pose = Some(Box::new(whole));
+        if leaves_out_rest_pose {
             conversion = conversion.first_frame(FirstFrame::DropRestPose);
         }
         let (assumptions, inserted) = conversion.convert(&mut scene, figure)?;
         Ok(SourceMotion {
             assumptions,
             bones: Some(figure.humanoid.clone().after(inserted)),
-            is_rest_pose_left_out: with_rest_pose.is_some(),
+            is_rest_pose_left_out: leaves_out_rest_pose,
             has_other_frames,
-            with_rest_pose,
+            whole,
             ..SourceMotion::converted(scene)
         })
     }

@@ -40,9 +40,8 @@ pub struct SourceMotion {
     pub is_rest_pose_left_out: bool,
     /// Whether the conversion has taken other frames, and so knows of a rest pose in the first.
     pub(super) has_other_frames: bool,
-    /// The motion with all its frames, where the first is a rest pose and the conversion has taken others: it shows
-    /// where the T-pose is.
-    pub(super) with_rest_pose: Option<Box<Scene>>,
+    /// The motion with all its frames, where the conversion has taken others: it shows where the T-pose is.
+    pub(super) whole: Option<Box<Scene>>,
 }
 
 impl SourceMotion {
@@ -55,7 +54,7 @@ impl SourceMotion {
             assumptions: Vec::new(),
             is_rest_pose_left_out: false,
             has_other_frames: false,
-            with_rest_pose: None,
+            whole: None,
             bones: None,
         }
     }
@@ -72,15 +71,19 @@ impl SourceMotion {
         self
     }
 
-    /// The scene in which the T-pose is looked for.
+    /// The scene in which the T-pose is looked for. Where a step has changed the skeleton, it is the changed one.
     pub(super) fn shows_t_pose(&self) -> &Scene {
-        self.with_rest_pose.as_deref().unwrap_or(&self.scene)
+        let is_at_rest_alike = |whole: &&Scene| {
+            let rest = |scene: &Scene| Vec::from_iter(scene.nodes.iter().map(|node| node.transform));
+            rest(whole) == rest(&self.scene)
+        };
+        self.whole.as_deref().filter(is_at_rest_alike).unwrap_or(&self.scene)
     }
 
     /// Leaves out a rest pose in the first frame, unless the conversion has done so. `figure` is that of
     /// [`shows_t_pose`](Self::shows_t_pose).
     pub(super) fn leave_out_rest_pose(&mut self, figure: &Figure) -> Result<()> {
-        self.with_rest_pose = None;
+        self.whole = None;
         if !self.has_other_frames {
             self.is_rest_pose_left_out = Conversion::leave_out_rest_pose(&mut self.scene, figure)?;
         }

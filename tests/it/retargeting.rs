@@ -1,9 +1,10 @@
 //! `Retargeting`: the recipe, its order, and that it is the one of every door.
 
+use mocap::convert::Moment;
 use mocap::gltf::Character;
 use mocap::retargeting::{Report, Retargeted, Retargeting, RetargetingOptions, SourceMotion, Target};
 use mocap::scene::{AppliedStep, Scene};
-use mocap::{Code, Importer};
+use mocap::{Code, Conversion, Importer};
 
 const WALK: &str = "fixtures/real/cmu_12_01_walk.bvh";
 const SHORT: &str = "fixtures/real/cmu_short.bvh";
@@ -176,4 +177,37 @@ fn the_program_and_the_library_give_the_same_bytes() {
     let motion = retargeting.clips()[0].robot_motion.as_ref().unwrap();
     let program = run(&["robot", SHORT, "--robot", ROBOT, "--to", "pkl"], "out.pkl");
     assert!(motion.to_pickle() == program);
+}
+
+/// Rest poses that do not stand: where their bones are in a T-pose, the motion alone says.
+#[test]
+fn a_part_of_a_motion_on_a_character_is_that_part_of_the_whole() {
+    for file in [
+        "real/rokoko_dance.bvh",
+        "skeletons/vicon_sword_attack.bvh",
+        "skeletons/animics_all_along_z.bvh",
+    ] {
+        let source = import(&format!("fixtures/{file}"));
+        let moved = |conversion: Conversion| {
+            let options = RetargetingOptions::new().lock_feet(false).conversion(conversion);
+            let retargeting = Retargeting::new(source.clone(), character(), options).unwrap();
+            retargeting.into_clips().remove(0).animation
+        };
+        let count = source.animations[0].frame_count() as u64;
+        let (first, last) = (count / 3, count / 3 + 20);
+        let whole = moved(Conversion::new());
+        let part = moved(Conversion::new().trim(Moment::Frame(first), Moment::Frame(last)));
+        assert_eq!(part.frame_count() as u64, last - first + 1);
+        for (of_whole, of_part) in std::iter::zip(&whole.channels, &part.channels) {
+            let at = |frame: u64| of_whole.rotation_keys.values[frame as usize % of_whole.rotation_keys.values.len()];
+            for (frame, rotation) in (first..).zip(&of_part.rotation_keys.values) {
+                let off = rotation.angle_between(at(frame)).to_degrees();
+                assert!(
+                    off < 0.1,
+                    "{file}: {} at frame {frame}: {off} degrees",
+                    of_whole.node_name
+                );
+            }
+        }
+    }
 }
