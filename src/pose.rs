@@ -11,6 +11,7 @@
 //! number of poses can share one scene.
 
 mod binding;
+mod flat;
 mod forward_kinematics;
 mod sample;
 mod updater;
@@ -20,6 +21,7 @@ use glam::{Mat3, Mat4, Quat, Vec3};
 use crate::scene::{Animation, NodeId, NodeKind, Scene};
 
 pub use self::binding::{Binding, OutOfRange};
+pub(crate) use self::flat::of_flat;
 pub(crate) use self::forward_kinematics::forward_kinematics;
 pub use self::sample::Trs;
 pub use self::updater::Updater;

@@ -77,8 +77,10 @@ pub fn verify(source: &Scene, output: &[u8]) -> Result<Verification> {
             .help("verify the files, not their bytes")
             .into())
     };
-    let output = Output::read(output, "output".as_ref(), &refuse, None)?;
-    Verifier::new().compare(source, None, &output)
+    let verifier = Verifier::new();
+    let read = |rate| Output::read(output, "output".as_ref(), &refuse, rate);
+    let output = verifier.sampled(read(None)?, source, &read)?;
+    verifier.compare(source, None, &output)
 }
 
 /// Compares files, where more is known than they say.
@@ -159,7 +161,8 @@ impl Verifier {
             return arrays::compare(&scene, &file).map_err(|error| error.with_path(path));
         }
         let open = |sibling: &Path| opener.open(&path.with_file_name(sibling));
-        let mut output = Output::read(&bytes, path, &open, None).map_err(|error| error.with_path(path))?;
+        let read = |rate| Output::read(&bytes, path, &open, rate).map_err(|error| error.with_path(path));
+        let output = read(None)?;
         let source = source.as_ref();
         let importer = self.importer.clone().skeleton_mesh(SkeletonMesh::None);
         let provenance = self.provenance_of(&output);
@@ -167,13 +170,38 @@ impl Verifier {
             Some(provenance) => provenance.import(importer, source)?,
             None => importer.import(source)?,
         };
-        let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
-        // FBX has one frame rate for all its clips, and keys between its frames where they have several.
-        if let Some(rate) = common_rate(&scene, steps).filter(|_| output.format() == Some(Format::Fbx)) {
-            output = Output::read(&bytes, path, &open, Some(rate)).map_err(|error| error.with_path(path))?;
-        }
+        let output = self.sampled(output, &scene, &read)?;
         self.compare(&scene, Some(source), &output)
             .map_err(|error| error.with_path(path))
+    }
+
+    /// The output, read again where its format has one frame rate for all clips and those of its source have several.
+    /// FBX has keys between its frames then.
+    fn sampled<'a>(
+        &self,
+        output: Output<'a>,
+        source: &Scene,
+        read: &dyn Fn(Option<f64>) -> Result<Output<'a>>,
+    ) -> Result<Output<'a>> {
+        let provenance = self.provenance_of(&output);
+        let steps = provenance.as_ref().map_or(&[][..], |provenance| &provenance.steps);
+        if output.format() != Some(Format::Fbx) {
+            return Ok(output);
+        }
+        if let Some(rate) = common_rate(source, steps) {
+            return read(Some(rate));
+        }
+        let mut sampled = output;
+        for rate in output::several_rates(source) {
+            let others = read(Some(rate))?;
+            sampled.take_clips(others, |clip| {
+                source
+                    .animations
+                    .get(clip)
+                    .is_some_and(|clip| clip.ticks_per_second == rate)
+            });
+        }
+        Ok(sampled)
     }
 
     /// Imports the second motion of a step: the one of the given files that the output names.
@@ -232,8 +260,12 @@ impl Verifier {
                 output.stated_unit(source),
             ),
         };
-        // A BVH file alone does not say that it has another rest pose on purpose.
-        let has_new_axes = takes_new_axes || provenance.is_none() && change.rests_elsewhere(&pairs, &ours, &theirs);
+        // Joints of BVH rest without a rotation, so that another up axis turns their axes. A file alone does not say
+        // that it has another rest pose on purpose.
+        let is_bvh = output.format() == Some(Format::Bvh);
+        let has_new_axes = takes_new_axes
+            || is_bvh && change.has_another_up()
+            || provenance.is_none() && change.rests_elsewhere(&pairs, &ours, &theirs);
         let mut verification = Verification {
             joints: pairs.list.len(),
             missing: pairs.missing(&ours, NodeKind::Joint),

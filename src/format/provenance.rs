@@ -35,6 +35,9 @@ pub struct Provenance {
     pub frames: u64,
     /// Seconds between two of them.
     pub frame_time: f64,
+    /// Seconds between two frames of each animation, where they differ.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) clip_frame_times: Vec<f64>,
     /// How the root's OFFSET was used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root_offset: Option<RootOffsetUsed>,
@@ -52,7 +55,17 @@ pub struct Provenance {
 impl Provenance {
     /// The provenance of `scene`.
     pub fn of(scene: &Scene) -> Self {
-        Self::of_animation(scene, scene.animations.first())
+        let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
+        let first = rates.clone().next();
+        let are_one = rates.clone().all(|rate| Some(rate) == first);
+        Self {
+            clip_frame_times: if are_one {
+                Vec::new()
+            } else {
+                rates.map(f64::recip).collect()
+            },
+            ..Self::of_animation(scene, scene.animations.first())
+        }
     }
 
     /// The provenance of one of the animations of `scene`; of several it says which one it is.
@@ -77,6 +90,7 @@ impl Provenance {
             format: metadata.format,
             frames: animation.map_or(0, |animation| animation.duration.round() as u64 + 1),
             frame_time: animation.map_or(0.0, |animation| animation.ticks_per_second.recip()),
+            clip_frame_times: Vec::new(),
             root_offset: metadata.root_offset.clone(),
             assumptions: metadata.assumptions.clone(),
             up: None,

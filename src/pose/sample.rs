@@ -2,6 +2,7 @@
 
 use glam::{Mat4, Quat, Vec3};
 
+use super::flat::of_flat;
 use crate::scene::{Channel, Keys};
 
 /// A transform in its three components, as glTF and most engines store the transform of a node.
@@ -25,10 +26,13 @@ impl Trs {
         scale: Vec3::ONE,
     };
 
-    /// Decomposes `matrix`. Shear is lost; for a singular matrix the rotation is the identity.
+    /// Decomposes `matrix`. Shear is lost; axes without a length complete a rotation with the others.
     pub fn from_matrix(matrix: Mat4) -> Self {
-        let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
-        let rotation = if rotation.is_finite() { rotation } else { Quat::IDENTITY };
+        let (mut scale, mut rotation, translation) = matrix.to_scale_rotation_translation();
+        if !rotation.is_finite() {
+            let (lengths, whole) = of_flat(&matrix.as_dmat4());
+            (scale, rotation) = (lengths.as_vec3(), whole.as_quat());
+        }
         Self {
             translation,
             rotation,

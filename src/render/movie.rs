@@ -78,8 +78,8 @@ impl<'a> Movie<'a> {
     /// Prepares the film: its pictures and the camera's path.
     ///
     /// # Errors
-    /// [`Code::InvalidValue`] where a rate or a speed is not above 0; [`Code::LimitExceeded`] where a film would have
-    /// more than 90,000 pictures.
+    /// [`Code::InvalidValue`] where a rate or a speed is not above 0, or a picture is empty or too large;
+    /// [`Code::LimitExceeded`] where a film would have more than 90,000 pictures.
     pub fn new(clip: Clip<'a>, options: &MovieOptions) -> Result<Self> {
         for (what, value) in [("frame rate", options.frames_per_second), ("speed", options.speed)] {
             if !(value.is_finite() && value > 0.0) {
@@ -90,6 +90,7 @@ impl<'a> Movie<'a> {
                 return Err(diagnostic.expected_found("a number above 0", format!("{value}")).into());
             }
         }
+        super::raster::check_size(options.width, options.height, Code::InvalidValue)?;
         let pictures = clip.seconds() / options.speed * options.frames_per_second + 1.0;
         if pictures > Self::MOST_PICTURES {
             return Err(Diagnostic::new(Code::LimitExceeded, "the film has too many pictures")

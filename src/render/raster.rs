@@ -47,21 +47,10 @@ impl Drawing {
     }
 
     fn paint(&self) -> Result<Pixmap> {
-        let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
-        let pixels = u64::from(self.width) * u64::from(self.height);
         // Memory is asked for after the limit is looked at.
-        let is_within = within(self.width) && within(self.height) && pixels <= MOST_PIXELS;
-        let pixmap = is_within.then(|| Pixmap::new(self.width, self.height)).flatten();
-        let Some(mut pixmap) = pixmap else {
-            return Err(
-                Diagnostic::new(Code::LimitExceeded, "the size of the picture is not valid")
-                    .expected_found(
-                        format!("1 to {LARGEST_SIDE} pixels in width and height, and {MOST_PIXELS} in all"),
-                        format!("{} x {}", self.width, self.height),
-                    )
-                    .into(),
-            );
-        };
+        check_size(self.width, self.height, Code::LimitExceeded)?;
+        let mut pixmap = Pixmap::new(self.width, self.height)
+            .ok_or_else(|| wrong_size(self.width, self.height, Code::LimitExceeded))?;
         let [red, green, blue] = self.background.rgb;
         pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
         for shape in &self.shapes {
@@ -69,6 +58,23 @@ impl Drawing {
         }
         Ok(pixmap)
     }
+}
+
+/// Refuses pictures that are empty or too large, with an error of this code.
+pub(super) fn check_size(width: u32, height: u32, code: Code) -> Result<()> {
+    let within = |side: u32| (1..=LARGEST_SIDE).contains(&side);
+    let pixels = u64::from(width) * u64::from(height);
+    match within(width) && within(height) && pixels <= MOST_PIXELS {
+        true => Ok(()),
+        false => Err(wrong_size(width, height, code).into()),
+    }
+}
+
+fn wrong_size(width: u32, height: u32, code: Code) -> Diagnostic {
+    Diagnostic::new(code, "the size of the picture is not valid").expected_found(
+        format!("1 to {LARGEST_SIDE} pixels in width and height, and {MOST_PIXELS} in all"),
+        format!("{width} x {height}"),
+    )
 }
 
 fn paint_shape(pixmap: &mut Pixmap, shape: &Shape) {

@@ -7,7 +7,7 @@ use glam::{DMat4, DQuat, DVec3, Quat, Vec3};
 
 use crate::error::Result;
 use crate::format::gltf::{Bend, File, Values};
-use crate::pose::Binding;
+use crate::pose::{Binding, of_flat};
 use crate::scene::{Keys, NodeId, NodeKind, Scene};
 
 /// How far a joint that keeps its position may be from it, as a fraction of its distance to its parent.
@@ -59,7 +59,11 @@ impl<'a> Skeleton<'a> {
     /// The nodes of `scene` and the keys of a clip; without one, the rest pose.
     pub(super) fn of_scene(scene: &'a Scene, clip: Option<usize>) -> Self {
         let joint = |node: &crate::scene::Node| {
-            let (scale, rotation, translation) = node.transform.as_dmat4().to_scale_rotation_translation();
+            let matrix = node.transform.as_dmat4();
+            let (mut scale, mut rotation, translation) = matrix.to_scale_rotation_translation();
+            if !rotation.is_finite() {
+                (scale, rotation) = of_flat(&matrix);
+            }
             Joint {
                 shows: !node.meshes.is_empty(),
                 ..Joint::at_rest(

@@ -171,7 +171,8 @@ impl Change {
         let seen = moments(ours, theirs);
         let mut change = Self::none();
         let mut ratios = seen.iter();
-        if let Some(ratio) = ratios.find_map(|(here, there)| ratio_of_lengths(&pairs.list, here, there)) {
+        let of_links = ratios.find_map(|(here, there)| ratio_of_lengths(&pairs.list, here, there));
+        if let Some(ratio) = of_links.or_else(|| ratio_of_distances(&pairs.list, &seen)) {
             let is_near = |unit: &f64| (ratio / unit - 1.0).abs() < SAME_UNIT;
             let of_source = UNITS.iter().map(|unit| metres / unit);
             let of_any = UNITS.iter().flat_map(|from| UNITS.iter().map(move |to| from / to));
@@ -214,6 +215,11 @@ impl Change {
             )
         };
         (!self.has_unit).then(|| Finding::new(FindingKind::Unit, message()))
+    }
+
+    /// Whether another axis points up in the file.
+    pub(super) fn has_another_up(&self) -> bool {
+        self.up.0 != self.up.1
     }
 
     /// Where a point of the source is in the file.
@@ -288,6 +294,19 @@ fn moments(ours: &Skeleton, theirs: &Skeleton) -> Vec<(Vec<DMat4>, Vec<DMat4>)> 
     (0..=parts)
         .map(|part| at(ours.end * f64::from(part) / f64::from(PARTS)))
         .collect()
+}
+
+/// The ratio of the distances from the origin, where it is farthest: of a single joint, or of joints that are always in
+/// one point, nothing else has a length.
+fn ratio_of_distances(pairs: &[(usize, usize)], seen: &[(Vec<DMat4>, Vec<DMat4>)]) -> Option<f64> {
+    let length = |world: &[DMat4], place: usize| world[place].w_axis.truncate().length();
+    let distances = seen.iter().flat_map(|(here, there)| {
+        let pairs = pairs.iter();
+        pairs.map(|(a, b)| (length(here, *a), length(there, *b)))
+    });
+    let (ours, theirs) = distances.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let ratio = theirs / ours;
+    (ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
 /// The median of the ratios of lengths between neighbouring pairs. One that is broken does not change it.

@@ -235,8 +235,9 @@ impl Compared<'_> {
     /// How far a point on the skin is off by the rotation of its joint, and by how far the joint is `off`, in metres.
     fn turn(&self, ours: &DMat4, theirs: &DMat4, off: DVec3) -> f64 {
         let axes = |matrix: &DMat4| [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(DVec4::truncate);
-        let points = axes(ours).into_iter().zip(axes(theirs)).map(|(ours, theirs)| {
-            // What is flat has no direction.
+        // What is flat has no direction.
+        let both = axes(ours).into_iter().zip(axes(theirs));
+        let points = both.filter(|(ours, _)| *ours != DVec3::ZERO).map(|(ours, theirs)| {
             let ours = self.change.turn(ours.normalize_or_zero());
             (theirs.normalize_or_zero() - ours) * SKIN
         });

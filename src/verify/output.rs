@@ -156,6 +156,16 @@ impl<'a> Output<'a> {
         )
     }
 
+    /// Takes the clips of these indices as `other` has them.
+    pub(super) fn take_clips(&mut self, other: Self, is_taken: impl Fn(usize) -> bool) {
+        let (Self::Scene(scene, _), Self::Scene(other, _)) = (self, other) else {
+            return;
+        };
+        let clips = scene.animations.iter_mut().zip(other.animations).enumerate();
+        let taken = clips.filter(|(index, _)| is_taken(*index));
+        taken.for_each(|(_, (clip, other))| *clip = other);
+    }
+
     pub(super) fn clip_names(&self) -> Vec<String> {
         match self {
             Self::Gltf(file, _) => {
@@ -197,6 +207,20 @@ impl<'a> Output<'a> {
                 scene.metadata.format == source.metadata.format && source.metadata.format == Some(Format::Bvh)
             }
         }
+    }
+}
+
+/// The frame rates of the clips of a scene, where there are some.
+pub(super) fn several_rates(scene: &Scene) -> Vec<f64> {
+    /// A file is read again for each.
+    const MOST: usize = 16;
+    let mut rates: Vec<f64> = scene.animations.iter().map(|clip| clip.ticks_per_second).collect();
+    rates.sort_by(f64::total_cmp);
+    rates.dedup();
+    if (2..=MOST).contains(&rates.len()) {
+        rates
+    } else {
+        Vec::new()
     }
 }
 

@@ -182,6 +182,7 @@ fn the_arguments_are_at_fault() {
     for arguments in [
         "fk w.bvh -o new.npz --joints (",
         "gif w.bvh -o new.gif --width 0",
+        "gif w.bvh -o new.gif --width 16384 --height 16384",
         "gif w.bvh -o new.gif --rate 0",
         "gif w.bvh -o new.gif --speed nan",
         "sheet w.bvh -o new.png --poses 0",

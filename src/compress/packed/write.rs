@@ -33,10 +33,10 @@ pub(super) fn encode(
             animation.to_string(),
         )
     })?;
-    if scene.nodes.len() >= usize::from(NO_PARENT) {
-        let message = "a packed clip cannot have so many nodes";
+    if !(1..usize::from(NO_PARENT)).contains(&scene.nodes.len()) {
+        let message = "a packed clip cannot have so many nodes, or none";
         return Err(Diagnostic::new(Code::Unrepresentable, message)
-            .expected_found(format!("fewer than {NO_PARENT}"), scene.nodes.len().to_string())
+            .expected_found(format!("1 to {}", NO_PARENT - 1), scene.nodes.len().to_string())
             .into());
     }
     let clip = compress(scene, animation, bound, encoding)?;

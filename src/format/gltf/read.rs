@@ -17,7 +17,6 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::Provenance;
 use super::bind;
 use super::file::{File, PlacedNode, implausible};
 use super::humanoid::{self, VRM_ANIMATION};
@@ -148,13 +147,20 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
         let ids = placed.iter().map(|(&index, placed)| (index, placed.id)).collect();
         super::meshes::read(source, &file, &ids, options, &mut scene);
     }
-    let frame_time = frame_time_of(file.provenance(), "/asset/extras")?;
+    let stated = file.provenance().unwrap_or_default();
+    let frame_time = valid_frame_time(stated.frame_time, "/asset/extras")?;
     tell_bends(&clips, &mut scene);
     let most = options.limits.expanded_values(source.bytes.len() as u64);
     let mut left = most;
     for (index, (name, tracks)) in clips.into_iter().enumerate() {
-        let own = frame_time_of(file.provenance_of(index), &format!("/animations/{index}/extras"))?;
-        let step = own.or(frame_time).unwrap_or_else(|| find_frame_time(&tracks));
+        let own = file
+            .provenance_of(index)
+            .map_or(0.0, |provenance| provenance.frame_time);
+        let own = valid_frame_time(own, &format!("/animations/{index}/extras"))?;
+        // Clips may differ in their frame time.
+        let of_clip = stated.clip_frame_times.get(index).copied().unwrap_or(0.0);
+        let of_clip = valid_frame_time(of_clip, "/asset/extras")?.or(frame_time);
+        let step = own.or(of_clip).unwrap_or_else(|| find_frame_time(&tracks));
         let values_a_frame: u64 = tracks.iter().map(|track| track.values.components()).sum();
         let end = end_of(&tracks);
         let frames = ((f64::from(end) / step).floor() as u64).saturating_add(1);
@@ -189,12 +195,11 @@ pub(super) fn read_placed(source: &Source<'_>, options: &ReadOptions, rest: Rest
     })
 }
 
-/// The frame time that this crate has written at `pointer`; 0 stands for none, for the scene had no motion.
-fn frame_time_of(provenance: Option<Provenance>, pointer: &str) -> Result<Option<f64>, Failure> {
-    let stated = provenance.map(|provenance| provenance.frame_time);
-    let Some(time) = stated.filter(|time| *time != 0.0) else {
+/// A frame time that this crate has written at `pointer`; 0 stands for none, for the scene had no motion.
+fn valid_frame_time(time: f64, pointer: &str) -> Result<Option<f64>, Failure> {
+    if time == 0.0 {
         return Ok(None);
-    };
+    }
     limits::frame_rate(Code::FrameTime, time.recip())
         .map(|_| Some(time))
         .map_err(|diagnostic| {

@@ -1,12 +1,17 @@
 //! What a writer writes, its reader reads and `verify` accepts: the law that `tools/fuzz` holds for changed files. Here
 //! are files that broke it.
 
+use std::path::{Path, PathBuf};
+
+use mocap::glam::{Mat4, Vec3, Vec4};
 use mocap::process::convert_units;
-use mocap::scene::UpAxis;
+use mocap::scene::{NodeKind, UpAxis};
 use mocap::verify::verify;
 use mocap::vrma::{self, VrmaOptions};
-use mocap::{Conversion, Exporter, Format, Importer, Scene};
+use mocap::{Code, Conversion, Exporter, Format, FormatInfo, Importer, Scene, SkeletonMesh, Trs};
 use serde_json::{Value, json};
+
+use crate::sample::Sample;
 
 /// The distance that a right file may be off, in metres.
 const CLOSE: f64 = 1e-5;
@@ -20,6 +25,76 @@ fn accepted(source: &Scene, format: Format) -> Vec<u8> {
     let verified = verify(source, &bytes).unwrap();
     assert!(verified.is_within(CLOSE), "{format}: {verified:?}");
     bytes
+}
+
+/// Every fixture that is read, in every format that is written: a reason to refuse it, or a file that is read and
+/// accepted. A sample, unless `MOCAP_ALL` asks for all.
+#[test]
+fn every_fixture_is_refused_with_a_reason_or_written_and_accepted() {
+    /// One of so many files.
+    const PARTS: usize = 12;
+    /// Bytes of a file, and joints times frames, above which this takes too long here.
+    const LARGEST: u64 = 1 << 20;
+    const MOST_ROWS: f64 = 8000.0;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+    let mut files: Vec<PathBuf> = ["characters", "dialects", "made", "real", "skeletons"]
+        .into_iter()
+        .flat_map(|folder| std::fs::read_dir(root.join(folder)).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| mocap::Importer::new().import(path).is_ok() && path.metadata().unwrap().len() <= LARGEST)
+        .collect();
+    files.sort();
+    let mut tried = 0;
+    for path in Sample::new().some(files, PARTS) {
+        let source = Importer::new().skeleton_mesh(SkeletonMesh::None).import(&path).unwrap();
+        let rows: f64 = source.animations.iter().map(|clip| clip.duration).sum::<f64>() * source.nodes.len() as f64;
+        if rows > MOST_ROWS || !source.warnings.is_empty() {
+            continue;
+        }
+        for format in [Format::Gltf, Format::Vrma, Format::Fbx, Format::Bvh, Format::Mclip] {
+            tried += usize::from(is_accepted(&source, format, &path));
+        }
+    }
+    assert!(tried > 0, "no file was written");
+}
+
+/// Whether a scene is written; what is written is accepted.
+fn is_accepted(source: &Scene, format: Format, path: &Path) -> bool {
+    let mut scene = source.clone();
+    if Conversion::new().apply(&mut scene).is_err() {
+        return false;
+    }
+    let written = match Exporter::new().max_error(1e-5).write(&scene, format) {
+        Ok(written) => written,
+        Err(error) => {
+            let reasons = [
+                Code::Unrepresentable,
+                Code::NoMotion,
+                Code::NotHumanoid,
+                Code::ErrorBound,
+            ];
+            assert!(reasons.contains(&error.code()), "{}, {format}: {error}", path.display());
+            return false;
+        }
+    };
+    // What a format cannot hold is said.
+    let is_whole = written.warnings.is_empty();
+    let bytes = written.into_bytes().unwrap();
+    let name = format!("written.{}", FormatInfo::of(format).extensions[0]);
+    let again = Importer::new().format(format).read(&bytes, name);
+    assert!(again.is_ok(), "{}, {format}: {}", path.display(), again.unwrap_err());
+    let mut source = source.clone();
+    if matches!(format, Format::Bvh | Format::Mclip) {
+        // They have one clip.
+        source.animations.truncate(1);
+    }
+    let verified = verify(&source, &bytes).unwrap();
+    assert!(
+        !is_whole || verified.is_within(1e-3),
+        "{}, {format}: {verified:?}",
+        path.display()
+    );
+    true
 }
 
 /// Markers that are hidden in the first frame stand in one point there, which says nothing about the unit.
@@ -67,6 +142,116 @@ fn the_node_of_a_mesh_may_stand_beyond_all_positions() {
     let source = Importer::new().gltf_meshes(true).read(&bytes, "a.gltf").unwrap();
     let written = accepted(&source, Format::Gltf);
     assert!(Importer::new().read(&written, "a.glb").is_ok());
+}
+
+/// A single marker has no link whose length says the unit: the distance from the origin does.
+#[test]
+fn the_unit_of_a_single_joint_is_found() {
+    let text = "HIERARCHY\nROOT A\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n}\n\
+                MOTION\nFrames: 3\nFrame Time: 0.01\n5 5 -5\n10 20 30\n11 20 31\n";
+    let source = Importer::new().read(text.as_bytes(), "marker.bvh").unwrap();
+    for (unit, is_right) in [(0.01, true), (0.0254, true), (0.37, false)] {
+        let mut scene = source.clone();
+        convert_units(&mut scene, unit, UpAxis::Y);
+        let bytes = Exporter::new()
+            .write(&scene, Format::Bvh)
+            .unwrap()
+            .into_bytes()
+            .unwrap();
+        assert_eq!(verify(&source, &bytes).unwrap().is_within(CLOSE), is_right, "{unit}");
+    }
+}
+
+/// Joints of BVH have no rotation at rest, so that those of a file with another up axis have other axes.
+#[test]
+fn another_up_axis_in_bvh_is_no_error() {
+    for file in ["z_up_dab", "makehuman_zombie_walk"] {
+        accepted(
+            &mocap::import(format!("fixtures/real/{file}.bvh")).unwrap(),
+            Format::Bvh,
+        );
+    }
+}
+
+/// A node whose transform is flat still has the rotation of its other axes.
+#[test]
+fn a_flat_transform_has_a_rotation() {
+    // Columns: -X without a length, Y doubled and turned to +Z; and one axis alone.
+    for (matrix, point) in [
+        (
+            [
+                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0,
+            ],
+            Vec3::new(1.0, -3.0, 4.0),
+        ),
+        (
+            [
+                0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0,
+            ],
+            Vec3::new(0.0, -3.0, 0.0),
+        ),
+        (
+            [0.0; 12]
+                .into_iter()
+                .chain([0.0, 0.0, 5.0, 1.0])
+                .collect::<Vec<_>>()
+                .try_into()
+                .unwrap(),
+            Vec3::Z * 5.0,
+        ),
+    ] {
+        let matrix = Mat4::from_cols_array(&matrix);
+        let trs = Trs::from_matrix(matrix);
+        assert!(trs.rotation.is_normalized(), "{trs:?}");
+        assert!(
+            trs.matrix().transform_point3(Vec3::new(1.0, 2.0, 3.0)).distance(point) < 1e-5,
+            "{trs:?}"
+        );
+        assert!(trs.matrix().abs_diff_eq(matrix, 1e-5), "{trs:?}");
+    }
+    let mut source = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    let end = source
+        .nodes
+        .iter_mut()
+        .rfind(|node| node.kind == NodeKind::EndSite)
+        .unwrap();
+    end.transform.x_axis = Vec4::ZERO;
+    accepted(&source, Format::Bvh);
+}
+
+#[test]
+fn clips_of_several_rates_keep_theirs() {
+    let mut source = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    Conversion::new().apply(&mut source).unwrap();
+    source.metadata.steps.clear();
+    source.metadata.origin = None;
+    let mut slow = source.animations[0].clone();
+    (slow.name, slow.ticks_per_second) = ("slow".to_owned(), 7.0);
+    source.animations.push(slow);
+    for format in [Format::Gltf, Format::Fbx] {
+        let bytes = Exporter::new().write(&source, format).unwrap().into_bytes().unwrap();
+        let verified = verify(&source, &bytes).unwrap();
+        assert!(verified.is_within(CLOSE), "{format}: {verified:?}");
+        let again = Importer::new().read(&bytes, "again").unwrap();
+        if format == Format::Gltf {
+            let frames = |scene: &Scene| -> Vec<_> { scene.animations.iter().map(|clip| clip.duration).collect() };
+            assert_eq!(frames(&again), frames(&source));
+            assert!((again.animations[1].ticks_per_second - 7.0).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_scene_without_a_node_is_no_packed_clip() {
+    let scene = Scene {
+        animations: vec![mocap::scene::Animation {
+            ticks_per_second: 30.0,
+            ..Default::default()
+        }],
+        ..Scene::default()
+    };
+    let error = Exporter::new().write(&scene, Format::Mclip).unwrap_err();
+    assert_eq!(error.code(), Code::Unrepresentable, "{error}");
 }
 
 /// The rest pose of a VRM animation is the T-pose, also where its legs do not point down in it.
