@@ -11,27 +11,35 @@
 //! follow.
 
 mod body;
+mod carrier;
 mod contacts;
 mod flips;
 mod frames;
 mod frames_report;
-mod ground;
+mod held;
 mod inertia;
+mod limb;
 mod list;
 mod pose_distance;
 mod quantity;
 mod sequence;
 mod step;
+mod target;
 mod text;
+mod value;
 mod warp_path;
 mod warp_time;
+mod window;
 
 pub(crate) use self::contacts::contacts_of;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};
 pub use self::frames_report::FramesReport;
+pub use self::held::LimbReport;
+pub use self::limb::Limb;
 pub use self::list::EditReport;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
+pub use self::target::ReachTarget;
 pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
 pub use self::warp_time::WarpTimeReport;
 
@@ -58,4 +66,5 @@ self::list::steps! {
     rest: Rest, RestReport, StandingPose;
     t_pose_first: TPoseFirst;
     bone_axis: BoneAxis, BoneAxisReport;
+    reach: Reach, ReachReport;
 }

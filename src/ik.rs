@@ -9,11 +9,13 @@
 
 mod chain;
 mod goal;
+mod hinge;
 mod limit;
 mod two_bone;
 
 pub use self::chain::{ChainOptions, chain, chain_positions};
 pub use self::goal::Goal;
+pub(crate) use self::hinge::{hinge_rotations, plane_normal};
 pub use self::limit::JointLimit;
 pub use self::two_bone::{TwoBone, two_bone, two_bone_rotations};
 

@@ -4,9 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::carrier::Carrier;
 use super::concat::pair;
 use super::frames::{Frames, between};
-use super::ground::Carrier;
 use super::pose_distance::Poses;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};

@@ -2,6 +2,7 @@
 
 use super::StepInput;
 use crate::error::{Code, Diagnostic, Result};
+use crate::figure::body::Body;
 use crate::figure::{Figure, Humanoid, HumanoidBone, Side, humanoid};
 use crate::scene::{NodeId, NodeKind, Scene};
 
@@ -20,6 +21,11 @@ pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figur
         return Err(Diagnostic::new(Code::NotHumanoid, message).into());
     }
     Ok(Figure::with_bones(scene, humanoid))
+}
+
+/// Likewise, with the frames of its T-pose.
+pub(super) fn body_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Body> {
+    Body::of_figure(scene, figure_of(scene, known)?, "figure")
 }
 
 impl Leg {

@@ -5,8 +5,8 @@ use std::fmt;
 use serde::Serialize;
 
 use super::body::metres_per_unit;
+use super::carrier::{Carrier, have_the_same_joints};
 use super::frames::Frames;
-use super::ground::{Carrier, have_the_same_joints};
 use super::inertia::{Seam, onward};
 use super::quantity::{degrees, metres};
 use super::step::step;

@@ -5,6 +5,11 @@ use glam::Vec3;
 use crate::math::quaternion::{exp, log};
 use crate::pose::Trs;
 
+/// From 0 at 0 to 1 at 1, with neither speed nor acceleration at both ends: the quintic of smoothest change.
+pub(super) fn ease(part: f32) -> f32 {
+    part.powi(3) * (10.0 - 15.0 * part + 6.0 * part * part)
+}
+
 /// A difference at frame 0 with its change per frame, which the quintic brings to rest at 0 within `steps` frames.
 pub(super) fn fade(offset: Vec3, speed: Vec3, frame: usize, steps: usize) -> Vec3 {
     if frame >= steps {

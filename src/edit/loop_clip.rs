@@ -7,9 +7,9 @@ use std::fmt;
 use serde::Serialize;
 
 use super::body::{figure_of, metres_per_unit};
+use super::carrier::Carrier;
 use super::contacts::{ContactOptions, DetectedContacts, detect};
 use super::frames::Frames;
-use super::ground::Carrier;
 use super::inertia::{self, Seam};
 use super::pose_distance::Poses;
 use super::quantity::{degrees, metres};

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use super::carrier::Carrier;
 use super::frames::Frames;
-use super::ground::Carrier;
 use crate::math::quaternion::{log, squared_angle};
 use crate::math::wide;
 

@@ -273,6 +273,12 @@ pub enum Takes {
     Path,
     /// Times, and those at which they are to be: in text each is a key of its own.
     Moments,
+    /// A point, or the name of a node.
+    Target,
+    /// A point, or an offset.
+    Point,
+    /// The name of a node.
+    Name,
     /// The number of a motion among the inputs of a command.
     Input,
 }
@@ -296,6 +302,9 @@ impl Takes {
             Self::Weights => "0..1 or S:0..1+...",
             Self::Path => "[S:]M/M+...",
             Self::Moments => "S=S,...",
+            Self::Target => "M/M/M or NAME",
+            Self::Point => "M/M/M",
+            Self::Name => "NAME",
         }
     }
 }
@@ -319,6 +328,9 @@ impl fmt::Display for Takes {
             Self::Weights => "a weight from 0 to 1 such as 0.5, or a curve SECONDS:WEIGHT+... such as 0:0+1.5:1",
             Self::Path => "points M/M+... such as 0/0+1/2, or SECONDS:M/M+... such as 0:0/0+2.5:1/2",
             Self::Moments => "pairs of times in seconds such as 0=0,1.5=3",
+            Self::Target => "a point M/M/M in metres such as 0.3/1.2/0.5, or the name of a joint, a bone or a node",
+            Self::Point => "three lengths M/M/M in metres such as 0.3/1.2/0.5",
+            Self::Name => "the name of a joint, a bone or a node",
             Self::Input => "the number of a motion among the inputs, 2 or more",
         })
     }

@@ -1,8 +1,9 @@
 //! Steps as text, `NAME:key=value,...`, and as JSON: from and to the values of serde, for all steps alike.
 
-use serde_json::{Map, Number, Value};
+use serde_json::{Map, Value};
 
 use super::step::WITH;
+use super::value::{parsed, print, scalar};
 use super::{EditStep, StepInfo, StepKey, Takes};
 use crate::error::{Code, Diagnostic, Result, nearest};
 
@@ -135,87 +136,6 @@ fn refuse<T>(message: String) -> Result<T> {
     Err(Diagnostic::new(Code::InvalidValue, message).into())
 }
 
-/// The value of a text; what it cannot be read as stays text, which the step refuses.
-fn parsed(takes: Takes, text: &str) -> Value {
-    let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
-    match takes {
-        Takes::FrameRange => list("..", scalar),
-        Takes::Frames => list("+", scalar),
-        Takes::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
-        Takes::Weights => list("+", |part| match part.split_once(':') {
-            Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
-            None => Value::from(part),
-        }),
-        Takes::Path => list("+", point),
-        _ => scalar(text),
-    }
-}
-
-/// `M/M` or `SECONDS:M/M`.
-fn point(text: &str) -> Value {
-    let (seconds, at) = match text.split_once(':') {
-        Some((seconds, at)) => (scalar(seconds), at),
-        None => (Value::Null, text),
-    };
-    let at: Vec<Value> = at.split('/').map(scalar).collect();
-    Value::Object(Map::from_iter([
-        ("seconds".to_owned(), seconds),
-        ("at".to_owned(), Value::from(at)),
-    ]))
-}
-
-/// A number, true, false, or a word.
-fn scalar(text: &str) -> Value {
-    let text = text.trim();
-    let number = || {
-        let whole = text.parse::<u64>().ok().map(Number::from);
-        whole.or_else(|| Number::from_f64(text.parse().ok()?))
-    };
-    match text {
-        "true" => Value::Bool(true),
-        "false" => Value::Bool(false),
-        _ => number().map_or_else(|| Value::from(text), Value::Number),
-    }
-}
-
-/// The text of a value; `None` for an empty list. What does not have the form of `takes` is printed as it is.
-fn print(takes: Takes, value: &Value) -> Option<String> {
-    let joined = |separator: &str, item: fn(&Value) -> String| match value {
-        Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),
-        other => Some(word(other)),
-    };
-    match takes {
-        Takes::FrameRange => joined("..", word),
-        Takes::Frames => joined("+", word),
-        Takes::Weights => joined("+", |pair| joined_pair(pair, ":")),
-        Takes::Moments => joined(",", |pair| joined_pair(pair, "=")),
-        Takes::Path => joined("+", |point| {
-            let at = joined_pair(&point["at"], "/");
-            match &point["seconds"] {
-                Value::Null => at,
-                seconds => format!("{}:{at}", short(seconds)),
-            }
-        }),
-        _ => Some(word(value)),
-    }
-}
-
-fn joined_pair(pair: &Value, separator: &str) -> String {
-    match pair {
-        Value::Array(items) => items.iter().map(short).collect::<Vec<_>>().join(separator),
-        other => word(other),
-    }
-}
-
-/// A number of a point without the `.0` of a whole one.
-fn short(value: &Value) -> String {
-    value.as_f64().map_or_else(|| word(value), |number| number.to_string())
-}
-
-fn word(value: &Value) -> String {
-    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -224,7 +144,7 @@ mod tests {
     use crate::error::Error;
 
     /// Texts, and what they print as: every option, in the order of the names.
-    const TEXTS: [(&str, &str); 34] = [
+    const TEXTS: &[(&str, &str)] = &[
         (
             "foot-lock",
             "foot-lock:blend=0.2,gap=0.05,height=0.05,release=1.6,shortest=0.08,speed=0.25",
@@ -283,11 +203,19 @@ mod tests {
         ("rest:pose=a-pose", "rest:pose=a-pose"),
         ("t-pose-first", "t-pose-first"),
         ("bone-axis:axis=x", "bone-axis:axis=x"),
+        (
+            "reach:to=0.5/1/-0.25,range=20f..60f",
+            "reach:ease-in=0.4,ease-out=0.4,limb=right-hand,offset=0/0/0,range=20f..60f,to=0.5/1/-0.25",
+        ),
+        (
+            "reach:limb=left-foot,to=mixamorig:Head,tip=toe",
+            "reach:ease-in=0.4,ease-out=0.4,limb=left-foot,offset=0/0/0,range=..,tip=toe,to=mixamorig:Head",
+        ),
     ];
 
     #[test]
     fn a_step_is_the_same_as_text_and_as_a_value() {
-        for (text, printed) in TEXTS {
+        for &(text, printed) in TEXTS {
             let step: EditStep = text.parse().unwrap();
             assert_eq!(step.to_string(), printed);
             assert_eq!(printed.parse::<EditStep>().unwrap(), step, "{text}");

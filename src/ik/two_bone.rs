@@ -8,7 +8,7 @@ use crate::pose::{Pose, Trs};
 use crate::scene::NodeId;
 
 /// Below this fraction of a bone's length a direction is not known.
-const NO_DIRECTION: f64 = 1e-6;
+pub(super) const NO_DIRECTION: f64 = 1e-6;
 
 /// How two bones turn to reach a goal.
 ///
@@ -68,12 +68,7 @@ pub fn two_bone_rotations(joints: [Vec3; 3], goal: Vec3, pole: Option<Vec3>) -> 
     let way = goal - start;
     let new = direction(way, nothing).unwrap_or(old);
     // The middle joint comes `along` the direction to the goal, and `aside` of it.
-    let reach = way.length().clamp((a - b).abs(), a + b);
-    let along = match reach > nothing {
-        true => ((reach * reach + a * a - b * b) / (2.0 * reach)).clamp(-a, a),
-        false => 0.0,
-    };
-    let aside = (a * a - along * along).max(0.0).sqrt();
+    let Triangle { reach, along, aside } = Triangle::new(a, b, way.length());
 
     let mut turn = arc(old, new, old.any_orthonormal_vector());
     let bend_now = direction(first.reject_from_normalized(old), nothing).map(|bend| turn * bend);
@@ -103,7 +98,30 @@ pub fn two_bone_rotations(joints: [Vec3; 3], goal: Vec3, pole: Option<Vec3>) -> 
     if is_finite { found } else { still }
 }
 
-fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
+/// The triangle of two bones and the line from their beginning to their end, by the law of cosines.
+pub(super) struct Triangle {
+    /// The length of that line: the distance that was asked for, or the nearest that the bones allow.
+    pub(super) reach: f64,
+    /// Where the middle joint is along the line.
+    pub(super) along: f64,
+    /// How far the middle joint is from the line.
+    pub(super) aside: f64,
+}
+
+impl Triangle {
+    /// `a` and `b` are the lengths of the bones.
+    pub(super) fn new(a: f64, b: f64, distance: f64) -> Self {
+        let reach = distance.clamp((a - b).abs(), a + b);
+        let along = match reach > NO_DIRECTION * (a + b) {
+            true => ((reach * reach + a * a - b * b) / (2.0 * reach)).clamp(-a, a),
+            false => 0.0,
+        };
+        let aside = (a * a - along * along).max(0.0).sqrt();
+        Self { reach, along, aside }
+    }
+}
+
+pub(super) fn direction(way: DVec3, nothing: f64) -> Option<DVec3> {
     (way.length() > nothing).then(|| way.try_normalize()).flatten()
 }
 

@@ -11,6 +11,7 @@ mod laws;
 #[cfg(feature = "cli")]
 mod many;
 mod mirrored;
+mod reached;
 
 use mocap::glam::{DMat4, DVec3, Vec3};
 use mocap::scene::NodeId;

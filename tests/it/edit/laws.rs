@@ -6,7 +6,7 @@ use mocap::process::{trim, validate};
 use super::*;
 
 /// Steps with parameters that change something. What has no row is tried with its defaults.
-const STEPS: [&str; 23] = [
+const STEPS: [&str; 25] = [
     "foot-lock",
     "mirror",
     "smooth",
@@ -30,6 +30,8 @@ const STEPS: [&str; 23] = [
     "drop-first-frame:always=true",
     "in-place",
     "reverse",
+    "reach:limb=left-hand,to=head,range=0.5..1",
+    "reach:limb=right-foot,to=hips,offset=0/0/1",
 ];
 
 fn steps() -> Vec<&'static str> {

@@ -43,6 +43,7 @@ __all__ = [
     "loop_clip",
     "mirror",
     "prepare",
+    "reach",
     "resample",
     "rest",
     "reverse",
@@ -54,6 +55,9 @@ __all__ = [
     "warp_time",
     "write",
 ]
+
+
+Limb = Literal["left-hand", "right-hand", "left-foot", "right-foot"]
 
 
 class Edited(NamedTuple):
@@ -278,6 +282,26 @@ def t_pose_first(scene: Scene) -> Edited:
 def bone_axis(scene: Scene, axis: Literal["y", "x"] = "y") -> Edited:
     """Turns the frames of joints at rest so that an axis points along each bone. The motion does not change."""
     return apply(scene, _step("bone-axis", axis=axis))
+
+
+def reach(
+    scene: Scene,
+    to: str | Sequence[float],
+    limb: Limb = "right-hand",
+    *,
+    offset: Sequence[float] | None = None,
+    tip: str | None = None,
+    range: str | None = None,
+    ease_in: float | None = None,
+    ease_out: float | None = None,
+) -> Edited:
+    """Brings a hand or a foot to a point in metres, or to a joint, a bone or a node by its name.
+
+    ``range`` is the part in which it is there, as the program takes it: ``"1..2.5"`` in seconds, ``"30f..75f"`` in frames.
+    """
+    to = to if isinstance(to, str) else list(to)
+    options = dict(offset=None if offset is None else list(offset), tip=tip, range=range)
+    return apply(scene, _step("reach", limb=limb, to=to, ease_in=ease_in, ease_out=ease_out, **options))
 
 
 def contacts(

@@ -1,0 +1,275 @@
+//! An arm or a leg that is brought to a goal, frame by frame.
+
+use glam::{Quat, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::frames::Frames;
+use super::inertia::ease;
+use super::target::node_named;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::axes::{angle_about, bend_axis};
+use crate::figure::body::Body;
+use crate::figure::{HumanoidBone as Bone, Side};
+use crate::ik::{hinge_rotations, plane_normal};
+use crate::math::directions::{arc, rotation_of};
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+
+/// A limb, by its end.
+///
+/// [`Reach`](crate::edit::Reach) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Limb {
+    /// The left arm.
+    LeftHand,
+    /// The right arm.
+    #[default]
+    RightHand,
+    /// The left leg.
+    LeftFoot,
+    /// The right leg.
+    RightFoot,
+}
+
+impl Limb {
+    /// The names of all.
+    pub(super) const NAMES: &'static [&'static str] = &["left-hand", "right-hand", "left-foot", "right-foot"];
+
+    /// Its name.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::LeftHand => "left-hand",
+            Self::RightHand => "right-hand",
+            Self::LeftFoot => "left-foot",
+            Self::RightFoot => "right-foot",
+        }
+    }
+
+    fn side(self) -> Side {
+        match self {
+            Self::LeftHand | Self::LeftFoot => Side::Left,
+            Self::RightHand | Self::RightFoot => Side::Right,
+        }
+    }
+
+    fn is_arm(self) -> bool {
+        matches!(self, Self::LeftHand | Self::RightHand)
+    }
+
+    /// Upper bone, lower bone and end, and the bones of the trunk that may carry it, the nearest first.
+    fn bones(self) -> ([Bone; 3], &'static [Bone]) {
+        match self.is_arm() {
+            true => (
+                [Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
+                &[Bone::UpperChest, Bone::Chest, Bone::Spine, Bone::Hips],
+            ),
+            false => ([Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot], &[Bone::Hips]),
+        }
+    }
+
+    /// The direction from its first joint to its end in which the limb bends most naturally, and where its middle joint
+    /// then is, aside of that line: in the frame of the T-pose of the left side. An arm before the body has its elbow
+    /// below and a little outside, a leg that stands has its knee in front.
+    fn natural(self) -> [Vec3; 2] {
+        match self.is_arm() {
+            true => [Vec3::new(0.3, -0.4, 1.0), Vec3::new(0.4, -1.0, 0.0)],
+            false => [Vec3::NEG_Y, Vec3::Z],
+        }
+    }
+}
+
+/// The angles of a limb's change of direction, in radians, up to which its plane goes with it by the shortest rotation,
+/// and from which on the plane is that of [`Limb::natural`]: near 180 degrees the shortest rotation is not known.
+const CARRIED: [f32; 2] = [1.0, 2.0];
+
+/// How far a limb goes, as a fraction of its length, that keeps nothing of how its plane moves from frame to frame.
+const FAR: f32 = 0.3;
+
+/// How much the hinge of the T-pose counts against the bends that are seen, as the sine of one.
+const HINGE_OF_T_POSE: f32 = 0.05;
+
+/// The joints of a limb, and how it bends.
+pub(super) struct LimbChain {
+    is_arm: bool,
+    pub(super) start: NodeId,
+    middle: NodeId,
+    end: NodeId,
+    /// The node that goes to the goal: the end, or one below it.
+    pub(super) tip: NodeId,
+    /// The axis about which it bends, in the frame of its first joint.
+    hinge: Vec3,
+    /// The joint that carries it, and from the frame of the T-pose to that joint.
+    trunk: (NodeId, Quat),
+    /// The direction of [`Limb::natural`], and the normal of its plane.
+    natural: [Vec3; 2],
+}
+
+impl LimbChain {
+    /// `tip` names the node that goes to the goal.
+    pub(super) fn new(scene: &Scene, body: &Body, limb: Limb, tip: Option<&str>) -> Result<Self> {
+        let (bones, trunks) = limb.bones();
+        let joint = |bone: Bone| {
+            let bone = bone.on(limb.side());
+            let message = || {
+                format!(
+                    "{} cannot be moved: no joint is the bone {}",
+                    limb.as_str(),
+                    bone.as_str()
+                )
+            };
+            body.joint(bone)
+                .ok_or_else(|| Diagnostic::new(Code::NotHumanoid, message()))
+        };
+        let [start, middle, end] = [joint(bones[0])?, joint(bones[1])?, joint(bones[2])?];
+        let tip = match tip {
+            Some(name) => tip_named(scene, body, name, end)?,
+            None => end,
+        };
+        let trunk = trunks.iter().find_map(|bone| {
+            let joint = body.joint(*bone)?;
+            body.depends_on(start, joint)
+                .then(|| (joint, body.frame_to_joint(*bone, joint)))
+        });
+        let of_side = |way: Vec3| match limb.side() {
+            Side::Left => way,
+            Side::Right => Vec3::new(-way.x, way.y, way.z),
+        };
+        let [way, aside] = limb.natural().map(of_side).map(Vec3::normalize);
+        let upper = bones[0].on(limb.side());
+        let of_t_pose = body.frame_to_joint(upper, start).inverse() * bend_axis(upper).unwrap_or(Vec3::X);
+        Ok(Self {
+            is_arm: limb.is_arm(),
+            start,
+            middle,
+            end,
+            tip,
+            hinge: of_t_pose,
+            trunk: trunk.unwrap_or((body.hips, body.frame_to_joint(Bone::Hips, body.hips))),
+            natural: [way, aside.cross(way).normalize()],
+        })
+    }
+
+    /// Takes as the hinge the axis about which the limb bends in the motion.
+    pub(super) fn see_hinge(&mut self, scene: &Scene, frames: &Frames) {
+        let mut pose = Pose::rest(scene);
+        let mut sum = Vec3::ZERO;
+        for frame in 0..frames.len() {
+            frames.pose(frame, &mut pose);
+            let [start, middle, end] = [self.start, self.middle, self.end].map(|node| pose.position(node));
+            let bend = (middle - start)
+                .normalize_or_zero()
+                .cross((end - middle).normalize_or_zero());
+            sum += rotation_of(&pose.node_to_world[self.start.index()]).inverse() * bend;
+        }
+        let hinge = sum / frames.len().max(1) as f32 + HINGE_OF_T_POSE * self.hinge;
+        self.hinge = hinge.try_normalize().unwrap_or(self.hinge);
+    }
+
+    /// The joints that are turned.
+    pub(super) fn joints(&self) -> [NodeId; 3] {
+        [self.start, self.middle, self.end]
+    }
+
+    /// Where the limb is in a pose, and where it goes. A hand is one with its forearm, so that its tip is the end of
+    /// the lower bone; a foot keeps its rotation, so that its ankle goes where the tip then is at the goal.
+    fn aim(&self, pose: &Pose, goal: Vec3, trunk: Quat) -> Aim {
+        let (last, goal) = match self.is_arm {
+            true => (self.tip, goal),
+            false => (self.end, goal - (pose.position(self.tip) - pose.position(self.end))),
+        };
+        let joints = [self.start, self.middle, last].map(|node| pose.position(node));
+        let hinge = rotation_of(&pose.node_to_world[self.start.index()]) * self.hinge;
+        let to_goal = goal - joints[0];
+        Aim {
+            joints,
+            goal,
+            along: to_goal.try_normalize(),
+            normal: plane_normal(joints, hinge),
+            natural: trunk * (arc(self.natural[0], trunk.inverse() * to_goal) * self.natural[1]),
+        }
+    }
+
+    /// The rotation of the trunk that carries the limb, from the frame of the T-pose to the world.
+    pub(super) fn trunk(&self, pose: &Pose) -> Quat {
+        let (joint, frame_to_joint) = self.trunk;
+        (rotation_of(&pose.node_to_world[joint.index()]) * frame_to_joint.inverse()).normalize()
+    }
+
+    /// How the plane of the limb is turned about the line to the goal from where it is most natural there, if it goes
+    /// along with the limb by the shortest rotation. `trunk` says how the trunk is turned.
+    pub(super) fn swivel(&self, pose: &Pose, goal: Vec3, trunk: Quat) -> Swivel {
+        let aim = self.aim(pose, goal, trunk);
+        let old = aim.joints[2] - aim.joints[0];
+        let angle = old.angle_between(aim.goal - aim.joints[0]);
+        let length = aim.joints[0].distance(aim.joints[1]) + aim.joints[1].distance(aim.joints[2]);
+        let moved = aim.goal.distance(aim.joints[2]) / length;
+        let carried = aim
+            .along
+            .and_then(|along| angle_about(along, aim.natural, arc(old, along) * aim.normal));
+        Swivel {
+            angle: carried.unwrap_or(0.0),
+            known: match carried {
+                Some(_) => 1.0 - ease(((angle - CARRIED[0]) / (CARRIED[1] - CARRIED[0])).clamp(0.0, 1.0)),
+                None => 0.0,
+            },
+            detail: 1.0 - ease((moved / FAR).min(1.0)),
+        }
+    }
+
+    /// Turns the limb of `pose` so that its tip comes to `goal`, in the world, with the plane in which it bends turned
+    /// by `swivel` from where it is most natural. Returns how far the tip stays away. A hand turns with its forearm, a
+    /// foot keeps its rotation.
+    pub(super) fn bring(&self, pose: &mut Pose, goal: Vec3, (trunk, swivel): (Quat, f32)) -> f32 {
+        let end_before = rotation_of(&pose.node_to_world[self.end.index()]);
+        let aim = self.aim(pose, goal, trunk);
+        let along = aim.along.unwrap_or(Vec3::Y);
+        let plane = Quat::from_axis_angle(along, swivel) * aim.natural;
+        if let Some(found) = hinge_rotations(aim.joints, aim.goal, [aim.normal, plane]) {
+            pose.rotate(self.start, found.upper);
+            pose.rotate(self.middle, found.lower * found.upper.inverse());
+        }
+        if !self.is_arm {
+            let end = rotation_of(&pose.node_to_world[self.end.index()]);
+            pose.rotate(self.end, end_before * end.inverse());
+        }
+        pose.position(self.tip).distance(goal)
+    }
+}
+
+/// A limb in a pose, and where it goes.
+struct Aim {
+    joints: [Vec3; 3],
+    /// Where the last of the joints goes.
+    goal: Vec3,
+    /// The direction from the first joint to the goal.
+    along: Option<Vec3>,
+    /// The normal of the plane in which it bends.
+    normal: Vec3,
+    /// That of the plane in which it bends most naturally at the goal.
+    natural: Vec3,
+}
+
+/// How the plane of a limb is turned about the line to its goal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Swivel {
+    /// From where it is most natural, in radians.
+    pub(super) angle: f32,
+    /// How well the angle is known, from 0 to 1.
+    pub(super) known: f32,
+    /// How much of what the limb does from frame to frame it keeps, from 0 to 1: a limb that goes far does not.
+    pub(super) detail: f32,
+}
+
+fn tip_named(scene: &Scene, body: &Body, name: &str, end: NodeId) -> Result<NodeId> {
+    let tip = node_named(scene, body, name)?;
+    if tip == end || body.depends_on(tip, end) {
+        return Ok(tip);
+    }
+    let message = format!(
+        "tip must be {:?} or a joint below it, got {name:?}",
+        scene.nodes[end.index()].name
+    );
+    Err(Diagnostic::new(Code::InvalidValue, message).into())
+}

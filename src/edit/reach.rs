@@ -1,0 +1,111 @@
+//! Brings a hand or a foot to a point, a joint or a prop.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::body::body_of;
+use super::frames::Frames;
+use super::held::{LimbReport, hold};
+use super::limb::{Limb, LimbChain};
+use super::step::step;
+use super::target::ReachTarget;
+use super::window::Window;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::TimeRange;
+use crate::error::{Code, Diagnostic, Result};
+use crate::scene::Scene;
+
+step! {
+    /// Brings a hand or a foot to a target in a part of a motion: the wrist or the ankle, or a joint below it. Within
+    /// the part it is there; before and after it goes there and back. Two bones are turned, by the law of cosines; the
+    /// limb bends about the axis about which it bends in the motion. A hand turns with its forearm, a foot keeps its
+    /// rotation in the world. Everything else stays.
+    ///
+    /// A target beyond the length of the limb is not reached: the limb is straight towards it, and the report says what
+    /// is left.
+    ///
+    /// ```
+    /// use mocap::edit::{Limb, Reach, ReachTarget, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let head = ReachTarget::Node("head".to_owned());
+    /// let reach = Reach::new().limb(Limb::LeftHand).to(Some(head)).range("1..2".parse().unwrap());
+    /// let report = reach.apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!((report.limb.frames, report.limb.out_of_reach), (121, 0));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`], also where a joint of the limb is missing; [`Code::NoMotion`] without this animation;
+    /// [`Code::InvalidValue`] without a target, for a name that no node has, a target that moves with the limb, a part
+    /// that the motion does not have, and a number that is not finite.
+    Reach {
+        /// The limb. Default: the right hand.
+        limb: Limb = Limb::default(), Takes::OneOf(Limb::NAMES);
+        /// The target. It must be given.
+        to: Option<ReachTarget> = None, Takes::Target;
+        /// A point that goes along with the target, from its origin in metres along its axes. Default: its origin.
+        offset: [f64; 3] = [0.0; 3], Takes::Point;
+        /// The joint that goes to the target, at or below the hand or the foot. Default: the wrist or the ankle.
+        tip: Option<String> = None, Takes::Name;
+        /// The part in which it is at the target. Default: the whole motion.
+        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        /// Seconds before the part in which it goes there. Default: 0.4.
+        ease_in: f64 = 0.4, Takes::Seconds;
+        /// Seconds after the part in which it goes back. Default: 0.4.
+        ease_out: f64 = 0.4, Takes::Seconds;
+    }
+}
+
+impl Step for Reach {
+    const NAME: &'static str = "reach";
+    const HELP: &'static str = "bring a hand or a foot to a point, a joint or a node";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = ReachReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<ReachReport> {
+        Frames::new(scene, input.animation, &[])?.require_nodes()?;
+        let body = body_of(scene, input.bones())?;
+        let Some(to) = &self.to else {
+            let message = "reach takes a target: to=0.3/1.2/0.5 in metres, or to=NAME of a joint, a bone or a node";
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        };
+        let mut chain = LimbChain::new(scene, &body, self.limb, self.tip.as_deref())?;
+        let target = to.find(scene, &body, &[chain.start])?;
+        let offset = target.offset(self.offset, body.metres_per_unit)?;
+        let mut frames = Frames::new(scene, input.animation, &chain.joints())?;
+        let animation = &scene.animations[input.animation];
+        let window = Window::new(animation, &frames, self.range, [self.ease_in, self.ease_out])?;
+        chain.see_hinge(scene, &frames);
+        let metres = body.metres_per_unit as f32;
+        let goal = |pose: &crate::pose::Pose| target.to_world(pose).transform_point3(offset);
+        let report = hold(scene, &mut frames, &chain, &window, metres, goal);
+        frames.write(scene, input.animation, &chain.joints(), &[]);
+        Ok(ReachReport {
+            range: [window.first, window.last],
+            limb: report,
+        })
+    }
+}
+
+/// What [`Reach`] did.
+///
+/// [`Reach`](crate::edit::Reach) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ReachReport {
+    /// The first and the last frame in which the limb is to be at the target.
+    pub range: [usize; 2],
+    /// How it got there.
+    #[serde(flatten)]
+    pub limb: LimbReport,
+}
+
+impl fmt::Display for ReachReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, last] = self.range;
+        write!(f, "frames {first} to {last}: {}", self.limb)
+    }
+}

@@ -1,0 +1,117 @@
+//! What a limb or the head is to go to: a point of the world, or a node.
+
+use std::fmt;
+
+use glam::{Mat4, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Code, Diagnostic, Result, nearest};
+use crate::figure::HumanoidBone;
+use crate::figure::body::Body;
+use crate::pose::Pose;
+use crate::scene::{NodeId, Scene};
+
+/// What a hand, a foot or the head is brought to.
+///
+/// [`Reach`](crate::edit::Reach) has an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum ReachTarget {
+    /// A point of the world in metres, along the axes of the scene.
+    Point([f64; 3]),
+    /// A node of the scene, whether it moves or not, by its name; or a bone, as `rightHand` or `right-hand`.
+    Node(String),
+}
+
+impl fmt::Display for ReachTarget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Point([x, y, z]) => write!(f, "{x}/{y}/{z}"),
+            Self::Node(name) => f.write_str(name),
+        }
+    }
+}
+
+/// A target that was found in the scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Found {
+    /// In units of the scene.
+    Point(Vec3),
+    Node(NodeId),
+}
+
+impl Found {
+    /// A point that goes along, given in metres, in the frame of the target.
+    pub(super) fn offset(self, metres: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
+        point(metres, metres_per_unit)
+    }
+
+    /// The frame of the target in the world.
+    pub(super) fn to_world(self, pose: &Pose) -> Mat4 {
+        match self {
+            Self::Point(point) => Mat4::from_translation(point),
+            Self::Node(node) => pose.node_to_world[node.index()],
+        }
+    }
+}
+
+impl ReachTarget {
+    /// The target in a scene. What is at or below one of `moved` is refused, for it would go along.
+    pub(super) fn find(&self, scene: &Scene, body: &Body, moved: &[NodeId]) -> Result<Found> {
+        let name = match self {
+            Self::Point(at) => return point(*at, body.metres_per_unit).map(Found::Point),
+            Self::Node(name) => name,
+        };
+        let node = node_named(scene, body, name)?;
+        match moved
+            .iter()
+            .find(|moved| node == **moved || body.depends_on(node, **moved))
+        {
+            Some(moved) => {
+                let moved = &scene.nodes[moved.index()].name;
+                let message = format!("{name:?} cannot be the target: it moves with {moved:?}, which is to go there");
+                Err(Diagnostic::new(Code::InvalidValue, message).into())
+            }
+            None => Ok(Found::Node(node)),
+        }
+    }
+}
+
+/// A point in units of the scene.
+fn point(at: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
+    let point = Vec3::from(at.map(|metres| (metres / metres_per_unit) as f32));
+    match point.is_finite() {
+        true => Ok(point),
+        false => {
+            let message = format!("a point must have three finite lengths in metres, got {at:?}");
+            Err(Diagnostic::new(Code::InvalidValue, message).into())
+        }
+    }
+}
+
+/// The node of a name: that of a node, or that of a bone.
+pub(super) fn node_named(scene: &Scene, body: &Body, name: &str) -> Result<NodeId> {
+    let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
+    let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);
+    let bone = || {
+        HumanoidBone::ALL
+            .iter()
+            .find(|bone| plain(bone.as_str()) == plain(name))
+    };
+    if let Some(node) = of_name.or_else(|| body.joint(*bone()?)) {
+        return Ok(node);
+    }
+    let unknown = match bone() {
+        Some(bone) => format!("no joint is the bone {}", bone.as_str()),
+        None => format!("no node is called {name:?}, and no bone is"),
+    };
+    let names = scene.nodes.iter().map(|node| node.name.as_str());
+    let bones = body.bones.keys().map(|bone| bone.as_str());
+    let unknown = Diagnostic::new(Code::InvalidValue, unknown);
+    Err(match nearest(name, names.chain(bones)) {
+        Some(near) => unknown.help(format!("did you mean {near}?")),
+        None => unknown.help("`mocap skeleton FILE` prints the bones, `mocap dump FILE` every node"),
+    }
+    .into())
+}

@@ -1,0 +1,90 @@
+//! The value of an option of a step as text, from and to that of serde.
+
+use serde_json::{Map, Number, Value};
+
+use super::Takes;
+
+/// The value of a text; what it cannot be read as stays text, which the step refuses.
+pub(super) fn parsed(takes: Takes, text: &str) -> Value {
+    let list = |separator: &str, item: fn(&str) -> Value| text.split(separator).map(item).collect();
+    match takes {
+        Takes::FrameRange => list("..", scalar),
+        Takes::Frames => list("+", scalar),
+        Takes::Weights if matches!(scalar(text), Value::Number(_)) => scalar(text),
+        Takes::Weights => list("+", |part| match part.split_once(':') {
+            Some((time, weight)) => Value::Array(vec![scalar(time), scalar(weight)]),
+            None => Value::from(part),
+        }),
+        Takes::Path => list("+", point),
+        Takes::Target if text.split('/').count() == 3 => list("/", scalar),
+        Takes::Point => list("/", scalar),
+        Takes::Name | Takes::Target => Value::from(text),
+        _ => scalar(text),
+    }
+}
+
+/// `M/M` or `SECONDS:M/M`.
+fn point(text: &str) -> Value {
+    let (seconds, at) = match text.split_once(':') {
+        Some((seconds, at)) => (scalar(seconds), at),
+        None => (Value::Null, text),
+    };
+    let at: Vec<Value> = at.split('/').map(scalar).collect();
+    Value::Object(Map::from_iter([
+        ("seconds".to_owned(), seconds),
+        ("at".to_owned(), Value::from(at)),
+    ]))
+}
+
+/// A number, true, false, or a word.
+pub(super) fn scalar(text: &str) -> Value {
+    let text = text.trim();
+    let number = || {
+        let whole = text.parse::<u64>().ok().map(Number::from);
+        whole.or_else(|| Number::from_f64(text.parse().ok()?))
+    };
+    match text {
+        "true" => Value::Bool(true),
+        "false" => Value::Bool(false),
+        _ => number().map_or_else(|| Value::from(text), Value::Number),
+    }
+}
+
+/// The text of a value; `None` for an empty list. What does not have the form of `takes` is printed as it is.
+pub(super) fn print(takes: Takes, value: &Value) -> Option<String> {
+    let joined = |separator: &str, item: fn(&Value) -> String| match value {
+        Value::Array(items) => (!items.is_empty()).then(|| items.iter().map(item).collect::<Vec<_>>().join(separator)),
+        other => Some(word(other)),
+    };
+    match takes {
+        Takes::FrameRange => joined("..", word),
+        Takes::Frames => joined("+", word),
+        Takes::Weights => joined("+", |pair| joined_pair(pair, ":")),
+        Takes::Moments => joined(",", |pair| joined_pair(pair, "=")),
+        Takes::Path => joined("+", |point| {
+            let at = joined_pair(&point["at"], "/");
+            match &point["seconds"] {
+                Value::Null => at,
+                seconds => format!("{}:{at}", short(seconds)),
+            }
+        }),
+        Takes::Target | Takes::Point => Some(joined_pair(value, "/")),
+        _ => Some(word(value)),
+    }
+}
+
+fn joined_pair(pair: &Value, separator: &str) -> String {
+    match pair {
+        Value::Array(items) => items.iter().map(short).collect::<Vec<_>>().join(separator),
+        other => word(other),
+    }
+}
+
+/// A number of a point without the `.0` of a whole one.
+fn short(value: &Value) -> String {
+    value.as_f64().map_or_else(|| word(value), |number| number.to_string())
+}
+
+fn word(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}

@@ -1,0 +1,56 @@
+//! When a step has its effect: in a part of a motion, with time to come and to go.
+
+use super::frames::Frames;
+use super::inertia::ease;
+use crate::convert::{TimeRange, part_ticks};
+use crate::error::{Code, Result};
+use crate::limits::not_negative;
+use crate::scene::Animation;
+
+/// Frames in which a step has its full effect, and those before and after in which the effect comes and goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    /// The first and the last frame of full effect.
+    pub(super) first: usize,
+    pub(super) last: usize,
+    /// The frames in which the effect comes and goes; 0 for at once.
+    ease_in: f64,
+    ease_out: f64,
+}
+
+impl Window {
+    /// The frames of a part of `animation`; the times in seconds are those in which the effect comes and goes.
+    pub(super) fn new(
+        animation: &Animation,
+        frames: &Frames,
+        range: TimeRange,
+        [ease_in, ease_out]: [f64; 2],
+    ) -> Result<Self> {
+        let (first, last) = part_ticks(Some(animation), range.first, range.last, 0.0)?;
+        let frame = |tick: f64| (tick.round() as usize).min(frames.len() - 1);
+        Ok(Self {
+            first: frame(first),
+            last: frame(last),
+            ease_in: not_negative(Code::InvalidValue, "ease-in", ease_in)? * frames.rate,
+            ease_out: not_negative(Code::InvalidValue, "ease-out", ease_out)? * frames.rate,
+        })
+    }
+
+    /// The fraction of the effect in a frame, whose speed and acceleration have no jump.
+    pub(super) fn weight(&self, frame: usize) -> f32 {
+        let away = |frames: usize, within: f64| match frames as f64 / within {
+            _ if frames == 0 => 1.0,
+            part if part < 1.0 => 1.0 - ease(part as f32),
+            _ => 0.0,
+        };
+        let before = self.first.saturating_sub(frame);
+        let after = frame.saturating_sub(self.last);
+        away(before, self.ease_in) * away(after, self.ease_out)
+    }
+
+    /// The frames in which there is any effect, of so many.
+    pub(super) fn frames(&self, count: usize) -> impl Iterator<Item = (usize, f32)> + use<'_> {
+        let all = (0..count).map(|frame| (frame, self.weight(frame)));
+        all.filter(|(_, weight)| *weight > 0.0)
+    }
+}
