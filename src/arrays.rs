@@ -22,16 +22,18 @@ mod frame;
 mod joints;
 mod lanes;
 #[cfg(feature = "npz")]
-mod npz;
+pub(crate) mod npz;
 mod options;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod pickle;
 mod robot;
 mod rotation;
 mod rows;
 #[cfg(feature = "arrow")]
 pub mod table;
 mod timeline;
+mod trainers;
 
 use serde::Serialize;
 

@@ -232,6 +232,7 @@ impl Retargeting {
                     source: Some(from.humanoid),
                     map: self.options.target_bones.clone(),
                     velocity_limits: self.options.velocity_limits,
+                    passes: self.options.passes,
                     lock_feet: self.options.lock_feet,
                 };
                 Mover::Robot(Box::new(RobotRetargeter::new(scene, robot, &options)?))

@@ -19,21 +19,30 @@
 //! # Ok::<(), mocap::Error>(())
 //! ```
 
+mod band;
+mod capsule;
 mod collision;
 mod following;
 mod kinematics;
+mod links;
 mod measure;
 mod motion;
 mod report;
 mod retargeter;
 mod sole;
 mod solver;
+mod speed;
+mod terms;
 mod twin;
+mod verdict;
+mod window;
 
 pub use self::collision::LinkCollision;
+pub(crate) use self::links::{LinkMotion, LinkOrder};
 pub use self::motion::RobotMotion;
 pub use self::report::{ClampedJoint, RobotReport};
 pub use self::retargeter::{RobotOptions, RobotRetargeter};
+pub use self::verdict::Criterion;
 pub use crate::figure::robot_bones::{RobotBone, RobotMap};
 pub use crate::scene::robot::{
     Inertial, JointKind, JointLimits, Mimic, Placement, Robot, RobotJoint, RobotLink, RobotShape, ShapeKind,

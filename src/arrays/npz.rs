@@ -8,6 +8,7 @@ use std::io::{Cursor, Write};
 use zip::write::{SimpleFileOptions, ZipWriter};
 use zip::{CompressionMethod, result::ZipResult};
 
+use crate::arrays::trainers::{Named, Values};
 use crate::arrays::{Arrays, Rotation};
 use crate::edit::DetectedContacts;
 use crate::files::ARRAY_MARK;
@@ -77,6 +78,26 @@ impl RobotMotion {
                 .and_then(|()| archive.add_of_robot(self))
         })
     }
+}
+
+/// An archive of arrays; numbers with a point are float32.
+pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
+    Archive::made(|archive| {
+        for Named { name, shape, values } in arrays {
+            match values {
+                Values::Int(value) => archive.array(name, "<i8", shape, &value.to_le_bytes())?,
+                Values::Floats(values) => {
+                    let bytes = values.iter().flat_map(|value| (*value as f32).to_le_bytes());
+                    archive.array(name, "<f4", shape, &bytes.collect::<Vec<u8>>())?;
+                }
+                Values::Texts(texts) => {
+                    let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+                    archive.strings(name, shape, &texts)?;
+                }
+            }
+        }
+        Ok(())
+    })
 }
 
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::files::ARRAY_MARK;
+use super::pickle::Pickle;
 use crate::robot::{Robot, RobotMotion};
 
 /// Decimals of a row.
@@ -51,31 +51,28 @@ impl RobotMotion {
     /// `fps`, `root_pos` (frames x 3, metres), `root_rot` (frames x 4, x y z w), `dof_pos` (frames x joints) and
     /// `dof_names`; `local_body_pos` and `link_body_list` are `None`. Protocol 4.
     pub fn to_pickle(&self) -> Vec<u8> {
+        Pickle::dictionary(|pickle| {
+            self.pickle_base(pickle);
+            for absent in ["local_body_pos", "link_body_list"] {
+                pickle.text(absent);
+                pickle.none();
+            }
+        })
+    }
+
+    /// What every pickle of a robot's motion has.
+    pub(super) fn pickle_base(&self, pickle: &mut Pickle) {
         let frames = self.frames();
-        let mut out = Pickle(vec![0x80, 4]);
-        // A text that is forgotten at once: the file says who wrote it.
-        out.text(ARRAY_MARK);
-        out.0.push(b'0');
-        out.0.extend(b"}(");
-        out.text("fps");
-        out.0.push(b'G');
-        out.0.extend(self.fps.to_be_bytes());
-        out.text("root_pos");
-        out.array(&self.root_pos(), frames, 3);
-        out.text("root_rot");
-        out.array(&self.root_rot(), frames, 4);
-        out.text("dof_pos");
-        out.array(&self.dof_pos, frames, self.dof_names.len());
-        out.text("dof_names");
-        out.0.extend(b"](");
-        self.dof_names.iter().for_each(|name| out.text(name));
-        out.0.push(b'e');
-        for absent in ["local_body_pos", "link_body_list"] {
-            out.text(absent);
-            out.0.push(b'N');
-        }
-        out.0.extend(b"u.");
-        out.0
+        pickle.text("fps");
+        pickle.number(self.fps);
+        pickle.text("root_pos");
+        pickle.array(&self.root_pos(), &[frames, 3]);
+        pickle.text("root_rot");
+        pickle.array(&self.root_rot(), &[frames, 4]);
+        pickle.text("dof_pos");
+        pickle.array(&self.dof_pos, &[frames, self.dof_names.len()]);
+        pickle.text("dof_names");
+        pickle.texts(&self.dof_names);
     }
 }
 
@@ -87,40 +84,6 @@ fn rounded_within(value: f64, lower: f64, upper: f64) -> f64 {
         _ if rounded > upper => read(rounded - LAST_DECIMAL),
         _ if rounded < lower => read(rounded + LAST_DECIMAL),
         _ => rounded,
-    }
-}
-
-/// The instructions of a pickle.
-struct Pickle(Vec<u8>);
-
-impl Pickle {
-    fn text(&mut self, text: &str) {
-        self.0.push(b'X');
-        self.0.extend((text.len() as u32).to_le_bytes());
-        self.0.extend(text.as_bytes());
-    }
-
-    fn function(&mut self, name: &str) {
-        self.0.extend(format!("cnumpy\n{name}\n").as_bytes());
-    }
-
-    /// `numpy.reshape(numpy.array(numpy.frombuffer(bytes, "<f8")), (rows, columns))`: names that every version has. The
-    /// copy can be written to.
-    fn array(&mut self, values: &[f64], rows: usize, columns: usize) {
-        self.function("reshape");
-        self.function("array");
-        self.function("frombuffer");
-        self.0.push(0x8e);
-        self.0.extend((8 * values.len() as u64).to_le_bytes());
-        values.iter().for_each(|value| self.0.extend(value.to_le_bytes()));
-        self.text("<f8");
-        // A tuple of two, call; a tuple of one, call.
-        self.0.extend([0x86, b'R', 0x85, b'R']);
-        for length in [rows, columns] {
-            self.0.push(b'J');
-            self.0.extend((length as i32).to_le_bytes());
-        }
-        self.0.extend([0x86, 0x86, b'R']);
     }
 }
 

@@ -62,6 +62,15 @@ pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
         limits,
         lines: LineIndex::new(text.as_bytes()),
     };
+    if let Some(macros) = root.child_of_namespace("xacro") {
+        let message = "the file is a template of xacro, of which a robot is made first";
+        return Err(Box::new(
+            macros
+                .diagnostic(Code::InvalidRobot, message)
+                .expected_found("<link> and <joint>", format!("<xacro:{}>", macros.name()))
+                .help("run `xacro FILE > robot.urdf`, of ROS or of `pip install xacro`, and name robot.urdf"),
+        ));
+    }
     let (links, names) = reader.links(&root)?;
     let joints = reader.joints(&root, &names, warnings)?;
     let mimics: Vec<NamedMimic<'_, '_>> = joints

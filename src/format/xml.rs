@@ -161,6 +161,18 @@ impl<'a, 'input> Element<'a, 'input> {
         self.children().filter(move |child| child.name() == name)
     }
 
+    /// The first child in a namespace whose address ends so.
+    pub(super) fn child_of_namespace(&self, end: &str) -> Option<Self> {
+        let is_of = |element: &Self| {
+            element
+                .node
+                .tag_name()
+                .namespace()
+                .is_some_and(|name| name.ends_with(end))
+        };
+        self.children().find(is_of)
+    }
+
     pub(super) fn child(&self, name: &'static str) -> Option<Self> {
         self.all(name).next()
     }

@@ -71,6 +71,11 @@ pub struct OntoBody {
     /// Of a robot: whether joints keep within the velocities too that its file allows.
     #[serde(skip_serializing_if = "is_default")]
     pub velocity_limits: bool,
+    /// Of a robot: how often a motion is solved. 1: frame by frame, which is faster. 2, by default: then all frames of
+    /// a window together, so that joints move smoothly, within their velocities and without jumps.
+    #[serde(skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 1, max = 2)))]
+    pub passes: Option<u8>,
     /// Of a robot: the worst verdict that is allowed; below it the job fails after it has written.
     #[serde(skip_serializing_if = "is_default")]
     pub require: Option<RequiredVerdict>,
@@ -155,21 +160,27 @@ impl Onto {
             .lock_feet(body.feet == Feet::Lock)
             .target_bones(bones.unwrap_or_default())
             .replace_animations(body.replace_animations)
-            .velocity_limits(body.velocity_limits))
+            .velocity_limits(body.velocity_limits)
+            .passes(body.passes.unwrap_or(2)))
     }
 
     fn check(&self) -> Result<()> {
         let body = self.body();
+        if let Some(passes) = body.passes.filter(|passes| !(1..=2).contains(passes)) {
+            let message = format!("passes must be 1 or 2, got {passes}");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
         let (options, kind) = match self {
             Self::Character(_) | Self::Skeleton(_) => (
-                [
+                vec![
                     ("velocity-limits", body.velocity_limits),
+                    ("passes", body.passes.is_some()),
                     ("require", body.require.is_some()),
                 ],
                 "a robot",
             ),
             Self::Robot(_) => (
-                [
+                vec![
                     ("replace-animations", body.replace_animations),
                     ("max-angle", body.max_angle.is_some()),
                 ],

@@ -3,7 +3,7 @@
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::Written;
 use crate::retargeting::{Retargeting, Target};
-use crate::robot::RobotMotion;
+use crate::robot::{Robot, RobotMotion};
 
 /// A format of the positions of a robot's joints. The links of a robot, as an animated skeleton, are written in every
 /// format that [`FORMATS`](crate::FORMATS) writes.
@@ -24,26 +24,68 @@ pub enum RobotFormat {
     Csv,
     /// NumPy arrays for MuJoCo: qpos, with rotations as w x y z
     Qpos,
+    /// The pickle that GMR's tools load
+    Gmr,
+    /// Rows as those of LAFAN1 for Unitree's robots, at 30 frames a second
+    UnitreeCsv,
+    /// NumPy arrays for mjlab and BeyondMimic, at 50 frames a second, bodies depth-first
+    Mjlab,
+    /// NumPy arrays for the AMP tasks of Isaac Lab, bodies and joints breadth-first
+    IsaacLab,
+    /// NumPy arrays for ProtoMotions
+    ProtoMotions,
+    /// The pickle that MimicKit loads
+    MimicKit,
+    /// The pickle that TWIST loads: as GMR's, with the positions of links
+    Twist,
 }
 
 impl RobotFormat {
     /// Every one.
-    pub const ALL: [Self; 4] = [Self::Npz, Self::Pkl, Self::Csv, Self::Qpos];
+    pub const ALL: [Self; 11] = [
+        Self::Npz,
+        Self::Pkl,
+        Self::Csv,
+        Self::Qpos,
+        Self::Gmr,
+        Self::UnitreeCsv,
+        Self::Mjlab,
+        Self::IsaacLab,
+        Self::ProtoMotions,
+        Self::MimicKit,
+        Self::Twist,
+    ];
 
     /// The extension of its files.
-    pub fn extension(self) -> &'static str {
+    pub const fn extension(self) -> &'static str {
         match self {
-            Self::Npz | Self::Qpos => "npz",
-            Self::Pkl => "pkl",
-            Self::Csv => "csv",
+            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions => "npz",
+            Self::Pkl | Self::Gmr | Self::MimicKit | Self::Twist => "pkl",
+            Self::Csv | Self::UnitreeCsv => "csv",
         }
     }
 
     /// The name that users type.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
+            Self::Npz | Self::Pkl | Self::Csv => self.extension(),
             Self::Qpos => "qpos",
-            _ => self.extension(),
+            Self::Gmr => "gmr",
+            Self::UnitreeCsv => "unitree-csv",
+            Self::Mjlab => "mjlab",
+            Self::IsaacLab => "isaaclab",
+            Self::ProtoMotions => "protomotions",
+            Self::MimicKit => "mimickit",
+            Self::Twist => "twist",
+        }
+    }
+
+    /// The frames a second that its readers take for granted.
+    pub fn rate(self) -> Option<f64> {
+        match self {
+            Self::UnitreeCsv => Some(30.0),
+            Self::Mjlab => Some(50.0),
+            _ => None,
         }
     }
 
@@ -64,32 +106,49 @@ impl RobotFormat {
     /// [`Code::NoMotion`] where there is none; [`Code::Unrepresentable`] where there are several;
     /// [`Code::MissingFeature`] where this build has no archives of NumPy.
     pub fn write(self, retargeting: &Retargeting) -> Result<Written> {
-        let mut motions = retargeting.clips().iter().filter_map(|clip| clip.robot_motion.as_ref());
-        let (Some(motion), Target::Robot(robot)) = (motions.next(), retargeting.target()) else {
+        let clips = retargeting.clips().iter();
+        let mut motions = clips.filter_map(|clip| Some((clip.robot_motion.as_ref()?, &clip.provenance)));
+        let (Some((motion, provenance)), Target::Robot(robot)) = (motions.next(), retargeting.target()) else {
             return Err(Diagnostic::new(Code::NoMotion, "there is no motion on a robot").into());
         };
         if motions.next().is_some() {
             let message = format!("a {} of a robot has one motion; name one", self.name());
             return Err(Diagnostic::new(Code::Unrepresentable, message).into());
         }
+        let metadata = serde_json::json!({
+            "mocap": env!("CARGO_PKG_VERSION"),
+            "robot": robot.name,
+            "motion": motion.name,
+            "origin": provenance,
+        });
+        let metadata = metadata.to_string();
         Ok(match self {
-            Self::Npz | Self::Qpos => Written::from(self.archive(motion)?),
-            Self::Pkl => Written::from(motion.to_pickle()),
-            Self::Csv => Written::from(motion.to_csv(robot).into_bytes()),
+            Self::Pkl | Self::Gmr => Written::from(motion.to_pickle()),
+            Self::Csv | Self::UnitreeCsv => Written::from(motion.to_csv(robot).into_bytes()),
+            Self::MimicKit => Written::from(motion.for_mimic_kit(&metadata)),
+            Self::Twist => Written::from(motion.for_twist(robot, &metadata)),
+            Self::Npz | Self::Qpos | Self::Mjlab | Self::IsaacLab | Self::ProtoMotions => {
+                Written::from(self.archive(motion, robot, &metadata)?)
+            }
         })
     }
 
     #[cfg(feature = "npz")]
     #[expect(clippy::unnecessary_wraps, reason = "a build without archives fails")]
-    fn archive(self, motion: &RobotMotion) -> Result<Vec<u8>> {
+    fn archive(self, motion: &RobotMotion, robot: &Robot, metadata: &str) -> Result<Vec<u8>> {
+        use crate::arrays::npz::of_arrays;
+
         Ok(match self {
             Self::Qpos => motion.to_qpos_npz(),
+            Self::Mjlab => of_arrays(&motion.for_mjlab(robot, metadata)),
+            Self::IsaacLab => of_arrays(&motion.for_isaac_lab(robot, metadata)),
+            Self::ProtoMotions => of_arrays(&motion.for_proto_motions(metadata)),
             _ => motion.to_npz(),
         })
     }
 
     #[cfg(not(feature = "npz"))]
-    fn archive(self, _: &RobotMotion) -> Result<Vec<u8>> {
+    fn archive(self, _: &RobotMotion, _: &Robot, _: &str) -> Result<Vec<u8>> {
         let message = "this build cannot write NumPy's .npz";
         let help = "build it with the feature npz, or write .csv";
         Err(Diagnostic::new(Code::MissingFeature, message).help(help).into())

@@ -23,6 +23,7 @@ pub struct RetargetingOptions {
     pub(super) conversion: Conversion,
     pub(super) replace_animations: bool,
     pub(super) velocity_limits: bool,
+    pub(super) passes: u8,
 }
 
 impl Default for RetargetingOptions {
@@ -35,6 +36,7 @@ impl Default for RetargetingOptions {
             conversion: Conversion::new(),
             replace_animations: false,
             velocity_limits: false,
+            passes: 2,
         }
     }
 }
@@ -88,6 +90,13 @@ impl RetargetingOptions {
     /// joints of a character have none.
     pub fn velocity_limits(mut self, limit: bool) -> Self {
         self.velocity_limits = limit;
+        self
+    }
+
+    /// How often a motion on a robot is solved, 1 or 2: [`RobotOptions::passes`](crate::robot::RobotOptions::passes).
+    /// Default: 2.
+    pub fn passes(mut self, passes: u8) -> Self {
+        self.passes = passes;
         self
     }
 }

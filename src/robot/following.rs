@@ -4,7 +4,7 @@ use glam::{DQuat, DVec2, DVec3, Quat};
 
 use super::kinematics::{Kinematics, RobotPose};
 use super::sole::SoleBall;
-use super::solver::{Goals, Reach, Turn};
+use super::terms::{Goals, Reach, Turn, rotation_vector};
 use super::twin::{Twin, TwinBone};
 use crate::pose::Pose;
 use crate::scene::robot::Robot;
@@ -24,6 +24,12 @@ const STANDING: f64 = 12.0;
 const FOOT_PLACE: f64 = 10_000.0;
 const HIPS_PLACE: f64 = 9.0;
 
+/// Squares of the weights in the second pass: of the position of an ankle in the air, and of the height of one that
+/// stands; and how long the one takes to become the other, in seconds.
+const AIR_PLACE: f64 = 100.0;
+const STANDING_HEIGHT: f64 = 3000.0;
+const NEARING: f64 = 0.08;
+
 /// How far an ankle is raised to bring its foot above the floor, in metres, before the foot is turned; and how often
 /// the interval is halved in which the turn is looked for.
 const RAISED: f64 = 0.02;
@@ -33,6 +39,9 @@ const HALVINGS: usize = 12;
 /// back, in seconds.
 const FARTHEST_HELD: f64 = 0.1;
 const RETURN: f64 = 0.12;
+
+/// The cosine of the angle from upright above which hips lie.
+const LYING: f64 = 0.5;
 
 /// How much lower another ball of the sole must be for a foot to stand on that, in metres.
 const LOWER: f64 = 0.002;
@@ -45,6 +54,9 @@ struct Follower {
     body_to_frame: DQuat,
     /// Squares of the weights, of a foot in the air.
     weights: DVec3,
+    /// Of thighs and upper arms, whose roll is the direction in which knees and elbows bend: the axis along them, in
+    /// the figure's axes.
+    along: Option<DVec3>,
 }
 
 /// A point of the robot that goes where a joint of the twin is.
@@ -103,6 +115,11 @@ impl Following {
                 node: bone.node,
                 body_to_frame,
                 weights,
+                along: match bone.bone.on(Side::Left) {
+                    Bone::LeftUpperLeg => Some(DVec3::Y),
+                    Bone::LeftUpperArm => Some(DVec3::X),
+                    _ => None,
+                },
             });
             let weight = match bone.bone.on(Side::Left) {
                 Bone::LeftFoot => FOOT_PLACE,
@@ -112,7 +129,7 @@ impl Following {
             goals.reaches.push(Reach {
                 body,
                 point: place.point(bone.start),
-                weight,
+                weight: DVec3::splat(weight),
                 target: DVec3::ZERO,
             });
             let side = bone.bone.side().filter(|_| weight == FOOT_PLACE);
@@ -135,7 +152,7 @@ impl Following {
                 .position(|reached: &Reached| reached.foot.as_ref().is_some_and(|foot| foot.2 == side));
             let foot: &Reach = &goals.reaches[feet.unwrap_or_default()];
             goals.reaches.push(Reach {
-                weight: 0.0,
+                weight: DVec3::ZERO,
                 ..foot.clone()
             });
         }
@@ -228,7 +245,7 @@ impl Following {
             (_, None) => None,
         };
         let mut held = Reach {
-            weight: 0.0,
+            weight: DVec3::ZERO,
             ..self.goals.reaches[self.reaches.len() + side].clone()
         };
         if let Some((ball, anchor)) = &mut stand.ball {
@@ -236,7 +253,7 @@ impl Following {
             *anchor = there + (*anchor - there).clamp_length_max(FARTHEST_HELD);
             held.point = sole[*ball].centre;
             held.target = anchor.extend(height + stand.above + sole[*ball].radius);
-            held.weight = FOOT_PLACE;
+            held.weight = DVec3::splat(FOOT_PLACE);
         }
         // A foot that stands is turned as it should be; one in the air gives way to the leg.
         let grip = f64::from(u8::from(is_held));
@@ -247,6 +264,67 @@ impl Following {
         goal.target += stand.shift;
         goal.weight = FOOT_PLACE - held.weight;
         self.goals.reaches[self.reaches.len() + side] = held;
+    }
+
+    /// How far thighs and upper arms are rolled about themselves against the source in a pose, in radians: the mean.
+    pub(super) fn roll(&self, goals: &Goals, pose: &RobotPose) -> Option<f64> {
+        let turns = goals.turns.iter().zip(&self.turns);
+        let rolls = turns.filter_map(|(turn, follower)| {
+            let rotation = pose.bodies[turn.body].rotation;
+            let along = rotation * turn.weight_axes * follower.along?;
+            let apart = rotation_vector(turn.target * rotation.inverse());
+            Some(apart.dot(along).abs())
+        });
+        let (count, sum) = rolls.fold((0_usize, 0.0), |(count, sum), roll| (count + 1, sum + roll));
+        (count > 0).then(|| sum / count as f64)
+    }
+
+    /// Whether the hips lie rather than stand.
+    pub(super) fn is_lying(&self, goals: &Goals) -> bool {
+        let hips = self.hips().and_then(|(turn, _)| {
+            let index = goals.turns.iter().position(|other| other.body == turn.body)?;
+            Some(goals.turns[index].target * self.turns[index].body_to_frame.inverse() * DVec3::Y)
+        });
+        hips.is_some_and(|up| up.z < LYING)
+    }
+
+    /// The bodies of the feet, with their soles.
+    pub(super) fn soles(&self) -> Vec<(usize, Vec<SoleBall>)> {
+        let feet = Side::ALL.into_iter().filter_map(|side| {
+            let (ankle, _, sole) = self.ankle(side as usize)?;
+            Some((self.goals.reaches[ankle].body, sole.to_vec()))
+        });
+        feet.collect()
+    }
+
+    /// Weighs the ankles of the frames less that are far from the ground in time, for the second pass: there they may
+    /// move smoothly.
+    pub(super) fn loosen(&self, goals: &mut [Goals], contacts: &[[bool; 2]], fps: f64) {
+        let fades = (-1.0 / (NEARING * fps)).exp();
+        for side in Side::ALL.map(|side| side as usize) {
+            let Some((ankle, _, _)) = self.ankle(side) else {
+                continue;
+            };
+            let held = self.reaches.len() + side;
+            let mut near: Vec<f64> = contacts
+                .iter()
+                .map(|stands| f64::from(u8::from(stands[side])))
+                .collect();
+            for index in 1..near.len() {
+                near[index] = near[index].max(fades * near[index - 1]);
+            }
+            for index in (1..near.len()).rev() {
+                near[index - 1] = near[index - 1].max(fades * near[index]);
+            }
+            for (goals, near) in goals.iter_mut().zip(near) {
+                let weight = AIR_PLACE + (FOOT_PLACE - AIR_PLACE) * near * near;
+                let height = weight.min(STANDING_HEIGHT);
+                for reach in [ankle, held] {
+                    let reach = &mut goals.reaches[reach];
+                    reach.weight = DVec3::new(weight, weight, height) * (reach.weight / FOOT_PLACE);
+                }
+            }
+        }
     }
 
     /// Keeps where a foot is in a pose that was solved.

@@ -2,8 +2,10 @@
 
 use glam::{DVec3, Quat, Vec3};
 
+use super::following::Following;
 use super::kinematics::{Kinematics, RobotPose};
 use super::motion::RobotMotion;
+use super::terms::Goals;
 use super::twin::{Twin, TwinBone};
 use crate::scene::robot::Placement;
 use crate::scene::{Animation, Channel, HumanoidBone as Bone, Keys, NodeId};
@@ -33,6 +35,22 @@ impl Measured<'_> {
             })
         });
         frames.collect()
+    }
+
+    /// How far thighs and upper arms are rolled against their goals, in degrees: the mean; and the fraction of frames
+    /// in which the hips of the source lie.
+    pub(super) fn roll(&self, following: &Following, goals: &[Goals]) -> (Option<f64>, f64) {
+        let mut pose = self.kinematics.rest();
+        let (mut sum, mut count, mut lying) = (0.0, 0_usize, 0_usize);
+        for (frame, goals) in goals.iter().enumerate() {
+            self.pose(frame, &mut pose);
+            if let Some(roll) = following.roll(goals, &pose) {
+                (sum, count) = (sum + roll, count + 1);
+            }
+            lying += usize::from(following.is_lying(goals));
+        }
+        let mean = (count > 0).then(|| (sum / count as f64).to_degrees());
+        (mean, lying as f64 / goals.len().max(1) as f64)
     }
 
     /// The mean speed over the ground of the slowest point of a sole, while the foot of the source is at rest: a foot

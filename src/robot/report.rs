@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::collision::{LinkCollision, SelfCollision};
 use super::motion::RobotMotion;
+use super::verdict::{Criterion, Measures};
 use crate::retarget::{LimbError, RetargetReport, Verdict};
 use crate::scene::robot::Robot;
 
@@ -13,12 +14,11 @@ const BELOW: f64 = 0.01;
 /// A joint within this of its limit is at it, in radians or metres.
 const AT_LIMIT: f64 = 1e-9;
 
-/// What a motion may do and be good: the mean angle of its limbs in degrees, the fraction of frames with a sole below
-/// the floor, how much faster than in the source feet on the ground may slide, in metres a second.
-const GOOD_DEGREES: f64 = 5.0;
-const FAIR_DEGREES: f64 = 10.0;
-const MOST_BELOW: f64 = 0.01;
-const MORE_SKATE: f64 = 0.005;
+/// Velocities are above a limit beyond this, as a fraction.
+const ROUNDING: f64 = 1e-9;
+
+/// A foot that stands in the source floats where its sole is higher than this, in metres.
+const FLOATS: f64 = 0.05;
 
 /// A joint that would go beyond its limit.
 ///
@@ -76,96 +76,166 @@ pub struct RobotReport {
     pub share_too_fast: f64,
     /// The largest acceleration of a joint, in radians or metres a second squared.
     pub max_acceleration: f64,
-    /// Whether the motion is good enough to use unchanged: good where limbs are within 5 degrees in the mean, feet
-    /// slide at most 0.5 cm/s more than in the source, a sole is more than 1 cm below the floor in at most 1 % of
-    /// frames, and joints are within their velocities; fair where limbs are within 10 degrees; else poor.
+    /// How far thighs and upper arms, by which knees and elbows bend, are rolled about themselves against the source:
+    /// the mean, in degrees.
+    pub roll_degrees: Option<f64>,
+    /// The fraction of frames after which a joint moves more than 0.5 rad in 1/30 s, where the limb of the source turns
+    /// by less than half of that.
+    pub share_of_jumps: f64,
+    /// Of the frames in which a foot of the source stands, the fraction in which the sole is more than 5 cm above the
+    /// floor; 1 where none stands, and the soles never come nearer to the floor.
+    pub share_floating: Option<f64>,
+    /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
+    pub share_lying: f64,
+    /// Parts of the robot that its file does not show, and that were guessed.
+    pub guessed: Vec<String>,
+    /// What the verdict depends on, each with its bounds: the worst decides.
+    pub criteria: Vec<Criterion>,
+    /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
+    /// compared.
     pub verdict: Verdict,
 }
 
-/// The report of a motion; `found` compares its bones with those of the source, `heights` are those of the soles,
-/// and `skate` is the speed of soles that stand.
-pub(super) fn report(
-    robot: &Robot,
-    motion: &RobotMotion,
-    found: RetargetReport,
-    skate: Option<f64>,
-    heights: &[[f64; 2]],
-    collisions: SelfCollision,
-) -> RobotReport {
-    let joints = robot.moving_joints();
-    let (frames, count) = (motion.frames(), joints.len());
-    let (mut clamped, mut limit_violations) = (Vec::new(), 0);
-    let (mut max_velocity, mut fastest_joint, mut max_acceleration) = (0.0, String::new(), 0.0_f64);
-    let (mut too_fast, mut samples) = (0_usize, 0_usize);
-    for (dof, &link) in joints.iter().enumerate() {
-        let joint = &robot.links[link].joint;
-        let limits = &joint.limits;
-        let at = |frame: usize| motion.dof_pos[frame * count + dof];
-        let (mut held, mut moved) = (0_usize, false);
-        for frame in 0..frames {
-            let here = at(frame);
-            moved |= here != at(0);
-            limit_violations += usize::from(!(limits.lower..=limits.upper).contains(&here));
-            held += usize::from(here - limits.lower <= AT_LIMIT || limits.upper - here <= AT_LIMIT);
-            if frame > 0 {
-                let velocity = (here - at(frame - 1)) * motion.fps;
-                samples += 1;
-                too_fast += usize::from(limits.velocity.is_some_and(|most| velocity.abs() > most * (1.0 + 1e-9)));
-                if velocity.abs() > max_velocity {
-                    max_velocity = velocity.abs();
-                    fastest_joint.clone_from(&joint.name);
-                }
-                if frame > 1 {
-                    let change = (here - 2.0 * at(frame - 1) + at(frame - 2)) * motion.fps * motion.fps;
-                    max_acceleration = max_acceleration.max(change.abs());
-                }
-            }
-        }
-        if held > 0 && (moved || frames == 1) {
-            clamped.push(ClampedJoint {
-                joint: joint.name.clone(),
-                share: held as f64 / frames as f64,
-            });
-        }
-    }
-    clamped.sort_by(|a, b| b.share.total_cmp(&a.share));
+/// What was measured of a motion besides its joints.
+pub(super) struct Seen {
+    /// The bones of the robot against those of the source.
+    pub(super) found: RetargetReport,
+    /// The speed of soles that stand.
+    pub(super) skate: Option<f64>,
+    /// The heights of both soles in each frame.
+    pub(super) heights: Vec<[f64; 2]>,
+    pub(super) collisions: SelfCollision,
+    pub(super) roll: Option<f64>,
+    pub(super) lying: f64,
+    pub(super) jumps: f64,
+    pub(super) unmeasured_limbs: usize,
+    pub(super) guessed: Vec<String>,
+}
+
+/// The report of a motion.
+pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotReport {
+    let joints = Joints::new(robot, motion);
+    let frames = motion.frames();
     let lowest = |heights: &[f64; 2]| heights[0].min(heights[1]);
-    let below = heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
-    let deepest = heights.iter().map(lowest).fold(0.0_f64, f64::min);
-    let feet = found.feet.filter(|feet| feet.contact_frames > 0);
-    let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
-    let share_below_floor = share(below, frames);
-    let share_too_fast = share(too_fast, samples);
+    let below = seen.heights.iter().filter(|heights| lowest(heights) < -BELOW).count();
+    let deepest = seen.heights.iter().map(lowest).fold(0.0_f64, f64::min);
+    let share_below_floor = below as f64 / frames.max(1) as f64;
+    let feet = seen.found.feet.filter(|feet| feet.contact_frames > 0);
     let source_skate = feet.map(|feet| feet.source.skate);
-    let slides = skate
-        .zip(source_skate)
-        .is_some_and(|(skate, source)| skate > source + MORE_SKATE);
-    let verdict = match found.mean_degrees {
-        mean if mean > FAIR_DEGREES || found.limbs.is_empty() => Verdict::Poor,
-        mean if mean > GOOD_DEGREES || slides || share_below_floor > MOST_BELOW || share_too_fast > 0.0 => {
-            Verdict::Fair
-        }
-        _ => Verdict::Good,
+    let share_floating = floating(motion, &seen.heights);
+    let limbs = &seen.found.limbs;
+    let measures = Measures {
+        mean_degrees: (!limbs.is_empty()).then_some(seen.found.mean_degrees),
+        worst_limb_degrees: limbs.iter().map(|limb| limb.mean_degrees).reduce(f64::max),
+        roll_degrees: seen.roll,
+        jumps: seen.jumps,
+        floating: share_floating,
+        below_floor: share_below_floor,
+        more_slide: seen.skate.zip(source_skate).map(|(skate, source)| skate - source),
+        lying: seen.lying,
+        self_collision: seen.collisions.share,
+        too_fast: joints.share_too_fast,
+        unmeasured_limbs: seen.unmeasured_limbs,
+        guessed_parts: seen.guessed.len(),
     };
+    let (criteria, verdict) = measures.verdict();
     RobotReport {
         clip: motion.name.clone(),
         frames,
         fps: motion.fps,
-        scale: found.scale,
-        mean_degrees: found.mean_degrees,
-        limbs: found.limbs,
-        clamped,
-        limit_violations,
-        skate,
+        scale: seen.found.scale,
+        mean_degrees: seen.found.mean_degrees,
+        limbs: seen.found.limbs,
+        clamped: joints.clamped,
+        limit_violations: joints.limit_violations,
+        skate: seen.skate,
         source_skate,
         share_below_floor,
         deepest: -deepest,
-        share_in_self_collision: collisions.share,
-        self_collisions: collisions.links,
-        max_velocity,
-        fastest_joint,
-        share_too_fast,
-        max_acceleration,
+        share_in_self_collision: seen.collisions.share,
+        self_collisions: seen.collisions.links,
+        max_velocity: joints.max_velocity,
+        fastest_joint: joints.fastest_joint,
+        share_too_fast: joints.share_too_fast,
+        max_acceleration: joints.max_acceleration,
+        roll_degrees: seen.roll,
+        share_of_jumps: seen.jumps,
+        share_floating,
+        share_lying: seen.lying,
+        guessed: seen.guessed,
+        criteria,
         verdict,
+    }
+}
+
+/// Of the frames in which a foot of the source stands, the fraction in which its sole floats.
+fn floating(motion: &RobotMotion, heights: &[[f64; 2]]) -> Option<f64> {
+    let feet = motion.contacts.iter().zip(heights);
+    let standing = feet.flat_map(|(stands, heights)| stands.iter().zip(heights).filter(|(stands, _)| **stands));
+    let standing: Vec<f64> = standing.map(|(_, height)| *height).collect();
+    if standing.is_empty() {
+        let lowest = heights.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        return (lowest.is_finite() && lowest > FLOATS).then_some(1.0);
+    }
+    let floating = standing.iter().filter(|height| **height > FLOATS).count();
+    Some(floating as f64 / standing.len() as f64)
+}
+
+/// What the joints of a motion do.
+#[derive(Default)]
+struct Joints {
+    clamped: Vec<ClampedJoint>,
+    limit_violations: usize,
+    max_velocity: f64,
+    fastest_joint: String,
+    share_too_fast: f64,
+    max_acceleration: f64,
+}
+
+impl Joints {
+    fn new(robot: &Robot, motion: &RobotMotion) -> Self {
+        let joints = robot.moving_joints();
+        let (frames, count) = (motion.frames(), joints.len());
+        let mut all = Self::default();
+        let (mut too_fast, mut samples) = (0_usize, 0_usize);
+        for (dof, &link) in joints.iter().enumerate() {
+            let joint = &robot.links[link].joint;
+            let limits = &joint.limits;
+            let at = |frame: usize| motion.dof_pos[frame * count + dof];
+            let (mut held, mut moved) = (0_usize, false);
+            for frame in 0..frames {
+                let here = at(frame);
+                moved |= here != at(0);
+                all.limit_violations += usize::from(!(limits.lower..=limits.upper).contains(&here));
+                held += usize::from(here - limits.lower <= AT_LIMIT || limits.upper - here <= AT_LIMIT);
+                if frame == 0 {
+                    continue;
+                }
+                let velocity = (here - at(frame - 1)) * motion.fps;
+                samples += 1;
+                too_fast += usize::from(
+                    limits
+                        .velocity
+                        .is_some_and(|most| velocity.abs() > most * (1.0 + ROUNDING)),
+                );
+                if velocity.abs() > all.max_velocity {
+                    all.max_velocity = velocity.abs();
+                    all.fastest_joint.clone_from(&joint.name);
+                }
+                if frame > 1 {
+                    let change = (here - 2.0 * at(frame - 1) + at(frame - 2)) * motion.fps * motion.fps;
+                    all.max_acceleration = all.max_acceleration.max(change.abs());
+                }
+            }
+            if held > 0 && (moved || frames == 1) {
+                all.clamped.push(ClampedJoint {
+                    joint: joint.name.clone(),
+                    share: held as f64 / frames as f64,
+                });
+            }
+        }
+        all.clamped.sort_by(|a, b| b.share.total_cmp(&a.share));
+        all.share_too_fast = too_fast as f64 / samples.max(1) as f64;
+        all
     }
 }

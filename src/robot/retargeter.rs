@@ -7,9 +7,12 @@ use super::following::{Following, Stand, returned};
 use super::kinematics::{Kinematics, RobotPose};
 use super::measure::Measured;
 use super::motion::RobotMotion;
-use super::report::{self, RobotReport};
+use super::report::{self, RobotReport, Seen};
 use super::solver::{Bounds, Solver};
+use super::speed::Steps;
+use super::terms::{Goals, Terms};
 use super::twin::Twin;
+use super::window::{Bound, Windows};
 use crate::error::{Code, Diagnostic, Result};
 use crate::figure::robot_bones::RobotMap;
 use crate::figure::{Figure, Humanoid, humanoid};
@@ -50,6 +53,9 @@ pub struct RobotOptions {
     pub velocity_limits: bool,
     /// Whether feet are held on the ground where those of the source stand. Default: `true`.
     pub lock_feet: bool,
+    /// How often a motion is solved. 1: frame by frame. 2: then all frames of a window together, so that joints move
+    /// smoothly, within the velocities of the robot's file, and without jumps. Default: 2.
+    pub passes: u8,
 }
 
 impl Default for RobotOptions {
@@ -60,6 +66,7 @@ impl Default for RobotOptions {
             map: RobotMap::new(),
             velocity_limits: false,
             lock_feet: true,
+            passes: 2,
         }
     }
 }
@@ -71,12 +78,16 @@ setters! {
         map: RobotMap,
         velocity_limits: bool,
         lock_feet: bool,
+        passes: u8,
     }
 }
 
 /// Steps of the solver for the first frame, which has no frame before it, and for the others.
 const FIRST_STEPS: usize = 120;
 const STEPS: usize = 8;
+
+/// Frame rates that are this near to a whole number are meant to be it, as a fraction: 0.033333 s has six decimals.
+const WHOLE_RATE: f64 = 1e-4;
 
 /// How long a lift above the floor takes to come and to go, in seconds.
 const LIFT: f64 = 0.15;
@@ -94,6 +105,7 @@ pub struct RobotRetargeter {
     collisions: Collisions,
     solver: Solver,
     following: Following,
+    windows: Windows,
 }
 
 impl RobotRetargeter {
@@ -109,8 +121,10 @@ impl RobotRetargeter {
         let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let kinematics = Kinematics::new(robot);
         let following = Following::new(robot, &kinematics, &twin);
+        let terms = Terms::new(&kinematics, &following.goals);
         Ok(Self {
-            solver: Solver::new(&kinematics, &following.goals),
+            windows: Windows::new(terms.clone()),
+            solver: Solver::new(terms),
             collisions: Collisions::new(robot, &kinematics),
             robot: robot.clone(),
             options: options.clone(),
@@ -139,19 +153,55 @@ impl RobotRetargeter {
             self.retargeter.lock_feet(source, index, &self.twin.scene, &mut held)?;
         }
         let contacts = self.contacts_of(source, animation);
-        let mut motion = self.follow(&held, animation, contacts);
+        let mut goals = Vec::new();
+        let mut motion = self.follow(&held, animation, contacts, &mut goals);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, motion.fps);
+        if self.options.passes > 1 {
+            self.second_pass(&mut goals, &steps, &mut motion);
+        }
         self.lift(&mut motion);
         let measured = self.measured(&motion);
         let as_twin = measured.as_twin();
         let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
         let collisions = self.collisions.measure(&self.kinematics, &motion);
-        let report = report::report(&self.robot, &motion, found, skate, &heights, collisions);
+        let (roll, lying) = measured.roll(&self.following, &goals);
+        let seen = Seen {
+            found,
+            skate,
+            heights,
+            collisions,
+            roll,
+            lying,
+            jumps: steps.share_of_jumps(&self.kinematics, &motion),
+            unmeasured_limbs: self.twin.unmeasured_limbs(),
+            guessed: self.twin.guessed.clone(),
+        };
+        let report = report::report(&self.robot, &motion, seen);
         Ok((motion, report))
     }
 
-    /// The robot at each frame of a motion of the twin.
-    fn follow(&mut self, held: &Animation, animation: &Animation, contacts: Vec<[bool; 2]>) -> RobotMotion {
+    /// Solves the frames of each window together.
+    fn second_pass(&mut self, goals: &mut [Goals], steps: &Steps, motion: &mut RobotMotion) {
+        self.following.loosen(goals, &motion.contacts, motion.fps);
+        let bound = Bound {
+            goals,
+            limits: &self.limits(),
+            steps,
+            soles: &self.following.soles(),
+            collisions: &self.collisions,
+        };
+        self.windows.smooth(&self.kinematics, &bound, motion);
+    }
+
+    /// The robot at each frame of a motion of the twin; `goals` become what it follows in each of them.
+    fn follow(
+        &mut self,
+        held: &Animation,
+        animation: &Animation,
+        contacts: Vec<[bool; 2]>,
+        goals: &mut Vec<Goals>,
+    ) -> RobotMotion {
         let frames = animation.frame_count();
         let binding = Binding::new(&self.twin.scene, held);
         let mut twin = Pose::rest(&self.twin.scene);
@@ -159,7 +209,7 @@ impl RobotRetargeter {
         let limits = self.limits();
         let mut motion = RobotMotion {
             name: animation.name.clone(),
-            fps: animation.ticks_per_second,
+            fps: rate(animation.ticks_per_second),
             root: Vec::with_capacity(frames),
             dof_pos: Vec::with_capacity(frames * pose.positions.len()),
             dof_names: self.robot.dof_names(),
@@ -188,6 +238,7 @@ impl RobotRetargeter {
             for (side, stand) in stands.iter_mut().enumerate() {
                 self.following.keep(side, stand, &pose);
             }
+            goals.push(self.following.goals.clone());
             motion.root.push(continued(pose.root, motion.root.last()));
             motion.dof_pos.extend(&pose.positions);
         }
@@ -271,6 +322,15 @@ impl RobotRetargeter {
         (0..frames)
             .map(|frame| Side::ALL.map(|side| rests(side, frame)))
             .collect()
+    }
+}
+
+/// The frame rate that a file means whose frame time has few digits: 30, not 30.0003.
+fn rate(fps: f64) -> f64 {
+    let whole = fps.round();
+    match (fps - whole).abs() < WHOLE_RATE * fps {
+        true => whole,
+        false => fps,
     }
 }
 

@@ -20,8 +20,8 @@ const GUESSED: [f64; 3] = [0.1, 0.25, 0.1];
 
 /// The sole of the foot that is `link`: from what collides, else from what is seen, else from the box that has the
 /// inertia of the link. `places` are those of the links with all joints at 0; `leg` is the length of a leg. A foot
-/// stands on its sole there.
-pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec3, leg: f64) -> Vec<SoleBall> {
+/// stands on its sole there. Also whether shapes show it.
+pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec3, leg: f64) -> (Vec<SoleBall>, bool) {
     let foot = &places[link];
     let is_of_foot = |mut here: usize| loop {
         match robot.links[here].parent {
@@ -42,7 +42,7 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
             }
         }
         if !balls.is_empty() {
-            return lowest(balls, foot, leg);
+            return (lowest(balls, foot, leg), true);
         }
     }
     let boxed = robot.links[link]
@@ -56,7 +56,7 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
         };
         let found = lowest(corners(&shape), foot, leg);
         if found.len() >= 4 {
-            return found;
+            return (found, false);
         }
     }
     let [depth, front, back] = GUESSED.map(|share| share * leg);
@@ -65,7 +65,7 @@ pub(super) fn sole(robot: &Robot, link: usize, places: &[Placement], ankle: DVec
         centre: foot.to_inner(ankle + DVec3::new(along, aside * front, -depth)),
         radius: 0.0,
     };
-    points.into_iter().map(ball).collect()
+    (points.into_iter().map(ball).collect(), false)
 }
 
 /// The balls that touch the floor first where all joints are at 0.

@@ -6,19 +6,14 @@
 //! optimization problems with simple constraints", SIAM J. Control Optim. 20, 1982). It begins at the pose of the frame
 //! before.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 
 use super::kinematics::{Kinematics, RobotPose};
-use crate::scene::robot::{JointKind, Placement};
-
-/// The unknowns of the base: three of its position and three of its rotation.
-const ROOT: usize = 6;
+use super::terms::{Goals, ROOT, Terms};
+use crate::scene::robot::Placement;
 
 /// How much a joint is held where it was in the frame before, against a turn of a link by the same angle.
 const HOLD: f64 = 4e-4;
-
-/// Against directions in which nothing changes.
-const DAMPING: f64 = 1e-9;
 
 /// The largest turn of a joint in a step, in radians.
 const LARGEST_STEP: f64 = 0.6;
@@ -28,35 +23,6 @@ const SMALLEST_STEP: f64 = 2e-6;
 
 /// Rounds of holding joints at their limits.
 const ROUNDS: usize = 4;
-
-/// How a link should be turned.
-#[derive(Clone, Debug)]
-pub(super) struct Turn {
-    pub(super) body: usize,
-    /// The axes of the weights, in the frame of the body.
-    pub(super) weight_axes: DQuat,
-    /// Squares of the weights about these axes.
-    pub(super) weights: DVec3,
-    /// The rotation of the body to the world.
-    pub(super) target: DQuat,
-}
-
-/// Where a point of a link should be.
-#[derive(Clone, Debug)]
-pub(super) struct Reach {
-    pub(super) body: usize,
-    pub(super) point: DVec3,
-    /// The square of the weight, of a metre against a radian.
-    pub(super) weight: f64,
-    pub(super) target: DVec3,
-}
-
-/// What a pose should be.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Goals {
-    pub(super) turns: Vec<Turn>,
-    pub(super) reaches: Vec<Reach>,
-}
 
 /// The limits of the positions in a frame.
 #[derive(Clone, Debug)]
@@ -68,49 +34,16 @@ pub(super) struct Bounds {
 /// Solves one frame after another.
 #[derive(Clone, Debug)]
 pub(super) struct Solver {
-    /// The unknown of each position, and how much it moves with that; none for joints that carry no bone.
-    unknown: Vec<Option<(usize, f64)>>,
-    /// The position of each unknown after those of the base.
-    positions: Vec<usize>,
-    normal: Vec<f64>,
-    gradient: Vec<f64>,
+    pub(super) terms: Terms,
     step: Vec<f64>,
-    columns: Vec<(usize, DVec3, DVec3)>,
     scratch: Vec<f64>,
 }
 
 impl Solver {
-    /// A solver that moves the joints that turn the bodies of `goals`.
-    pub(super) fn new(kinematics: &Kinematics, goals: &Goals) -> Self {
-        let count = kinematics.bodies.len() - 1;
-        let mut used = vec![false; count];
-        let bodies = goals.turns.iter().map(|turn| turn.body);
-        for body in bodies.chain(goals.reaches.iter().map(|reach| reach.body)) {
-            for &joint in &kinematics.bodies[body].chain {
-                used[joint - 1] = true;
-            }
-        }
-        // A follower has the unknown of its leader.
-        for follower in &kinematics.followers {
-            used[follower.leader] |= std::mem::take(&mut used[follower.position]);
-        }
-        let positions: Vec<usize> = (0..count).filter(|position| used[*position]).collect();
-        let mut unknown = vec![None; count];
-        for (index, &position) in positions.iter().enumerate() {
-            unknown[position] = Some((ROOT + index, 1.0));
-        }
-        for follower in &kinematics.followers {
-            let leader: Option<(usize, f64)> = unknown[follower.leader];
-            unknown[follower.position] = leader.map(|(unknown, _)| (unknown, follower.multiplier));
-        }
-        let size = ROOT + positions.len();
+    pub(super) fn new(terms: Terms) -> Self {
         Self {
-            unknown,
-            positions,
-            normal: vec![0.0; size * size],
-            gradient: vec![0.0; size],
-            step: vec![0.0; size],
-            columns: Vec::new(),
+            step: vec![0.0; terms.size()],
+            terms,
             scratch: Vec::new(),
         }
     }
@@ -131,7 +64,12 @@ impl Solver {
         }
         kinematics.update(pose);
         for _ in 0..steps {
-            self.assemble(kinematics, goals, pose, &before);
+            self.terms.assemble(kinematics, goals, pose);
+            for index in 0..self.terms.positions.len() {
+                let position = self.terms.positions[index];
+                let back = before[position] - pose.positions[position];
+                self.terms.add_position(self.terms.base + index, HOLD, back);
+            }
             self.bounded_step(bounds, pose);
             let largest = self.step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));
             let scale = (LARGEST_STEP / largest).min(1.0);
@@ -143,102 +81,20 @@ impl Solver {
         }
     }
 
-    fn assemble(&mut self, kinematics: &Kinematics, goals: &Goals, pose: &RobotPose, before: &[f64]) {
-        let size = self.gradient.len();
-        self.normal.fill(0.0);
-        self.gradient.fill(0.0);
-        for index in 0..size {
-            self.normal[index * size + index] = DAMPING;
-        }
-        for (index, &position) in self.positions.iter().enumerate() {
-            let unknown = ROOT + index;
-            self.normal[unknown * size + unknown] += HOLD;
-            self.gradient[unknown] += HOLD * (before[position] - pose.positions[position]);
-        }
-        for turn in &goals.turns {
-            let place = &pose.bodies[turn.body];
-            let axes = DMat3::from_quat(place.rotation * turn.weight_axes);
-            let weights = axes * DMat3::from_diagonal(turn.weights) * axes.transpose();
-            let error = rotation_vector(turn.target * place.rotation.inverse());
-            self.collect(kinematics, pose, turn.body, place.translation);
-            self.add(weights, error, |(_, angular, _)| *angular);
-        }
-        for reach in goals.reaches.iter().filter(|reach| reach.weight > 0.0) {
-            let point = pose.bodies[reach.body].point(reach.point);
-            let weights = DMat3::from_diagonal(DVec3::splat(reach.weight));
-            self.collect(kinematics, pose, reach.body, point);
-            self.add(weights, reach.target - point, |(_, _, linear)| *linear);
-        }
-    }
-
-    /// The columns of the Jacobian at a point of a body: the unknown, how it turns the body, and how it moves the
-    /// point.
-    fn collect(&mut self, kinematics: &Kinematics, pose: &RobotPose, body: usize, point: DVec3) {
-        self.columns.clear();
-        let from_root = point - pose.root.translation;
-        for (index, axis) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
-            self.columns.push((index, DVec3::ZERO, axis));
-            self.columns.push((3 + index, axis, axis.cross(from_root)));
-        }
-        for &joint in &kinematics.bodies[body].chain {
-            let Some((unknown, multiplier)) = self.unknown[joint - 1] else {
-                continue;
-            };
-            let (axis, anchor) = kinematics.axis(pose, joint);
-            let axis = multiplier * axis;
-            let (angular, linear) = match kinematics.bodies[joint].kind {
-                JointKind::Slide => (DVec3::ZERO, axis),
-                _ => (axis, axis.cross(point - anchor)),
-            };
-            // Joints that are tied share a column.
-            let is_tied = !kinematics.followers.is_empty();
-            let mut columns = self.columns.iter_mut().filter(|_| is_tied);
-            match columns.find(|column| column.0 == unknown) {
-                Some(column) => {
-                    column.1 += angular;
-                    column.2 += linear;
-                }
-                None => self.columns.push((unknown, angular, linear)),
-            }
-        }
-    }
-
-    /// Adds a residual to the normal equations.
-    fn add(&mut self, weights: DMat3, error: DVec3, column: impl Fn(&(usize, DVec3, DVec3)) -> DVec3) {
-        let size = self.gradient.len();
-        let weighted = weights * error;
-        for (place, first) in self.columns.iter().enumerate() {
-            let own = column(first);
-            if own == DVec3::ZERO {
-                continue;
-            }
-            self.gradient[first.0] += own.dot(weighted);
-            let own = weights * own;
-            for second in &self.columns[..=place] {
-                let (row, line) = if first.0 > second.0 {
-                    (first.0, second.0)
-                } else {
-                    (second.0, first.0)
-                };
-                self.normal[row * size + line] += own.dot(column(second));
-            }
-        }
-    }
-
     /// The step of all unknowns that keeps the bounds.
     fn bounded_step(&mut self, bounds: &Bounds, pose: &RobotPose) {
-        let size = self.gradient.len();
+        let size = self.terms.gradient.len();
         let mut fixed: Vec<Option<f64>> = vec![None; size];
-        for (index, &position) in self.positions.iter().enumerate() {
-            let (at, pull) = (pose.positions[position], self.gradient[ROOT + index]);
+        for (index, &position) in self.terms.positions.iter().enumerate() {
+            let (at, pull) = (pose.positions[position], self.terms.gradient[self.terms.base + index]);
             let is_held = (at <= bounds.lower[position] && pull < 0.0) || (at >= bounds.upper[position] && pull > 0.0);
-            fixed[ROOT + index] = is_held.then_some(0.0);
+            fixed[self.terms.base + index] = is_held.then_some(0.0);
         }
         for _ in 0..ROUNDS {
             self.solve_free(&fixed);
             let mut is_within = true;
-            for (index, &position) in self.positions.iter().enumerate() {
-                let unknown = ROOT + index;
+            for (index, &position) in self.terms.positions.iter().enumerate() {
+                let unknown = self.terms.base + index;
                 if fixed[unknown].is_some() {
                     continue;
                 }
@@ -257,10 +113,10 @@ impl Solver {
 
     /// The step of the free unknowns where the others make the given ones.
     fn solve_free(&mut self, fixed: &[Option<f64>]) {
-        let size = self.gradient.len();
+        let size = self.terms.gradient.len();
         let free: Vec<usize> = (0..size).filter(|unknown| fixed[*unknown].is_none()).collect();
         let count = free.len();
-        let normal = |a: usize, b: usize| self.normal[a.max(b) * size + a.min(b)];
+        let normal = |a: usize, b: usize| self.terms.normal[a.max(b) * size + a.min(b)];
         self.scratch.clear();
         self.scratch.resize(count * count + count, 0.0);
         let (matrix, right) = self.scratch.split_at_mut(count * count);
@@ -272,7 +128,7 @@ impl Solver {
             let taken: f64 = taken
                 .filter_map(|(other, step)| Some(normal(a, other) * step.filter(|step| *step != 0.0)?))
                 .sum();
-            right[row] = self.gradient[a] - taken;
+            right[row] = self.terms.gradient[a] - taken;
         }
         cholesky(matrix, right, count);
         for (unknown, step) in self.step.iter_mut().enumerate() {
@@ -285,22 +141,23 @@ impl Solver {
 
     fn apply(&self, bounds: &Bounds, pose: &mut RobotPose, scale: f64) {
         let step = |index: usize| scale * self.step[index];
-        let turn = DVec3::new(step(3), step(4), step(5));
-        pose.root = Placement {
-            rotation: (DQuat::from_scaled_axis(turn) * pose.root.rotation).normalize(),
-            translation: pose.root.translation + DVec3::new(step(0), step(1), step(2)),
-        };
-        for (index, &position) in self.positions.iter().enumerate() {
-            let at = pose.positions[position] + step(ROOT + index);
+        if self.terms.base == ROOT {
+            pose.root = moved(&pose.root, std::array::from_fn(step));
+        }
+        for (index, &position) in self.terms.positions.iter().enumerate() {
+            let at = pose.positions[position] + step(self.terms.base + index);
             pose.positions[position] = at.max(bounds.lower[position]).min(bounds.upper[position]);
         }
     }
 }
 
-/// Axis and angle of a rotation by at most half a turn, as one vector.
-pub(super) fn rotation_vector(rotation: DQuat) -> DVec3 {
-    let rotation = if rotation.w < 0.0 { -rotation } else { rotation };
-    rotation.to_scaled_axis()
+/// The base after a step of its unknowns.
+pub(super) fn moved(root: &Placement, step: [f64; ROOT]) -> Placement {
+    let [x, y, z, turn @ ..] = step;
+    Placement {
+        rotation: (DQuat::from_scaled_axis(DVec3::from_array(turn)) * root.rotation).normalize(),
+        translation: root.translation + DVec3::new(x, y, z),
+    }
 }
 
 /// Solves a symmetric positive definite system, of which the lower triangle is given, in place.
@@ -333,8 +190,9 @@ fn cholesky(matrix: &mut [f64], right: &mut [f64], size: usize) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Turn;
     use super::*;
-    use crate::scene::robot::{Mimic, Robot, RobotJoint, RobotLink};
+    use crate::scene::robot::{JointKind, Mimic, Robot, RobotJoint, RobotLink};
 
     #[test]
     fn a_system_is_solved() {
@@ -393,7 +251,7 @@ mod tests {
             lower: vec![-most; 2],
             upper: vec![most; 2],
         };
-        let mut solver = Solver::new(&kinematics, &goals);
+        let mut solver = Solver::new(Terms::new(&kinematics, &goals));
         solver.solve(&kinematics, &goals, &bounds(3.0), &mut pose, 30);
         assert!((pose.positions[0] - 0.3).abs() < 1e-4, "{:?}", pose.positions);
         assert_eq!(pose.positions[1], 2.0 * pose.positions[0]);

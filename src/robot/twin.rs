@@ -41,6 +41,8 @@ pub(super) struct Twin {
     pub(super) figure_to_world: DQuat,
     /// The soles of both feet, in the frame of the link.
     pub(super) soles: [Vec<SoleBall>; 2],
+    /// What nothing in the robot's file shows, in words.
+    pub(super) guessed: Vec<String>,
 }
 
 /// What a bone is made of while the twin is built.
@@ -81,6 +83,18 @@ impl Twin {
         builder.build()
     }
 
+    /// How many forearms have no end, by which their direction could be measured.
+    pub(super) fn unmeasured_limbs(&self) -> usize {
+        let has = |bone: Bone| self.bone(bone).is_some();
+        let is_open = |side: Side| {
+            let [forearm, hand] = [Bone::LeftLowerArm, Bone::LeftHand].map(|bone| bone.on(side));
+            let name = hand.as_str();
+            let has_tip = self.tips.iter().any(|tip| self.scene.nodes[tip.0.index()].name == name);
+            has(forearm) && !has(hand) && !has_tip
+        };
+        Side::ALL.into_iter().filter(|side| is_open(*side)).count()
+    }
+
     pub(super) fn bone(&self, bone: Bone) -> Option<&TwinBone> {
         self.bones.iter().find(|found| found.bone == bone)
     }
@@ -119,6 +133,7 @@ impl Builder<'_> {
         let mut tips: Vec<(Bone, DVec3, usize, DVec3)> = Vec::new();
         let to_figure = |vector: DVec3| self.figure_to_world.inverse() * vector;
         let mut soles = [Vec::new(), Vec::new()];
+        let mut guessed = Vec::new();
         let mut floor = f64::INFINITY;
         for side in Side::ALL {
             let [upper, lower, foot] =
@@ -149,7 +164,11 @@ impl Builder<'_> {
             add(foot, DQuat::IDENTITY, middle - DVec3::Z * shin.length());
             let leg = thigh.length() + shin.length();
             let link = self.found[&foot].link;
-            let balls = sole(self.robot, link, &self.places, ankle, leg);
+            let (balls, is_shown) = sole(self.robot, link, &self.places, ankle, leg);
+            if !is_shown {
+                let name = &self.robot.links[link].name;
+                guessed.push(format!("the sole of {name}, which has no shape"));
+            }
             let depth = |ball: &SoleBall| ankle.z - self.places[link].point(ball.centre).z + ball.radius;
             let deepest = balls.iter().map(depth).fold(0.0, f64::max);
             floor = f64::min(floor, top.z - leg - deepest);
@@ -171,7 +190,9 @@ impl Builder<'_> {
                 parts.insert(bone, Part { to_t_pose, at });
             }
         }
-        Ok(self.assemble(parts, tips, soles, floor))
+        let mut twin = self.assemble(parts, tips, soles, floor);
+        twin.guessed = guessed;
+        Ok(twin)
     }
 
     fn arm(&self, side: Side, parts: &mut BTreeMap<Bone, Part>, tips: &mut Vec<(Bone, DVec3, usize, DVec3)>) {
@@ -337,6 +358,7 @@ impl Builder<'_> {
             tips: tip_nodes,
             figure_to_world: self.figure_to_world,
             soles,
+            guessed: Vec::new(),
         }
     }
 }

@@ -68,6 +68,14 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
             add(&[&pair.link, &pair.other], &[pair.share, pair.deepest]);
         }
     });
+    let bounds = ["value", "good", "fair"];
+    let criteria = structs(&reports, &["name", "verdict"], &bounds, &|report, add| {
+        for criterion in &report.criteria {
+            let fair = criterion.fair.unwrap_or(f64::INFINITY);
+            let texts = [criterion.name.as_str(), criterion.verdict.as_str()];
+            add(&texts, &[criterion.value, criterion.good, fair]);
+        }
+    });
     let names = clips.iter().map(|clip| clip.clip);
     let errors = clips.iter().map(|clip| clip.report.err());
     let columns: Vec<(&str, ArrayRef)> = vec![
@@ -98,6 +106,12 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("fastest_joint", texts(&|report| report.fastest_joint.clone())),
         ("share_too_fast", numbers(&|report| Some(report.share_too_fast))),
         ("max_acceleration", numbers(&|report| Some(report.max_acceleration))),
+        ("roll_degrees", numbers(&|report| report.roll_degrees)),
+        ("share_of_jumps", numbers(&|report| Some(report.share_of_jumps))),
+        ("share_floating", numbers(&|report| report.share_floating)),
+        ("share_lying", numbers(&|report| Some(report.share_lying))),
+        ("guessed", texts(&|report| report.guessed.join("; "))),
+        ("criteria", criteria),
     ];
     let columns = columns.into_iter().map(|(name, column)| (name.to_owned(), column));
     batch(columns.collect(), true)

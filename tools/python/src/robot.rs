@@ -46,6 +46,7 @@ impl Robot {
         fps: Option<f64>,
         lock_feet: bool,
         velocity_limits: bool,
+        passes: u8,
     ) -> PyResult<(Bound<'py, PyDict>, String)> {
         let done = py.detach(|| {
             let mut scene = source.scene().clone();
@@ -57,7 +58,8 @@ impl Robot {
             let options = RetargetingOptions::new()
                 .conversion(conversion)
                 .lock_feet(lock_feet)
-                .velocity_limits(velocity_limits);
+                .velocity_limits(velocity_limits)
+                .passes(passes);
             Retargeting::new(scene, Target::Robot(Arc::clone(&self.robot)), options)
         });
         let clips = done.map_err(|error| to_python(py, &error))?.into_clips();

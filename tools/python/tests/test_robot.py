@@ -31,6 +31,14 @@ def test_a_walk_is_put_on_a_robot_within_its_limits() -> None:
     assert motion.report["limit_violations"] == 0
 
 
+def test_two_passes_are_smoother_than_one() -> None:
+    robot, walk = mocap.Robot(ROBOT), mocap.read(FIXTURES / "real" / "cmu_12_01_walk.bvh")
+    one, two = (np.diff(robot.retarget(walk, passes=passes).dof_pos, 2, axis=0) for passes in (1, 2))
+    assert np.percentile(np.abs(two), 99) < 0.5 * np.percentile(np.abs(one), 99)
+    with pytest.raises(ValueError, match="1 or 2, got 3"):
+        robot.retarget(walk, passes=3)  # type: ignore[arg-type]
+
+
 def test_what_is_no_humanoid_is_refused() -> None:
     with pytest.raises(mocap.MocapError, match="not a humanoid"):
         mocap.Robot(ROBOT).retarget(mocap.read(FIXTURES / "real" / "lecture_Test.bvh"))

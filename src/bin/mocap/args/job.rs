@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mocap::convert::{FirstFrame, RootMotion};
-use mocap::job::{Job, Onto, SourceMap, SourceSpace, Sources};
+use mocap::job::{Job, Onto, RobotFormat, SourceMap, SourceSpace, Sources};
 
 use super::{CleanArgs, ConvertArgs, EditArgs, RetargetArgs, RobotArgs};
 
@@ -90,10 +90,13 @@ impl RobotArgs {
     pub(crate) fn job(&self, format: &str) -> Job {
         let mut body = self.onto.body(&self.robot, self.robot_map.as_ref());
         body.velocity_limits = self.velocity_limits;
+        body.passes = self.passes;
         body.require = self.require;
         let mut job = Job::new();
         job.read = self.read.clone();
         job.source = self.onto.sources(&self.paths);
+        let rate = RobotFormat::named(format).and_then(RobotFormat::rate);
+        job.source.frames.fps = job.source.frames.fps.or(rate);
         job.onto = Some(Onto::Robot(body));
         let folder = self.output.join("");
         let output = if self.is_many() { &folder } else { &self.output };

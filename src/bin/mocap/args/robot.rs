@@ -3,10 +3,21 @@
 use std::path::PathBuf;
 
 use mocap::figure::HumanoidMap;
-use mocap::job::{BoneMap, Reading, RequiredVerdict};
+use mocap::job::{BoneMap, Reading, RequiredVerdict, RobotFormat};
 
 use super::onto::OntoArgs;
 use super::write::extensions_and;
+
+/// The names of the formats of a robot's joints.
+const ROBOT_FORMATS: [&str; RobotFormat::ALL.len()] = {
+    let mut names = [""; RobotFormat::ALL.len()];
+    let mut index = 0;
+    while index < names.len() {
+        names[index] = RobotFormat::ALL[index].name();
+        index += 1;
+    }
+    names
+};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct RobotArgs {
@@ -21,11 +32,16 @@ pub(crate) struct RobotArgs {
     /// have the links of the robot as an animated skeleton
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z [default: what the name of the
-    /// output says, else npz]
-    #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&["npz", "pkl", "csv", "qpos"]))]
+    /// Format of the outputs; qpos is an .npz for MuJoCo, with rotations as w x y z; gmr, unitree-csv, mjlab, isaaclab,
+    /// protomotions, mimickit and twist are what these programs load [default: what the name of the output says, else
+    /// npz]
+    #[arg(long, value_name = "FORMAT", value_parser = extensions_and(&ROBOT_FORMATS))]
     pub(crate) to: Option<String>,
-    /// Keep joints within the velocities too that the file of the robot allows
+    /// How often a motion is solved: 1, frame by frame, which is faster; 2, then all frames of a window together, so
+    /// that joints move smoothly, within the velocities of the robot's file and without jumps [default: 2]
+    #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) passes: Option<u8>,
+    /// With --passes 1: keep joints within the velocities too that the file of the robot allows
     #[arg(long)]
     pub(crate) velocity_limits: bool,
     /// Take the links of this JSON file as bones of the robot, of the shape that `mocap skeleton --json` prints for the

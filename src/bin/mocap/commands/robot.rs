@@ -2,6 +2,7 @@
 
 use mocap::FormatInfo;
 use mocap::job::RobotFormat;
+use mocap::retarget::Verdict;
 use mocap::retargeting::Report;
 use mocap::robot::RobotReport;
 
@@ -99,6 +100,22 @@ fn tell(found: &RobotReport) {
         found.frames,
         found.scale
     ));
+    let worse = found
+        .criteria
+        .iter()
+        .filter(|criterion| criterion.verdict != Verdict::Good);
+    for criterion in worse {
+        report::say(&format!(
+            "{clip}: {} because {} is {:.3}, above {}",
+            criterion.verdict.as_str(),
+            criterion.name.replace('_', " "),
+            criterion.value,
+            criterion.good
+        ));
+    }
+    for part in &found.guessed {
+        report::say(&format!("{clip}: guessed: {part}"));
+    }
     for limb in found.limbs.iter().filter(|limb| limb.mean_degrees > 5.0) {
         report::say(&format!(
             "{clip}: {} {:.1} degrees off in the mean, {:.1} at most",

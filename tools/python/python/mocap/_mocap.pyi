@@ -59,7 +59,7 @@ class Robot:
     @property
     def dof_names(self) -> list[str]: ...
     def retarget(
-        self, source: Scene, fps: float | None, lock_feet: bool, velocity_limits: bool
+        self, source: Scene, fps: float | None, lock_feet: bool, velocity_limits: bool, passes: int
     ) -> tuple[dict[str, Any], str]: ...
 
 @final

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,7 +72,13 @@ class Robot:
         return self._native.dof_names
 
     def retarget(
-        self, source: Scene, *, fps: float | None = None, feet: Feet = "lock", velocity_limits: bool = False
+        self,
+        source: Scene,
+        *,
+        fps: float | None = None,
+        feet: Feet = "lock",
+        velocity_limits: bool = False,
+        passes: Literal[1, 2] = 2,
     ) -> RobotMotion:
         """The first motion of a scene on the robot.
 
@@ -80,10 +86,15 @@ class Robot:
             source: A motion of a humanoid, with any names, rest pose, unit and axes.
             fps: Frames a second; ``None`` for those of the source.
             feet: ``"lock"`` holds feet still while those of the source stand.
-            velocity_limits: Whether joints keep within the velocities of the robot's file, too.
+            velocity_limits: With one pass, whether joints keep within the velocities of the robot's file, too.
+            passes: 1 solves frame by frame, which is faster; 2 then solves all frames of a window together, so that
+                joints move smoothly, within their velocities and without jumps.
 
         Raises:
             MocapError: Where the source or the robot is not a humanoid, with the reason.
+            ValueError: Where ``passes`` is neither 1 nor 2.
         """
-        arrays, report = self._native.retarget(source._native, fps, _locks(feet), velocity_limits)
+        if passes not in (1, 2):
+            raise ValueError(f"passes must be 1 or 2, got {passes!r}")
+        arrays, report = self._native.retarget(source._native, fps, _locks(feet), velocity_limits, passes)
         return RobotMotion(dof_names=self.dof_names, report=json.loads(report), **arrays)

@@ -1,0 +1,177 @@
+//! The motion of a robot as the files that training code reads. `docs/robots.md` has the keys, shapes and orders of
+//! each, and where they are from.
+
+use crate::arrays::pickle::Pickle;
+use crate::robot::{LinkMotion, LinkOrder, Robot, RobotMotion};
+use crate::scene::robot::Placement;
+
+/// An array with a name.
+pub(crate) struct Named {
+    pub(super) name: &'static str,
+    pub(super) shape: Vec<usize>,
+    pub(super) values: Values,
+}
+
+/// The values of an array.
+pub(crate) enum Values {
+    Int(i64),
+    Floats(Vec<f64>),
+    Texts(Vec<String>),
+}
+
+impl Named {
+    fn floats(name: &'static str, shape: &[usize], values: Vec<f64>) -> Self {
+        Self {
+            name,
+            shape: shape.to_vec(),
+            values: Values::Floats(values),
+        }
+    }
+
+    fn texts(name: &'static str, texts: &[String]) -> Self {
+        Self {
+            name,
+            shape: vec![texts.len()],
+            values: Values::Texts(texts.to_vec()),
+        }
+    }
+
+    fn text(name: &'static str, text: &str) -> Self {
+        Self {
+            name,
+            shape: Vec::new(),
+            values: Values::Texts(vec![text.to_owned()]),
+        }
+    }
+
+    /// A rate: an int where it is one.
+    fn rate(fps: f64, shape: &[usize]) -> Self {
+        let whole = fps.round() as i64;
+        Self {
+            name: "fps",
+            shape: shape.to_vec(),
+            values: match fps == whole as f64 {
+                true => Values::Int(whole),
+                false => Values::Floats(vec![fps]),
+            },
+        }
+    }
+}
+
+/// Rotations as w, x, y and z.
+fn wxyz<'a>(places: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    let rotations = places.into_iter().map(|place| place.rotation);
+    rotations.flat_map(|turn| [turn.w, turn.x, turn.y, turn.z]).collect()
+}
+
+fn positions<'a>(places: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
+    places
+        .into_iter()
+        .flat_map(|place| place.translation.to_array())
+        .collect()
+}
+
+impl RobotMotion {
+    /// What mjlab and BeyondMimic train on: positions and velocities of joints and bodies, depth-first as MuJoCo has
+    /// them.
+    pub(crate) fn for_mjlab(&self, robot: &Robot, metadata: &str) -> Vec<Named> {
+        let links = LinkMotion::new(robot, self, LinkOrder::DepthFirst);
+        let (frames, count, joints) = (self.frames(), links.names.len(), self.dof_names.len());
+        let flat = |values: &[glam::DVec3]| values.iter().flat_map(|value| value.to_array()).collect();
+        vec![
+            Named::rate(self.fps, &[1]),
+            Named::floats("joint_pos", &[frames, joints], self.dof_pos.clone()),
+            Named::floats("joint_vel", &[frames, joints], self.dof_velocities()),
+            Named::floats("body_pos_w", &[frames, count, 3], positions(&links.places)),
+            Named::floats("body_quat_w", &[frames, count, 4], wxyz(&links.places)),
+            Named::floats("body_lin_vel_w", &[frames, count, 3], flat(&links.velocities)),
+            Named::floats("body_ang_vel_w", &[frames, count, 3], flat(&links.angular_velocities)),
+            Named::texts("joint_names", &self.dof_names),
+            Named::texts("body_names", &links.names),
+            Named::text("metadata", metadata),
+        ]
+    }
+
+    /// What the AMP tasks of Isaac Lab train on: joints and bodies breadth-first, as PhysX has them.
+    pub(crate) fn for_isaac_lab(&self, robot: &Robot, metadata: &str) -> Vec<Named> {
+        let links = LinkMotion::new(robot, self, LinkOrder::BreadthFirst);
+        let (frames, count, joints) = (self.frames(), links.names.len(), self.dof_names.len());
+        let flat = |values: &[glam::DVec3]| values.iter().flat_map(|value| value.to_array()).collect();
+        let names: Vec<String> = links
+            .joints
+            .iter()
+            .map(|joint| self.dof_names[*joint].clone())
+            .collect();
+        let velocities = links.ordered(&self.dof_velocities());
+        vec![
+            Named::rate(self.fps, &[]),
+            Named::texts("dof_names", &names),
+            Named::texts("body_names", &links.names),
+            Named::floats("dof_positions", &[frames, joints], links.ordered(&self.dof_pos)),
+            Named::floats("dof_velocities", &[frames, joints], velocities),
+            Named::floats("body_positions", &[frames, count, 3], positions(&links.places)),
+            Named::floats("body_rotations", &[frames, count, 4], wxyz(&links.places)),
+            Named::floats("body_linear_velocities", &[frames, count, 3], flat(&links.velocities)),
+            Named::floats(
+                "body_angular_velocities",
+                &[frames, count, 3],
+                flat(&links.angular_velocities),
+            ),
+            Named::text("metadata", metadata),
+        ]
+    }
+
+    /// What ProtoMotions converts, as PyRoki writes it.
+    pub(crate) fn for_proto_motions(&self, metadata: &str) -> Vec<Named> {
+        let (frames, joints) = (self.frames(), self.dof_names.len());
+        vec![
+            Named::floats("base_frame_pos", &[frames, 3], self.root_pos()),
+            Named::floats("base_frame_wxyz", &[frames, 4], wxyz(&self.root)),
+            Named::floats("joint_angles", &[frames, joints], self.dof_pos.clone()),
+            Named::texts("joint_names", &self.dof_names),
+            Named::rate(self.fps, &[]),
+            Named::text("metadata", metadata),
+        ]
+    }
+
+    /// What the motion library of TWIST loads: a pickle of GMR with the positions of the links in the frame of the
+    /// base.
+    pub(crate) fn for_twist(&self, robot: &Robot, metadata: &str) -> Vec<u8> {
+        let links = LinkMotion::new(robot, self, LinkOrder::DepthFirst);
+        Pickle::dictionary(|pickle| {
+            self.pickle_base(pickle);
+            pickle.text("local_body_pos");
+            pickle.floats(&links.within_base(), &[self.frames(), links.names.len(), 3]);
+            pickle.text("link_body_list");
+            pickle.texts(&links.names);
+            pickle.text("metadata");
+            pickle.text(metadata);
+        })
+    }
+
+    /// What MimicKit loads: rows with the position of the base, its rotation as axis times angle, and the joints. The
+    /// motion ends where it ends: `loop_mode` is 0, clamp.
+    pub(crate) fn for_mimic_kit(&self, metadata: &str) -> Vec<u8> {
+        let mut rows = Vec::with_capacity(self.frames() * (6 + self.dof_names.len()));
+        for (frame, root) in self.root.iter().enumerate() {
+            rows.extend(root.translation.to_array());
+            let rotation = if root.rotation.w < 0.0 {
+                -root.rotation
+            } else {
+                root.rotation
+            };
+            rows.extend(rotation.to_scaled_axis().to_array());
+            rows.extend(self.dof_of(frame));
+        }
+        Pickle::dictionary(|pickle| {
+            pickle.text("loop_mode");
+            pickle.number(0.0);
+            pickle.text("fps");
+            pickle.number(self.fps);
+            pickle.text("frames");
+            pickle.array(&rows, &[self.frames(), 6 + self.dof_names.len()]);
+            pickle.text("metadata");
+            pickle.text(metadata);
+        })
+    }
+}

@@ -1,0 +1,321 @@
+//! The second pass: one problem over the frames of a window, in which the pose of each frame follows its goals and the
+//! joints move smoothly.
+//!
+//! Gauss-Newton over the terms of the first pass, with the changes of positions and of velocities from frame to frame.
+//! Only frames that are at most two apart have terms in common, and those by joint, so that the normal equations are a
+//! band, which Cholesky's decomposition solves. Limits of positions are a box, as in the first pass; steps that are
+//! longer than [`Steps`] allows are taken back, and held back by a term in the next round. Windows overlap: the frames
+//! before a window stay, those at its end are solved again in the next.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::band::Band;
+use super::collision::Collisions;
+use super::kinematics::{Kinematics, RobotPose};
+use super::motion::RobotMotion;
+use super::sole::SoleBall;
+use super::solver::{Bounds, moved};
+use super::speed::Steps;
+use super::terms::{Goals, ROOT, Reach, Terms, rotation_vector};
+
+/// Frames of a window, and how many of them the next window solves again.
+const FRAMES: usize = 192;
+const OVERLAP: usize = 32;
+
+/// Rounds of Gauss-Newton.
+const ROUNDS: usize = 5;
+
+/// A round whose largest step is below this is the last, in radians or metres.
+const SMALL: f64 = 1e-3;
+
+/// The largest step of a frame in a round.
+const LARGEST: f64 = 0.5;
+
+/// Squares of weights: of a joint's acceleration in rad/s2 (a direction follows its goal up to about 5 Hz), of its
+/// velocity in rad/s, both of the base in metres against those.
+const ACCELERATION: f64 = 1e-6;
+const VELOCITY: f64 = 4e-7;
+const BASE: f64 = 9.0;
+
+/// The deviation of the bell that smooths the accelerations of the first pass, in seconds: it keeps half of 6 Hz.
+const BELL: f64 = 0.03;
+
+/// Squares of weights of a metre below the floor, of a metre of links in each other, and of a radian of a step that is
+/// too long.
+const FLOOR: f64 = 10_000.0;
+const APART: f64 = 1000.0;
+const TOO_LONG: f64 = 100.0;
+
+/// How far in each other links may be, in metres, less than what a report counts.
+const TOUCHING: f64 = 0.004;
+
+/// What a motion keeps to.
+pub(super) struct Bound<'a> {
+    pub(super) goals: &'a [Goals],
+    pub(super) limits: &'a Bounds,
+    pub(super) steps: &'a Steps,
+    /// The bodies of the feet, with their soles.
+    pub(super) soles: &'a [(usize, Vec<SoleBall>)],
+    pub(super) collisions: &'a Collisions,
+}
+
+/// Solves windows.
+#[derive(Clone, Debug)]
+pub(super) struct Windows {
+    terms: Terms,
+    band: Band,
+    /// For each frame the acceleration that each unknown should have, by step and step: that of the first pass without
+    /// what is faster than people move.
+    wanted: Vec<f64>,
+}
+
+impl Windows {
+    pub(super) fn new(terms: Terms) -> Self {
+        Self {
+            terms,
+            band: Band::default(),
+            wanted: Vec::new(),
+        }
+    }
+
+    /// Makes a motion smooth.
+    pub(super) fn smooth(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion) {
+        let frames = motion.frames();
+        self.want(bound, motion);
+        let mut begin = 0;
+        while begin < frames {
+            let end = (begin + FRAMES).min(frames);
+            self.window(kinematics, bound, motion, begin..end);
+            begin = if end == frames { frames } else { end - OVERLAP };
+        }
+    }
+
+    fn window(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &mut RobotMotion, range: Range<usize>) {
+        for _ in 0..ROUNDS {
+            let size = self.terms.size();
+            self.band.reset(size * range.len(), 2 * size);
+            self.add_poses(kinematics, bound, motion, range.clone());
+            self.add_root(motion, range.clone());
+            self.add_joints(bound, motion, range.clone());
+            self.fix(bound, motion, range.clone());
+            self.band.solve();
+            if self.apply(kinematics, bound, motion, range.clone()) < SMALL {
+                break;
+            }
+        }
+    }
+
+    /// Finds the accelerations that the motion should have: those of its steps, smoothed by Gauss's bell.
+    fn want(&mut self, bound: &Bound<'_>, motion: &RobotMotion) {
+        let (size, frames, count) = (self.terms.size(), motion.frames(), motion.dof_names.len());
+        let reach = (3.0 * BELL * motion.fps).ceil().min(frames as f64) as usize;
+        let bell = |apart: usize| (-0.5 * (apart as f64 / (BELL * motion.fps)).powi(2)).exp();
+        let bell: Vec<f64> = (0..=reach).map(bell).collect();
+        let mut steps = vec![0.0; frames * size];
+        for frame in 1..frames {
+            let (way, turn) = root_step(motion, frame);
+            let here = &mut steps[frame * size..(frame + 1) * size];
+            here[..3].copy_from_slice(&way.to_array());
+            here[3..ROOT].copy_from_slice(&turn.to_array());
+            for (step, &position) in here[ROOT..].iter_mut().zip(&self.terms.positions) {
+                let at = |frame: usize| motion.dof_pos[frame * count + position];
+                let most = bound.steps.most(frame, position);
+                *step = (at(frame) - at(frame - 1)).max(-most).min(most);
+            }
+        }
+        let mut smooth = vec![0.0; frames * size];
+        for frame in 1..frames {
+            let near = frame.saturating_sub(reach).max(1)..(frame + reach + 1).min(frames);
+            let whole: f64 = near.clone().map(|other| bell[other.abs_diff(frame)]).sum();
+            for other in near {
+                let weight = bell[other.abs_diff(frame)] / whole;
+                let from = &steps[other * size..(other + 1) * size];
+                for (sum, step) in smooth[frame * size..(frame + 1) * size].iter_mut().zip(from) {
+                    *sum += weight * step;
+                }
+            }
+        }
+        self.wanted = steps;
+        for frame in 2..frames {
+            for unknown in 0..size {
+                let change = smooth[frame * size + unknown] - smooth[(frame - 1) * size + unknown];
+                self.wanted[frame * size + unknown] = change;
+            }
+        }
+    }
+
+    /// The terms of each pose.
+    fn add_poses(&mut self, kinematics: &Kinematics, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+        let size = self.terms.size();
+        let mut pose = kinematics.rest();
+        for (index, frame) in range.enumerate() {
+            set(kinematics, motion, frame, &mut pose);
+            self.terms.assemble(kinematics, &bound.goals[frame], &pose);
+            for (body, balls) in bound.soles {
+                for ball in balls {
+                    let point = pose.bodies[*body].point(ball.centre);
+                    if point.z < ball.radius {
+                        let above = Reach {
+                            body: *body,
+                            point: ball.centre,
+                            weight: DVec3::Z * FLOOR,
+                            target: DVec3::new(point.x, point.y, ball.radius),
+                        };
+                        self.terms.add_reach(kinematics, &above, &pose);
+                    }
+                }
+            }
+            for touch in bound.collisions.touching(&pose, TOUCHING) {
+                let depth = touch.depth - TOUCHING;
+                self.terms
+                    .add_apart(kinematics, &pose, touch.points, touch.along, APART, depth);
+            }
+            for row in 0..size {
+                let values = &self.terms.normal[row * size..=row * size + row];
+                self.band.add_row(index * size + row, index * size, values);
+                self.band.right[index * size + row] += self.terms.gradient[row];
+            }
+        }
+    }
+
+    /// Adds the term `weight * (sum of factors * unknowns + error)^2` of one unknown in several frames; frames before
+    /// the window stay.
+    fn add(&mut self, begin: usize, unknown: usize, factors: &[(usize, f64)], weight: f64, error: f64) {
+        let size = self.terms.size();
+        let here = |frame: usize| Some((frame.checked_sub(begin)?) * size + unknown);
+        for (place, &(frame, factor)) in factors.iter().enumerate() {
+            let Some(row) = here(frame) else { continue };
+            self.band.right[row] -= weight * factor * error;
+            for &(other, second) in &factors[..=place] {
+                if let Some(column) = here(other) {
+                    self.band.add(row, column, weight * factor * second);
+                }
+            }
+        }
+    }
+
+    fn add_root(&mut self, motion: &RobotMotion, range: Range<usize>) {
+        let fps = motion.fps;
+        let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
+        let size = self.terms.size();
+        let step = |frame: usize| root_step(motion, frame);
+        for frame in range.start.max(1)..range.end {
+            let (way, turn) = step(frame);
+            let before = (frame > 1).then(|| step(frame - 1));
+            for axis in 0..3 {
+                for (unknown, weight, now) in [(axis, BASE, way[axis]), (3 + axis, 1.0, turn[axis])] {
+                    let pair = [(frame - 1, -1.0), (frame, 1.0)];
+                    self.add(range.start, unknown, &pair, weight * velocity, now);
+                    if let Some((way, turn)) = before {
+                        let was = if unknown < 3 { way[axis] } else { turn[axis] };
+                        let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
+                        let wanted = self.wanted[frame * size + unknown];
+                        self.add(range.start, unknown, &three, weight * acceleration, now - was - wanted);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_joints(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+        let fps = motion.fps;
+        let (velocity, acceleration) = (VELOCITY * fps * fps, ACCELERATION * fps.powi(4));
+        let count = motion.dof_names.len();
+        for index in 0..self.terms.positions.len() {
+            let position = self.terms.positions[index];
+            let at = |frame: usize| motion.dof_pos[frame * count + position];
+            let unknown = ROOT + index;
+            for frame in range.start.max(1)..range.end {
+                let step = at(frame) - at(frame - 1);
+                let pair = [(frame - 1, -1.0), (frame, 1.0)];
+                self.add(range.start, unknown, &pair, velocity, step);
+                let most = bound.steps.most(frame, position);
+                if step.abs() >= most * (1.0 - 1e-9) {
+                    self.add(range.start, unknown, &pair, TOO_LONG, step - most.copysign(step));
+                }
+                if frame > 1 {
+                    let three = [(frame - 2, 1.0), (frame - 1, -2.0), (frame, 1.0)];
+                    let change = step - (at(frame - 1) - at(frame - 2));
+                    let wanted = self.wanted[frame * self.terms.size() + unknown];
+                    self.add(range.start, unknown, &three, acceleration, change - wanted);
+                }
+            }
+        }
+    }
+
+    /// Joints that are at a limit and pull outwards stay.
+    fn fix(&mut self, bound: &Bound<'_>, motion: &RobotMotion, range: Range<usize>) {
+        let (size, count) = (self.terms.size(), motion.dof_names.len());
+        for (index, frame) in range.enumerate() {
+            for (place, &position) in self.terms.positions.iter().enumerate() {
+                let unknown = index * size + ROOT + place;
+                let (at, pull) = (motion.dof_pos[frame * count + position], self.band.right[unknown]);
+                let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
+                if (at <= lower && pull < 0.0) || (at >= upper && pull > 0.0) {
+                    self.band.fix(unknown);
+                }
+            }
+        }
+    }
+
+    /// Moves the frames by the solution; returns the largest step.
+    fn apply(
+        &mut self,
+        kinematics: &Kinematics,
+        bound: &Bound<'_>,
+        motion: &mut RobotMotion,
+        range: Range<usize>,
+    ) -> f64 {
+        let (size, count) = (self.terms.size(), motion.dof_names.len());
+        let mut greatest = 0.0_f64;
+        for (index, frame) in range.clone().enumerate() {
+            let step = &self.band.right[index * size..(index + 1) * size];
+            let largest = step.iter().fold(0.0_f64, |largest, step| largest.max(step.abs()));
+            greatest = greatest.max(largest);
+            let scale = (LARGEST / largest).min(1.0);
+            motion.root[frame] = moved(&motion.root[frame], std::array::from_fn(|index| scale * step[index]));
+            for (place, &position) in self.terms.positions.iter().enumerate() {
+                let at = &mut motion.dof_pos[frame * count + position];
+                let (lower, upper) = (bound.limits.lower[position], bound.limits.upper[position]);
+                *at = (*at + scale * step[ROOT + place]).max(lower).min(upper);
+            }
+        }
+        let mut values = Vec::with_capacity(range.len());
+        for &position in &self.terms.positions {
+            values.clear();
+            values.extend(range.clone().map(|frame| motion.dof_pos[frame * count + position]));
+            let before = range
+                .start
+                .checked_sub(1)
+                .map(|frame| motion.dof_pos[frame * count + position]);
+            bound.steps.keep(position, range.start, before, &mut values);
+            for (frame, value) in range.clone().zip(&values) {
+                motion.dof_pos[frame * count + position] = *value;
+            }
+        }
+        if !kinematics.followers.is_empty() {
+            let mut pose = kinematics.rest();
+            for frame in range {
+                set(kinematics, motion, frame, &mut pose);
+                motion.dof_pos[frame * count..(frame + 1) * count].copy_from_slice(&pose.positions);
+            }
+        }
+        greatest
+    }
+}
+
+/// How far the base goes and turns from the frame before.
+fn root_step(motion: &RobotMotion, frame: usize) -> (DVec3, DVec3) {
+    let (from, to) = (&motion.root[frame - 1], &motion.root[frame]);
+    let turn = rotation_vector(to.rotation * from.rotation.inverse());
+    (to.translation - from.translation, turn)
+}
+
+/// Sets a pose to a frame of a motion.
+fn set(kinematics: &Kinematics, motion: &RobotMotion, frame: usize, pose: &mut RobotPose) {
+    pose.root = motion.root[frame];
+    pose.positions.copy_from_slice(motion.dof_of(frame));
+    kinematics.update(pose);
+}

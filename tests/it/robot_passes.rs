@@ -1,0 +1,60 @@
+//! The second pass of motions on robots: all frames of a window together.
+
+use mocap::Importer;
+use mocap::robot::{Robot, RobotMotion, RobotOptions, RobotReport, RobotRetargeter};
+
+/// A walk on a robot, at 30 frames a second, for 4 s: longer would be slow, and this is more than a window.
+fn walk(name: &str, options: &RobotOptions) -> (Robot, RobotMotion, RobotReport) {
+    let robot = Importer::new().import_robot(format!("fixtures/robots/{name}")).unwrap();
+    let mut source = mocap::import("fixtures/real/cmu_12_01_walk.bvh").unwrap();
+    let conversion = mocap::Conversion::new().first_frame(mocap::convert::FirstFrame::DropRestPose);
+    conversion.frame_rate(60.0).apply(&mut source).unwrap();
+    let mut retargeter = RobotRetargeter::new(&source, &robot, options).unwrap();
+    let (motion, report) = retargeter.clip(&source, 0).unwrap();
+    (robot, motion, report)
+}
+
+/// The changes of velocity of all joints in all frames, squared.
+fn roughness(motion: &RobotMotion) -> f64 {
+    let frames: Vec<&[f64]> = (0..motion.frames()).map(|frame| motion.dof_of(frame)).collect();
+    let changes = frames.windows(3).flat_map(|three| {
+        let joints = three[0].iter().zip(three[1]).zip(three[2]);
+        joints.map(|((a, b), c)| (a - 2.0 * b + c).powi(2))
+    });
+    changes.sum()
+}
+
+#[test]
+fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
+    let (_, one, first) = walk("g1_29dof_rev_1_0.urdf", &RobotOptions::new().passes(1));
+    let (robot, two, second) = walk("g1_29dof_rev_1_0.urdf", &RobotOptions::new());
+    assert!(
+        roughness(&two) < 0.5 * roughness(&one),
+        "{} {}",
+        roughness(&two),
+        roughness(&one)
+    );
+    assert!(
+        second.mean_degrees < first.mean_degrees + 0.3,
+        "{} {}",
+        second.mean_degrees,
+        first.mean_degrees
+    );
+    assert!(second.skate.unwrap() < second.source_skate.unwrap() + 0.005);
+    assert_eq!((second.share_of_jumps, second.limit_violations), (0.0, 0));
+    assert!(second.share_in_self_collision < first.share_in_self_collision);
+    assert!(
+        second
+            .criteria
+            .iter()
+            .any(|criterion| criterion.name == "share_of_jumps")
+    );
+    assert_eq!(two.fps, 60.0);
+    for (dof, link) in robot.moving_joints().into_iter().enumerate() {
+        let most = robot.links[link].joint.limits.velocity.unwrap();
+        for frame in 1..two.frames() {
+            let velocity = (two.dof_of(frame)[dof] - two.dof_of(frame - 1)[dof]) * two.fps;
+            assert!(velocity.abs() <= most * (1.0 + 1e-9), "{dof} {frame} {velocity}");
+        }
+    }
+}
