@@ -51,8 +51,8 @@ impl Pickle {
         self.0.extend(format!("cnumpy\n{name}\n").as_bytes());
     }
 
-    /// `numpy.reshape(numpy.array(numpy.frombuffer(bytes, "<f8")), shape)`: names that every version has. The copy can be
-    /// written to.
+    /// `numpy.reshape(numpy.array(numpy.frombuffer(bytes, "<f8")), shape)`: names that every version has. The copy
+    /// can be written to.
     pub(super) fn array(&mut self, values: &[f64], shape: &[usize]) {
         let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         self.numbers("<f8", bytes, shape);

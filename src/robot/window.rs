@@ -24,8 +24,8 @@ use super::terms::{Goals, ROOT, Reach, Terms, rotation_vector};
 const FRAMES: usize = 192;
 const OVERLAP: usize = 32;
 
-/// Rounds of Gauss-Newton.
-const ROUNDS: usize = 5;
+/// Rounds of Gauss-Newton at most: three are enough where nothing reaches its limits.
+const ROUNDS: usize = 10;
 
 /// A round whose largest step is below this is the last, in radians or metres.
 const SMALL: f64 = 1e-3;

@@ -1,0 +1,107 @@
+"""Plays a motion on a robot in MuJoCo, by proportional and derivative control of its joints with the efforts that the
+robot's URDF allows, and reports how long it stands and how far it is off until then. Nothing holds the base and nothing
+balances, so that most motions fall: it compares motions, it does not judge one.
+
+    MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/track.py MOTION... [--robot g1|h1] [-- OPTION...]
+
+Options after `--` go to `mocap robot`."""
+
+import argparse
+import os
+import pathlib
+import subprocess
+import tempfile
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+
+from check import ROBOTS, ROOT, soles
+
+# Of a simulation step, in seconds; torques by error: the whole effort at a third of a radian; damping against that.
+STEP, STIFFNESS, DAMPING = 0.002, 3.0, 0.03
+# The radius of the corner of a sole, in metres.
+CORNER = 0.005
+# It has fallen where the base is lower than this part of where it should be, or this far from its direction, in radians.
+LOWEST, FARTHEST = 0.6, 1.0
+
+
+def efforts(urdf):
+    limits = {joint.get("name"): joint.find("limit") for joint in ET.parse(urdf).getroot().findall("joint")}
+    return {name: float(limit.get("effort")) for name, limit in limits.items() if limit is not None and limit.get("effort")}
+
+
+def world(urdf, mjcf):
+    """The robot on a floor, with a servo for each joint, whose force is at most its effort. The feet touch the floor with the soles of the
+    URDF; the shapes of the model here are meshes, which are left out."""
+    spec = mujoco.MjSpec.from_file(str(mjcf))
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
+    if not any(geom.type == mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.worldbody.geoms):
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], friction=[1, 0.005, 0.0001])
+    for joint, most in efforts(urdf).items():
+        kp = STIFFNESS * most
+        spec.add_actuator(
+            name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT, gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            biastype=mujoco.mjtBias.mjBIAS_AFFINE, gainprm=[kp] + [0] * 9, biasprm=[0, -kp, -DAMPING * kp] + [0] * 7,
+            forcelimited=1, forcerange=[-most, most],
+        )  # fmt: skip
+    for foot, points in soles(urdf).items():
+        for at, radius in points:
+            radius = max(radius, CORNER)
+            spec.body(foot).add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], pos=at, mass=0)
+    model = spec.compile()
+    model.opt.timestep = STEP
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    return model
+
+
+def track(model, names, qpos, fps):
+    """Seconds until it falls, whether it did, and the mean error of joints (degrees) and of the base (metres) until then."""
+    data = mujoco.MjData(model)
+    joints = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, str(name)) for name in names]
+    servos = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, str(name)) for name in names]
+    assert min(joints) >= 0 and min(servos) >= 0, "a joint has no effort in the URDF"
+    places = model.jnt_qposadr[joints]
+    data.qpos[:] = qpos[0]
+    mujoco.mj_differentiatePos(model, data.qvel, 1 / fps, qpos[0], qpos[min(1, len(qpos) - 1)])
+    errors, apart, seconds = [], [], (len(qpos) - 1) / fps
+    for step in range(int(seconds / STEP)):
+        at = step * STEP * fps
+        frame = min(int(at), len(qpos) - 2)
+        wanted = qpos[frame, 7:] + (at - frame) * (qpos[frame + 1, 7:] - qpos[frame, 7:])
+        velocity = (qpos[frame + 1, 7:] - qpos[frame, 7:]) * fps
+        data.ctrl[servos] = wanted + DAMPING * velocity
+        mujoco.mj_step(model, data)
+        turned = 2 * np.arccos(min(1.0, abs(float(data.qpos[3:7] @ qpos[frame, 3:7]))))
+        if data.qpos[2] < LOWEST * qpos[frame, 2] or turned > FARTHEST or not np.isfinite(data.qpos).all():
+            return step * STEP, True, np.mean(errors or [0]), np.mean(apart or [0])
+        errors.append(np.degrees(np.abs(wanted - data.qpos[places]).mean()))
+        apart.append(np.linalg.norm(data.qpos[:3] - qpos[frame, :3]))
+    return seconds, False, np.mean(errors or [0]), np.mean(apart or [0])
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("motions", nargs="+", type=pathlib.Path)
+    parser.add_argument("--robot", choices=ROBOTS, default="g1")
+    args, options = parser.parse_known_args()
+    urdf, mjcf = (ROOT / "fixtures/robots" / name for name in ROBOTS[args.robot])
+    model = world(urdf, mjcf)
+    for motion in args.motions:
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "a.npz"
+            command = [os.environ["MOCAP"], "robot", motion, "--robot", urdf, "-o", path, "--to", "qpos", *options]
+            done = subprocess.run([part for part in map(str, command) if part != "--"], capture_output=True, text=True)
+            if done.returncode:
+                print(f"{motion.name}: {done.stderr.strip().splitlines()[-1]}")
+                continue
+            with np.load(path) as arrays:
+                seconds, fell, degrees, metres = track(model, arrays["dof_names"], arrays["qpos"], float(arrays["fps"]))
+                whole = (len(arrays["qpos"]) - 1) / float(arrays["fps"])
+            how = "falls after" if fell else "stands for all"
+            print(f"{args.robot} {motion.name}: {how} {seconds:.2f} of {whole:.2f} s; until then joints {degrees:.1f} degrees and the base {100 * metres:.1f} cm off")
+
+
+if __name__ == "__main__":
+    main()
