@@ -328,11 +328,11 @@ impl Verifier {
             let timeline = Timeline::new(source, ours_clip, &change)?;
             let ours = Skeleton::of_scene(source, ours_clip);
             let theirs = output.skeleton(theirs_clip)?;
+            let of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
             if let (Some(clip), Some(_)) = (ours_clip, theirs_clip) {
                 let name = clip::name_of(source, clip);
-                timeline.find(&name, &ours, &theirs, &mut verification.findings);
+                timeline.find(&name, &ours, &theirs, of_clip.farthest(), &mut verification.findings);
             }
-            let of_clip = compared.frames(ours_clip, &ours, &theirs, &timeline, &timeline.moments);
             if timeline.is_resampled {
                 let mut frames = timeline.source_frames();
                 // What is left after the last whole frame of the file is less than one, and gone.

@@ -308,6 +308,11 @@ impl Errors {
         }
     }
 
+    /// The farthest that anything is off, in metres.
+    pub(super) fn farthest(&self) -> f64 {
+        worse(self.max, self.turn.unwrap_or(0.0))
+    }
+
     pub(super) fn rms(&self) -> f64 {
         (self.sum_of_squares / self.count.max(1) as f64).sqrt()
     }

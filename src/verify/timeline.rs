@@ -15,6 +15,10 @@ const SAME_TICK: f64 = 1e-6;
 /// How near, in frames, a key of a file is to the frame that it stands for: its time is rounded.
 const NEAR_FRAME: f64 = 1e-2;
 
+/// How far a joint is moved at least, in metres, by a motion whose lack is said: the usual error of compressed files.
+/// What is less is seen in the distances.
+const SMALLEST_MOTION: f64 = 1e-3;
+
 /// Moments between frames that are looked at, for each frame on average, at most.
 const MOST_BETWEEN: usize = 8;
 
@@ -182,8 +186,16 @@ impl Timeline {
         ours.span(self.first / self.rate, self.last / self.rate).is_some()
     }
 
-    /// Finds what is missing at either end, and what is too much.
-    pub(super) fn find(&self, name: &str, ours: &Skeleton, theirs: &Skeleton, findings: &mut Vec<Finding>) {
+    /// Finds what is missing at either end, and what is too much. `farthest` is the greatest error of a frame, in
+    /// metres.
+    pub(super) fn find(
+        &self,
+        name: &str,
+        ours: &Skeleton,
+        theirs: &Skeleton,
+        farthest: f64,
+        findings: &mut Vec<Finding>,
+    ) {
         let last = self.moments.last().copied().unwrap_or(self.first);
         let end = self.seconds(last);
         // Times of other programs are rounded to their frames.
@@ -199,7 +211,8 @@ impl Timeline {
         let mut find = |kind, message| findings.push(Finding::new(kind, message));
         let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
         match (start, found) {
-            (Some(_), None) if least_end > room => {
+            // A motion below the error that was allowed is none in a compressed file.
+            (Some(_), None) if least_end > room && !(farthest <= SMALLEST_MOTION) => {
                 find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
             }
             (Some(start), Some((found, _))) if found > start + room => {

@@ -122,12 +122,12 @@ fn a_character_with_a_take_that_cannot_be_read_is_not_written() {
     }
 }
 
-/// The binary chunk of a `.glb`, and the first byte of the positions of its first mesh in the file.
-fn first_position(bytes: &[u8]) -> usize {
+/// The first byte of an attribute of the first mesh in a `.glb`.
+fn first_of(attribute: &str, bytes: &[u8]) -> usize {
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let json: serde_json::Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
     let primitive = &json["meshes"][0]["primitives"][0];
-    let accessor = &json["accessors"][primitive["attributes"]["POSITION"].as_u64().unwrap() as usize];
+    let accessor = &json["accessors"][primitive["attributes"][attribute].as_u64().unwrap() as usize];
     let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
     let offset = |value: &serde_json::Value| value["byteOffset"].as_u64().unwrap_or(0) as usize;
     28 + length + offset(view) + offset(accessor)
@@ -137,19 +137,26 @@ fn first_position(bytes: &[u8]) -> usize {
 #[test]
 fn a_mesh_of_a_character_that_is_not_finite_is_said() {
     let folder = crate::program::Folder::of_real(&["cmu_short.bvh"]);
-    let mut bytes = std::fs::read("fixtures/characters/human_default.glb").unwrap();
-    folder.write("hero.glb", &bytes);
+    let whole = std::fs::read("fixtures/characters/human_default.glb").unwrap();
+    folder.write("hero.glb", &whole);
     let said = folder.succeeds("retarget cmu_short.bvh hero.glb -o out.glb");
     assert!(!said.contains("non-finite-value"), "{said}");
-    let at = first_position(&bytes);
-    bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    folder.write("hero.glb", &bytes);
-    let said = folder.succeeds("retarget cmu_short.bvh hero.glb -o out.glb");
-    assert!(said.contains("warning[non-finite-value]"), "{said}");
-    assert!(
-        said.contains("the position of vertex 0 is not finite") && said.contains("/meshes/0"),
-        "{said}"
-    );
+    for (attribute, what) in [
+        ("POSITION", "position"),
+        ("NORMAL", "normal"),
+        ("WEIGHTS_0", "weight of a joint"),
+    ] {
+        let mut bytes = whole.clone();
+        let at = first_of(attribute, &bytes);
+        bytes[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+        folder.write("hero.glb", &bytes);
+        let said = folder.succeeds("retarget cmu_short.bvh hero.glb -o out.glb");
+        assert!(said.contains("warning[non-finite-value]"), "{said}");
+        assert!(
+            said.contains(&format!("the {what} of vertex 0 is not finite")) && said.contains("/meshes/0"),
+            "{said}"
+        );
+    }
 }
 
 /// A mesh of 400 vertices, 3,000 times: 838 KB made a page of 215 MB.

@@ -147,10 +147,11 @@ pub(super) fn read(
     options: &ReadOptions,
     scene: &mut Scene,
 ) {
-    let mut warnings = Warnings::default();
-    if let Err(fault) = read_all(source, file, placed, options, scene, &mut warnings) {
+    let (mut warnings, mut odd) = (Warnings::default(), Warnings::default());
+    if let Err(fault) = read_all(source, file, placed, options, scene, (&mut warnings, &mut odd)) {
         warnings.distinct(*fault);
     }
+    scene.warnings.extend(odd.into_kept());
     for fault in warnings.into_kept() {
         let mut warning = Diagnostic::new(Code::IgnoredMesh, fault.message.clone()).times(fault.count);
         if let Some(pointer) = fault.pointer {
@@ -160,7 +161,7 @@ pub(super) fn read(
     }
 }
 
-/// The meshes of a file that have positions with which nobody can compute.
+/// The meshes of a file that have numbers with which nobody can compute.
 pub(super) fn broken_numbers(
     source: &Source<'_>,
     placed: &[(usize, NodeId)],
@@ -171,24 +172,28 @@ pub(super) fn broken_numbers(
     let Ok(file) = File::read(source.bytes, &open, &options.limits) else {
         return Vec::new();
     };
-    let (mut scene, mut warnings) = (Scene::default(), Warnings::default());
+    let (mut warnings, mut odd) = (Warnings::default(), Warnings::default());
+    let mut scene = Scene::default();
     scene.nodes = nodes.to_vec();
     let placed = placed.iter().copied().collect();
-    if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, &mut warnings) {
+    let kept = (&mut warnings, &mut odd);
+    if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, kept) {
         warnings.distinct(*fault);
     }
     let mut broken = warnings.into_kept();
     broken.retain(|fault| fault.code == Code::NonFiniteValue);
+    broken.extend(odd.into_kept());
     broken
 }
 
+/// The first warnings are about meshes that are left out, the others about those that are read.
 fn read_all(
     source: &Source<'_>,
     file: &File<'_>,
     placed: &HashMap<usize, NodeId>,
     options: &ReadOptions,
     scene: &mut Scene,
-    warnings: &mut Warnings,
+    (warnings, odd): (&mut Warnings, &mut Warnings),
 ) -> Result<(), Failure> {
     let (text, bin) = json::split(source.bytes)?;
     let shown: Shown = serde_json::from_str(&String::from_utf8_lossy(text))
@@ -271,7 +276,7 @@ fn read_all(
             });
             let pointer = format!("/meshes/{mesh}/primitives/{number}");
             let uses = read_materials[material].as_ref();
-            match read_primitive(primitive, &binding, weights, uses, &mut buffers, &pointer) {
+            match read_primitive(primitive, &binding, weights, uses, (&mut buffers, odd), &pointer) {
                 Ok(None) => {}
                 Ok(Some(read)) => {
                     scene.nodes[0].meshes.push(scene.meshes.len());

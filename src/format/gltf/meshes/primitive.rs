@@ -11,6 +11,7 @@ use super::super::invalid::invalid;
 use super::{Binding, Buffers, materials};
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
+use crate::format::warnings::Warnings;
 use crate::scene::{Bone, Mesh, VertexWeight};
 
 #[derive(Deserialize)]
@@ -29,13 +30,14 @@ const TRIANGLES: u32 = 4;
 const TRIANGLE_STRIP: u32 = 5;
 const TRIANGLE_FAN: u32 = 6;
 
-/// A mesh without its name and its material, the bones without names; nothing where it has no face.
+/// A mesh without its name and its material, the bones without names; nothing where it has no face. Normals and weights
+/// that are not finite are replaced with a warning in `odd`.
 pub(super) fn read_primitive(
     primitive: &Primitive,
     binding: &Binding,
     morphs: &[f32],
     material: Option<&materials::Read>,
-    buffers: &mut Buffers<'_>,
+    (buffers, odd): (&mut Buffers<'_>, &mut Warnings),
     pointer: &str,
 ) -> Result<Option<Mesh>, Failure> {
     if primitive.extensions.contains_key("KHR_draco_mesh_compression") {
@@ -129,6 +131,22 @@ pub(super) fn read_primitive(
                 .expected_found("finite numbers", format!("{}", vertices[wrong])),
         ));
     }
+    let mut tell = |what: &str, columns: usize, numbers: &[f32]| {
+        let is_broken = |vertex: &&usize| {
+            !numbers[columns * **vertex..][..columns]
+                .iter()
+                .all(|number| number.is_finite())
+        };
+        if let Some(vertex) = kept.iter().find(is_broken) {
+            let message = format!("the {what} of vertex {vertex} is not finite");
+            odd.distinct(Diagnostic::new(Code::NonFiniteValue, message).at_pointer(pointer));
+        }
+    };
+    if let Some(normals) = &normals {
+        tell("normal", 3, normals);
+    }
+    ties.iter()
+        .for_each(|(_, weights)| tell("weight of a joint", 4, weights));
     let normals = match normals {
         Some(normals) => kept.iter().map(|&vertex| unit(vector(&normals, vertex))).collect(),
         None => normals_of(&vertices, &indices),
