@@ -67,4 +67,8 @@ self::list::steps! {
     t_pose_first: TPoseFirst;
     bone_axis: BoneAxis, BoneAxisReport;
     reach: Reach, ReachReport;
+    pin: Pin, PinReport;
+    look_at: LookAt, LookAtReport;
+    ground: Ground, GroundReport;
+    turn: Turn, TurnReport;
 }

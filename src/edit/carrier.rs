@@ -6,7 +6,7 @@ use super::frames::Frames;
 use crate::figure::up;
 use crate::math::quaternion::twist;
 use crate::pose::{Pose, Trs};
-use crate::scene::Scene;
+use crate::scene::{NodeId, Scene};
 
 /// The node that carries the figure over the ground.
 pub(super) struct Carrier {
@@ -53,6 +53,11 @@ impl Carrier {
         (self.parent.transform_point3(trs.translation), self.turn * trs.rotation)
     }
 
+    /// Where the figure is in a row, in the world.
+    pub(super) fn position(&self, row: &[Trs]) -> Vec3 {
+        self.place(row).0
+    }
+
     /// The motion over the ground that brings the figure of `from` to where that of `to` stands and looks.
     pub(super) fn placement(&self, from: &[Trs], to: &[Trs]) -> Placement {
         let ((from, turned), (to, turned_to)) = (self.place(from), self.place(to));
@@ -72,6 +77,36 @@ impl Carrier {
         trs.translation = self.parent.inverse().transform_point3(position);
         trs.rotation = (self.turn.inverse() * placement.turn * rotation).normalize();
     }
+}
+
+/// Moves everything that `frames` hold by a motion in the world, in every frame. Returns the nodes that carry the
+/// others.
+pub(super) fn move_all(scene: &Scene, frames: &mut Frames, motion: Mat4) -> Vec<NodeId> {
+    let rest = Pose::rest(scene);
+    let held = frames.nodes().to_vec();
+    let above = |node: NodeId| {
+        std::iter::successors(scene.nodes[node.index()].parent, |node| {
+            scene.nodes[node.index()].parent
+        })
+    };
+    let tops = held
+        .iter()
+        .enumerate()
+        .filter(|(_, node)| !above(**node).any(|node| held.contains(&node)));
+    let tops: Vec<(usize, NodeId)> = tops.map(|(column, node)| (column, *node)).collect();
+    for (column, node) in &tops {
+        let parent = scene.nodes[node.index()].parent;
+        let parent = parent.map_or(Mat4::IDENTITY, |parent| rest.node_to_world[parent.index()]);
+        let motion = parent.inverse() * motion * parent;
+        let turn = Trs::from_matrix(motion).rotation;
+        let mut track = frames.track(*column);
+        for trs in &mut track {
+            trs.translation = motion.transform_point3(trs.translation);
+            trs.rotation = (turn * trs.rotation).normalize();
+        }
+        frames.set_track(*column, &track);
+    }
+    tops.into_iter().map(|(_, node)| node).collect()
 }
 
 impl Placement {

@@ -22,6 +22,7 @@ use self::work::Work;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes, flips};
 use crate::error::Result;
+use crate::figure::Figure;
 use crate::scene::{NodeId, Scene};
 
 step! {
@@ -138,7 +139,7 @@ impl Clean {
                 0 => String::new(),
                 held => format!("{held} bones that breathed got one length"),
             },
-            CleanPart::Floor => floor::level(work).unwrap_or_default().to_string(),
+            CleanPart::Floor => floor::level(work, floor::LEAST_HEIGHT).unwrap_or_default().to_string(),
             CleanPart::Contacts => contacts::lock(work, animation, report.has_changed(), report.after.skate)?,
         };
         if !report.take(part, what, work) {
@@ -146,6 +147,19 @@ impl Clean {
         }
         Ok(())
     }
+}
+
+/// Puts the motion of a figure on the floor. Returns the height that the floor had, its slope and the drift of the
+/// body, in metres and degrees, of which those that were taken out are there.
+pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize) -> Result<[Option<f64>; 3]> {
+    let mut work = Work::new(scene, figure, &[], animation)?;
+    let Some(done) = floor::level(&mut work, 0.0) else {
+        return Ok([None; 3]);
+    };
+    let frames = work.frames;
+    let moved: Vec<_> = frames.nodes().to_vec();
+    frames.write(scene, animation, &moved, &moved);
+    Ok([done.height, done.slope, done.drift])
 }
 
 /// What was mended in all joints.

@@ -134,6 +134,16 @@ pub(super) fn hold(
 }
 
 impl LimbReport {
+    /// Takes in what was done in another part.
+    pub(super) fn append(&mut self, other: &Self) {
+        self.frames += other.frames;
+        self.out_of_reach += other.out_of_reach;
+        self.moved = self.moved.max(other.moved);
+        if other.farthest > self.farthest {
+            (self.farthest, self.farthest_frame) = (other.farthest, other.farthest_frame);
+        }
+    }
+
     /// Takes in a frame whose tip is at `now`.
     fn add(&mut self, of_frame: &Solved, now: Vec3, metres_per_unit: f32) {
         self.moved = self.moved.max(of_frame.before.distance(now) * metres_per_unit);

@@ -208,6 +208,17 @@ mod tests {
             "reach:ease-in=0.4,ease-out=0.4,limb=right-hand,offset=0/0/0,range=20f..60f,to=0.5/1/-0.25",
         ),
         (
+            "pin:to=left-hand,range=1..2",
+            "pin:blend=0.2,distance=0.3,limb=right-hand,range=1..2,speed=0.25,to=left-hand",
+        ),
+        (
+            "look-at:at=0/1.5/9,limit=60",
+            "look-at:at=0/1.5/9,ease-in=0.4,ease-out=0.4,limit=60.0,neck=0.4,range=..",
+        ),
+        ("ground", "ground"),
+        ("turn:by=90", "turn:by=90.0"),
+        ("turn:facing=-x", "turn:facing=-x"),
+        (
             "reach:limb=left-foot,to=mixamorig:Head,tip=toe",
             "reach:ease-in=0.4,ease-out=0.4,limb=left-foot,offset=0/0/0,range=..,tip=toe,to=mixamorig:Head",
         ),

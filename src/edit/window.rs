@@ -36,6 +36,31 @@ impl Window {
         })
     }
 
+    /// The runs of frames for which `is_inside` holds; the effect comes and goes within `ease` frames, and from one run
+    /// to the next within the frames between them.
+    pub(super) fn of_runs(is_inside: &[bool], ease: f64) -> Vec<Self> {
+        let mut windows: Vec<Self> = Vec::new();
+        for frame in (0..is_inside.len()).filter(|frame| is_inside[*frame]) {
+            match windows.last_mut().filter(|last| last.last + 1 == frame) {
+                Some(last) => last.last = frame,
+                None => {
+                    let before = windows.last_mut().map(|before| {
+                        let gap = (frame - before.last) as f64;
+                        before.ease_out = before.ease_out.min(0.5 * gap);
+                        before.ease_out
+                    });
+                    windows.push(Self {
+                        first: frame,
+                        last: frame,
+                        ease_in: before.map_or(ease, |before| before.min(ease)),
+                        ease_out: ease,
+                    });
+                }
+            }
+        }
+        windows
+    }
+
     /// The fraction of the effect in a frame, whose speed and acceleration have no jump.
     pub(super) fn weight(&self, frame: usize) -> f32 {
         let away = |frames: usize, within: f64| match frames as f64 / within {

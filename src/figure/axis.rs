@@ -1,14 +1,14 @@
 //! Directions along axes, and kinds of rest poses.
 
 use glam::Vec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::scene::UpAxis;
 
 /// A direction along an axis of the file.
 ///
 /// [`Figure`](crate::figure::Figure) has an example.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "each says itself")]
 pub enum Axis {
     #[serde(rename = "x")]

@@ -182,8 +182,8 @@ fn low(heights: impl Iterator<Item = f64>) -> f64 {
     heights.get(heights.len() / 10).copied().unwrap_or_default()
 }
 
-/// Takes slope and drift out, and brings the floor to height 0.
-pub(super) fn level(work: &mut Work<'_>) -> Option<Levelled> {
+/// Takes slope and drift out, and brings the floor to height 0 where it is farther from there than `least_height`.
+pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> {
     let carrier = work.carrier()?;
     let mut done = Levelled::default();
     let floor = find(work)?;
@@ -213,7 +213,7 @@ pub(super) fn level(work: &mut Work<'_>) -> Option<Levelled> {
         done.drift = Some((last - first).length());
     }
     let height = find(work)?.height;
-    if height.abs() > LEAST_HEIGHT || done.slope.is_some() || done.drift.is_some() {
+    if height.abs() > least_height || done.slope.is_some() || done.drift.is_some() {
         let by = Mat4::from_translation(-up * height as f32 / work.metres);
         work.carry(carrier, |_| by);
         done.height = Some(height);

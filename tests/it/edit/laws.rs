@@ -6,7 +6,7 @@ use mocap::process::{trim, validate};
 use super::*;
 
 /// Steps with parameters that change something. What has no row is tried with its defaults.
-const STEPS: [&str; 25] = [
+const STEPS: [&str; 29] = [
     "foot-lock",
     "mirror",
     "smooth",
@@ -32,6 +32,10 @@ const STEPS: [&str; 25] = [
     "reverse",
     "reach:limb=left-hand,to=head,range=0.5..1",
     "reach:limb=right-foot,to=hips,offset=0/0/1",
+    "pin:to=hips",
+    "pin:limb=left-foot,range=0.5..1",
+    "look-at:at=1/1/5,range=0.5..1",
+    "turn:by=90",
 ];
 
 fn steps() -> Vec<&'static str> {

@@ -115,3 +115,124 @@ fn what_cannot_be_a_target_is_refused() {
     let error = apply(&mut before.clone(), "reach:to=LeftHnd").unwrap_err();
     assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean LeftHand?"));
 }
+
+/// A hand that is held before the swaying head is pinned to the hips: in the frame of the hips it stays where it is.
+#[test]
+fn what_touches_keeps_touching() {
+    let mut scene = import("cmu_12_01_walk.bvh");
+    let (hand, hips) = (joint(&scene, "leftHand"), joint(&scene, "hips"));
+    apply(&mut scene, "reach:limb=left-hand,to=head,range=60f..220f").unwrap();
+    let report = apply(&mut scene, "pin:limb=left-hand,to=hips,range=100f..160f").unwrap();
+    let StepReport::Pin(pin) = &report.changed else {
+        unreachable!()
+    };
+    assert_eq!(
+        (pin.contacts.as_slice(), pin.limb.out_of_reach),
+        ([[100, 160]].as_slice(), 0),
+        "{report}"
+    );
+    let (animation, mut pose) = (scene.animations[0].clone(), Pose::rest(&scene));
+    let binding = Binding::new(&scene, &animation);
+    let at = (100..=160).map(|frame| {
+        pose.sample(&binding, &animation, f64::from(frame));
+        let to_hips = pose.node_to_world[hips].inverse();
+        to_hips.transform_point3(pose.position(NodeId::new(hand)))
+    });
+    let at: Vec<Vec3> = at.collect();
+    let farthest = at.iter().map(|here| here.distance(at[0])).fold(0.0, f32::max);
+    assert!(farthest < 1e-4 && pin.slide_before > 0.02, "{farthest}: {report}");
+
+    // Hands that meet for a second are found, and none slides more than it did.
+    let mut scene = import("cmu_12_01_walk.bvh");
+    apply(&mut scene, "reach:limb=left-hand,to=hips,offset=0/0.2/0.3,range=1..2").unwrap();
+    apply(&mut scene, "reach:limb=right-hand,to=hips,offset=0/0.2/0.3,range=1..2").unwrap();
+    let report = apply(&mut scene, "pin:to=left-hand").unwrap();
+    let StepReport::Pin(pin) = &report.changed else {
+        unreachable!()
+    };
+    assert!(
+        pin.contacts.len() + pin.left > 0 && pin.slide_after <= pin.slide_before,
+        "{report}"
+    );
+}
+
+/// The line of sight goes through the target, or the report says by how much it does not.
+#[test]
+fn the_head_turns_to_its_target() {
+    for file in ["cmu_12_01_walk.bvh", "rokoko_dance.bvh", "z_up_dab.bvh"] {
+        let before = import(file);
+        let mut scene = before.clone();
+        let report = apply(&mut scene, "look-at:at=left-hand,range=30f..60f,limit=170").unwrap();
+        let StepReport::LookAt(look) = &report.changed else {
+            unreachable!()
+        };
+        assert_eq!((look.frames, look.range), (31, [30, 60]), "{file}: {report}");
+        assert!(look.beyond > 0 || look.farthest < 1e-3, "{file}: {report}");
+        let (was, is) = (exact_positions(&before), exact_positions(&scene));
+        let shoulder = joint(&before, "leftUpperArm");
+        assert!((0..was.len()).all(|frame| was[frame][shoulder].distance(is[frame][shoulder]) < 1e-5));
+    }
+    // The back of the head is no limit that is passed with a jump.
+    let mut scene = import("cmu_12_01_walk.bvh");
+    let report = apply(&mut scene, "look-at:at=0/1.5/-50").unwrap();
+    let StepReport::LookAt(look) = &report.changed else {
+        unreachable!()
+    };
+    assert!(look.beyond == look.frames && look.largest_angle > 60.0, "{report}");
+}
+
+/// A motion that was turned and lifted comes back.
+#[test]
+fn turned_about_the_vertical_the_figure_looks_elsewhere() {
+    let before = import("cmu_12_01_walk.bvh");
+    let at = exact_positions(&before);
+    let mut scene = before.clone();
+    apply(&mut scene, "turn:by=90").unwrap();
+    let hips = joint(&before, "hips");
+    let pivot = at[0][hips];
+    for (now, was) in exact_positions(&scene).iter().zip(&at) {
+        for (now, was) in now.iter().zip(was) {
+            let from = *was - pivot;
+            // +Z goes to +X about +Y.
+            let turned = pivot + DVec3::new(from.z, from.y, -from.x);
+            assert!(now.distance(turned) < 1e-5, "{now} {turned}");
+        }
+    }
+    apply(&mut scene, "turn:facing=z").unwrap();
+    let report = apply(&mut scene, "turn:facing=z").unwrap();
+    let StepReport::Turn(turn) = &report.changed else {
+        unreachable!()
+    };
+    assert!(turn.by.abs() < 1e-3, "{report}");
+    for (step, message) in [
+        ("turn", "turn takes either by=DEGREES or facing=AXIS"),
+        ("turn:facing=y", "facing takes an axis along the ground, got y"),
+    ] {
+        let error = apply(&mut scene, step).unwrap_err();
+        assert_eq!(error.diagnostic().message, message);
+    }
+}
+
+/// A walk that is lifted by 30 cm, and one on a slope of 3 degrees, stand on the floor afterwards.
+#[test]
+fn a_motion_is_put_on_the_floor() {
+    let before = import("cmu_12_01_walk.bvh");
+    let mut lifted = before.clone();
+    for channel in &mut lifted.animations[0].channels {
+        if channel.position_keys.len() > 1 {
+            channel.position_keys.values.iter_mut().for_each(|at| at.y += 0.3);
+        }
+    }
+    let (toes, floor) = (joint(&before, "leftToes"), |scene: &Scene| {
+        let [left, right] = ["leftToes", "rightToes"].map(|bone| joint(scene, bone));
+        let mut lowest: Vec<f64> = exact_positions(scene)
+            .iter()
+            .map(|at| at[left].y.min(at[right].y))
+            .collect();
+        lowest.sort_by(f64::total_cmp);
+        lowest[lowest.len() / 10]
+    });
+    assert!(toes > 0 && floor(&lifted) > 0.29);
+    let report = apply(&mut lifted, "ground").unwrap();
+    assert!(floor(&lifted).abs() < 0.02, "{} {report}", floor(&lifted));
+}

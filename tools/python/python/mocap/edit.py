@@ -37,11 +37,14 @@ __all__ = [
     "drop_first_frame",
     "fill",
     "foot_lock",
+    "ground",
     "in_between",
     "in_place",
     "layer",
+    "look_at",
     "loop_clip",
     "mirror",
+    "pin",
     "prepare",
     "reach",
     "resample",
@@ -51,6 +54,7 @@ __all__ = [
     "smooth",
     "t_pose_first",
     "trim",
+    "turn",
     "warp_path",
     "warp_time",
     "write",
@@ -299,9 +303,55 @@ def reach(
 
     ``range`` is the part in which it is there, as the program takes it: ``"1..2.5"`` in seconds, ``"30f..75f"`` in frames.
     """
-    to = to if isinstance(to, str) else list(to)
     options = dict(offset=None if offset is None else list(offset), tip=tip, range=range)
-    return apply(scene, _step("reach", limb=limb, to=to, ease_in=ease_in, ease_out=ease_out, **options))
+    return apply(scene, _step("reach", limb=limb, to=_target(to), ease_in=ease_in, ease_out=ease_out, **options))
+
+
+def _target(to: str | Sequence[float] | None) -> object:
+    return to if to is None or isinstance(to, str) else list(to)
+
+
+def pin(
+    scene: Scene,
+    to: str | Sequence[float] | None = None,
+    limb: Limb = "right-hand",
+    *,
+    tip: str | None = None,
+    range: str | None = None,
+    distance: float | None = None,
+    speed: float | None = None,
+    blend: float | None = None,
+) -> Edited:
+    """Keeps a hand or a foot on what it touches, in the part ``range`` or wherever it is near and slow beside it."""
+    options = dict(tip=tip, range=range, distance=distance, speed=speed, blend=blend)
+    return apply(scene, _step("pin", limb=limb, to=_target(to), **options))
+
+
+def look_at(
+    scene: Scene,
+    at: str | Sequence[float],
+    *,
+    neck: float | None = None,
+    limit: float | None = None,
+    range: str | None = None,
+    ease_in: float | None = None,
+    ease_out: float | None = None,
+) -> Edited:
+    """Turns neck and head to a point in metres, or to a joint, a bone or a node, within ``limit`` degrees."""
+    options = dict(neck=neck, limit=limit, range=range, ease_in=ease_in, ease_out=ease_out)
+    return apply(scene, _step("look-at", at=_target(at), **options))
+
+
+def ground(scene: Scene) -> Edited:
+    """Puts the motion on the floor: takes out its height and slope, and the drift of the body."""
+    return apply(scene, _step("ground"))
+
+
+def turn(
+    scene: Scene, by: float | None = None, *, facing: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None
+) -> Edited:
+    """Turns about the vertical by degrees, or until the figure looks along an axis in the first frame."""
+    return apply(scene, _step("turn", by=by, facing=facing))
 
 
 def contacts(

@@ -1,0 +1,77 @@
+//! Puts a motion on the floor.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::body::figure_of;
+use super::clean::put_on_floor;
+use super::quantity::{centimetres, degrees};
+use super::step::step;
+use super::{Step, StepInput, StepKey};
+use crate::error::Result;
+use crate::scene::Scene;
+
+step! {
+    /// Puts a motion on the floor at height 0: takes out the slope of the floor and the drift of the body as `clean`
+    /// does, and then the height, however small. `docs/cleaning.md` says how they are found, and what counts as a hill,
+    /// as stairs and as a treadmill, which stay.
+    ///
+    /// ```
+    /// use mocap::edit::{Ground, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Ground::new().apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.slope, None); // the floor of a laboratory is level
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid); [`Code::NoMotion`](crate::Code::NoMotion) without this
+    /// animation.
+    Ground {}
+}
+
+impl Step for Ground {
+    const NAME: &'static str = "ground";
+    const HELP: &'static str = "put on the floor: take out its height and slope, and the drift of the body";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = GroundReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<GroundReport> {
+        let figure = figure_of(scene, input.bones())?;
+        let [height, slope, drift] = put_on_floor(scene, &figure, input.animation)?;
+        Ok(GroundReport { height, slope, drift })
+    }
+}
+
+/// What [`Ground`] took out.
+///
+/// [`Ground`](crate::edit::Ground) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct GroundReport {
+    /// The height of the floor in metres; `None` where no foot is ever slow.
+    pub height: Option<f64>,
+    /// The slope of the floor in degrees.
+    pub slope: Option<f64>,
+    /// How far the body drifted, in metres.
+    pub drift: Option<f64>,
+}
+
+impl fmt::Display for GroundReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(height) = self.height else {
+            return f.write_str("nothing: no foot is ever slow, so that nothing says where the floor is");
+        };
+        let of = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
+        write!(
+            f,
+            "the floor was at {}; slope taken out: {}; drift taken out: {}",
+            centimetres(height),
+            of(self.slope.map(degrees)),
+            of(self.drift.map(centimetres))
+        )
+    }
+}

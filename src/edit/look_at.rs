@@ -1,0 +1,289 @@
+//! Turns neck and head so that the figure looks at a target.
+
+use std::fmt;
+
+use glam::{Quat, Vec3};
+use serde::Serialize;
+
+use super::body::body_of;
+use super::frames::Frames;
+use super::inertia::ease;
+use super::quantity::{centimetres, degrees};
+use super::step::step;
+use super::target::{Found, ReachTarget};
+use super::window::Window;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::TimeRange;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::HumanoidBone as Bone;
+use crate::figure::body::Body;
+use crate::limits::not_negative;
+use crate::math::directions::{arc, rotation_of};
+use crate::math::quaternion::in_hemisphere_of;
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeId, Scene};
+
+step! {
+    /// Turns neck and head so that the figure looks at a target in a part of a motion: the line forward from between
+    /// the eyes, or from the joint of the head, goes through it. The neck takes a fraction of the rotation, the head
+    /// the rest. Beyond the limit, an angle from where the trunk faces, the head stays behind smoothly; at what is
+    /// behind its back the figure does not look.
+    ///
+    /// ```
+    /// use mocap::edit::{LookAt, ReachTarget, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let look = LookAt::new().at(Some(ReachTarget::Point([1.0, 1.5, 9.0])));
+    /// let report = look.apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!(report.beyond, 0);
+    /// assert!(report.farthest < 0.001);
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NotHumanoid`], also without a head; [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] as
+    /// of [`Reach`](crate::edit::Reach), for a fraction that is not from 0 to 1, and for a limit that is negative.
+    LookAt {
+        /// The target. It must be given.
+        at: Option<ReachTarget> = None, Takes::Target;
+        /// The fraction of the rotation that the neck takes. Default: 0.4.
+        neck: f64 = 0.4, Takes::Fraction;
+        /// The largest angle from where the trunk faces at which it looks at the target, in degrees. Default: 80.
+        limit: f64 = 80.0, Takes::Degrees;
+        /// The part in which it looks there. Default: the whole motion.
+        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        /// Seconds before the part in which it turns there. Default: 0.4.
+        ease_in: f64 = 0.4, Takes::Seconds;
+        /// Seconds after the part in which it turns back. Default: 0.4.
+        ease_out: f64 = 0.4, Takes::Seconds;
+    }
+}
+
+/// The angle beyond the limit up to which the head follows at most, in radians.
+const BEYOND: f32 = 0.26;
+
+/// The angles from where the trunk faces, in radians, between which the figure stops to look: 120 and 160 degrees.
+const BEHIND: [f32; 2] = [2.094, 2.793];
+
+/// How often the head is turned to the target: the eyes move with it, each time a tenth as far.
+const ROUNDS: usize = 8;
+
+impl Step for LookAt {
+    const NAME: &'static str = "look-at";
+    const HELP: &'static str = "turn neck and head to a point, a joint or a node";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = LookAtReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<LookAtReport> {
+        Frames::new(scene, input.animation, &[])?.require_nodes()?;
+        let body = body_of(scene, input.bones())?;
+        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+        let Some(at) = &self.at else {
+            return refuse(
+                "look-at takes a target: at=0.3/1.2/5 in metres, or at=NAME of a joint, a bone or a node".into(),
+            );
+        };
+        if !(0.0..=1.0).contains(&self.neck) {
+            return refuse(format!("neck must be a fraction from 0 to 1, got {}", self.neck));
+        }
+        not_negative(Code::InvalidValue, "limit", self.limit)?;
+        let gaze = Gaze::new(&body)?;
+        let target = at.find(scene, &body, &gaze.joints())?;
+        let mut frames = Frames::new(scene, input.animation, &gaze.joints())?;
+        let animation = &scene.animations[input.animation];
+        let window = Window::new(animation, &frames, self.range, [self.ease_in, self.ease_out])?;
+        let report = self.look(scene, &mut frames, &gaze, target, &window, body.metres_per_unit as f32);
+        frames.write(scene, input.animation, &gaze.joints(), &[]);
+        Ok(report)
+    }
+}
+
+impl LookAt {
+    fn look(
+        &self,
+        scene: &Scene,
+        frames: &mut Frames,
+        gaze: &Gaze,
+        target: Found,
+        window: &Window,
+        metres: f32,
+    ) -> LookAtReport {
+        let mut report = LookAtReport {
+            range: [window.first, window.last],
+            ..LookAtReport::default()
+        };
+        let mut pose = Pose::rest(scene);
+        let (neck, limit) = (self.neck as f32, self.limit.to_radians() as f32);
+        for (frame, weight) in window.frames(frames.len()) {
+            frames.pose(frame, &mut pose);
+            let at = target.to_world(&pose).w_axis.truncate();
+            let before = gaze.direction(&pose);
+            let seen = gaze.turn(&mut pose, at, neck, limit);
+            let weight = weight * seen.weight;
+            for node in gaze.joints() {
+                let Some(old) = frames.get(frame, node) else { continue };
+                let new = Trs::from_matrix(pose.node_to_parent[node.index()]).rotation.normalize();
+                let rotation = old
+                    .rotation
+                    .slerp(in_hemisphere_of(old.rotation, new), weight)
+                    .normalize();
+                frames.set(frame, node, Trs { rotation, ..old });
+            }
+            frames.pose(frame, &mut pose);
+            let turned = before.angle_between(gaze.direction(&pose)).to_degrees();
+            report.turned = report.turned.max(turned);
+            if (window.first..=window.last).contains(&frame) {
+                report.frames += 1;
+                let to = at - gaze.eyes(&pose);
+                let off = to.angle_between(gaze.direction(&pose));
+                if seen.is_beyond {
+                    report.beyond += 1;
+                    report.largest_angle = report.largest_angle.max(off.to_degrees());
+                } else {
+                    report.farthest = report.farthest.max(to.length() * off.sin() * metres);
+                }
+            }
+        }
+        report
+    }
+}
+
+/// The joints by which a figure looks.
+struct Gaze {
+    neck: Option<NodeId>,
+    head: NodeId,
+    /// The direction forward in the frame of the head.
+    forward: Vec3,
+    eyes: Vec<NodeId>,
+    /// The joint of the trunk above which the neck is, and the direction forward in its frame.
+    trunk: (NodeId, Vec3),
+}
+
+/// What was seen of a target.
+struct Look {
+    /// The fraction of the rotation that counts.
+    weight: f32,
+    /// Whether the target is beyond the limit.
+    is_beyond: bool,
+}
+
+impl Gaze {
+    fn new(body: &Body) -> Result<Self> {
+        let Some(head) = body.joint(Bone::Head) else {
+            return Err(Diagnostic::new(Code::NotHumanoid, "no joint is the bone head").into());
+        };
+        let forward = |bone: Bone, joint: NodeId| body.frame_to_joint(bone, joint).inverse() * Vec3::Z;
+        let trunk = [Bone::UpperChest, Bone::Chest, Bone::Spine, Bone::Hips]
+            .into_iter()
+            .find_map(|bone| {
+                let joint = body.joint(bone).filter(|joint| body.depends_on(head, *joint))?;
+                Some((joint, forward(bone, joint)))
+            });
+        let eyes = [Bone::LeftEye, Bone::RightEye]
+            .into_iter()
+            .filter_map(|bone| body.joint(bone));
+        let eyes: Vec<NodeId> = eyes.filter(|eye| body.depends_on(*eye, head)).collect();
+        Ok(Self {
+            neck: body.joint(Bone::Neck).filter(|neck| body.depends_on(head, *neck)),
+            head,
+            forward: forward(Bone::Head, head),
+            eyes: if eyes.len() == 2 { eyes } else { Vec::new() },
+            trunk: trunk.unwrap_or((body.hips, forward(Bone::Hips, body.hips))),
+        })
+    }
+
+    fn joints(&self) -> Vec<NodeId> {
+        self.neck.into_iter().chain([self.head]).collect()
+    }
+
+    /// Where it looks from.
+    fn eyes(&self, pose: &Pose) -> Vec3 {
+        match self.eyes[..] {
+            [left, right] => 0.5 * (pose.position(left) + pose.position(right)),
+            _ => pose.position(self.head),
+        }
+    }
+
+    fn direction(&self, pose: &Pose) -> Vec3 {
+        rotation_of(&pose.node_to_world[self.head.index()]) * self.forward
+    }
+
+    /// Turns neck and head to a target.
+    fn turn(&self, pose: &mut Pose, at: Vec3, neck: f32, limit: f32) -> Look {
+        let (trunk, forward) = self.trunk;
+        let faces = rotation_of(&pose.node_to_world[trunk.index()]) * forward;
+        let to = at - self.eyes(pose);
+        let angle = faces.angle_between(to);
+        if !angle.is_finite() {
+            return Look {
+                weight: 0.0,
+                is_beyond: true,
+            };
+        }
+        let mut is_beyond = false;
+        for round in 0..ROUNDS {
+            let to = at - self.eyes(pose);
+            let whole = faces.angle_between(to);
+            let wanted = if whole > limit {
+                is_beyond = true;
+                let follows = limit + BEYOND * ((whole - limit) / BEYOND).tanh();
+                Quat::IDENTITY.slerp(arc(faces, to), follows / whole) * faces
+            } else {
+                to
+            };
+            let turn = arc(self.direction(pose), wanted);
+            if let (0, Some(joint)) = (round, self.neck) {
+                pose.rotate(joint, Quat::IDENTITY.slerp(turn, neck));
+                let rest = arc(self.direction(pose), wanted);
+                pose.rotate(self.head, rest);
+            } else {
+                pose.rotate(self.head, turn);
+            }
+        }
+        let behind = ((angle - BEHIND[0]) / (BEHIND[1] - BEHIND[0])).clamp(0.0, 1.0);
+        Look {
+            weight: 1.0 - ease(behind),
+            is_beyond,
+        }
+    }
+}
+
+/// What [`LookAt`] did.
+///
+/// [`LookAt`](crate::edit::LookAt) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct LookAtReport {
+    /// The first and the last frame in which it is to look at the target.
+    pub range: [usize; 2],
+    /// The number of these frames.
+    pub frames: usize,
+    /// Those of them in which the target is beyond the limit.
+    pub beyond: usize,
+    /// The largest angle from the target in these, in degrees.
+    pub largest_angle: f32,
+    /// The largest distance of the line of sight from the target in the others, in metres.
+    pub farthest: f32,
+    /// The largest change of where it looks, in degrees.
+    pub turned: f32,
+}
+
+impl fmt::Display for LookAtReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, last] = self.range;
+        write!(f, "frames {first} to {last}: ")?;
+        match self.beyond {
+            0 => write!(f, "it looks at the target, to {}", centimetres(self.farthest))?,
+            beyond => {
+                let angle = degrees(self.largest_angle);
+                write!(
+                    f,
+                    "beyond the limit in {beyond} of {} frames, by {angle} at most",
+                    self.frames
+                )?;
+            }
+        }
+        write!(f, "; turned by {} at most", degrees(self.turned))
+    }
+}

@@ -1,0 +1,246 @@
+//! Keeps together what touches: a hand and a hand, a hand and the hips, a foot and a point.
+
+use std::fmt;
+use std::ops::Range;
+
+use glam::Vec3;
+use serde::Serialize;
+
+use super::body::body_of;
+use super::frames::Frames;
+use super::held::{LimbReport, hold};
+use super::limb::{Limb, LimbChain};
+use super::quantity::centimetres;
+use super::step::step;
+use super::target::{Found, ReachTarget};
+use super::window::Window;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::TimeRange;
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::contacts::ContactRule;
+use crate::limits::{not_negative, positive};
+use crate::math::velocity::velocities;
+use crate::pose::Pose;
+use crate::scene::Scene;
+
+step! {
+    /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
+    /// and rotate, in a given part of the motion, or in every part in which it is near and slow beside it. Two bones
+    /// are turned as by [`Reach`](crate::edit::Reach); everything else stays. Feet on the floor are for
+    /// [`FootLock`](crate::edit::FootLock), which lets them roll.
+    ///
+    /// ```
+    /// use mocap::edit::{Limb, Pin, ReachTarget, Step, StepInput};
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let hips = ReachTarget::Node("hips".to_owned());
+    /// let pin = Pin::new().limb(Limb::LeftHand).to(Some(hips)).range(Some("1..1.5".parse().unwrap()));
+    /// let report = pin.apply(&mut scene, &StepInput::new())?;
+    /// assert_eq!((report.contacts.len(), report.slide_after < 1e-4), (1, true));
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Reach`](crate::edit::Reach); [`Code::InvalidValue`] also with neither a target nor a part.
+    Pin {
+        /// The limb. Default: the right hand.
+        limb: Limb = Limb::default(), Takes::OneOf(Limb::NAMES);
+        /// What it touches. Default: the world, where it is.
+        to: Option<ReachTarget> = None, Takes::Target;
+        /// The joint that touches, at or below the hand or the foot. Default: the wrist or the ankle.
+        tip: Option<String> = None, Takes::Name;
+        /// The part in which it touches. Default: found.
+        range: Option<TimeRange> = None, Takes::TimeRange;
+        /// The largest distance from the target of a contact that is found, in metres. Default: 0.3, from joint to
+        /// joint.
+        distance: f64 = 0.3, Takes::Metres;
+        /// The largest speed in the frame of the target of a contact that is found, in metres per second. Default:
+        /// 0.25.
+        speed: f64 = 0.25, Takes::MetresPerSecond;
+        /// Seconds in which the change comes before a contact, and goes after it. Default: 0.2.
+        blend: f64 = 0.2, Takes::Seconds;
+    }
+}
+
+impl Step for Pin {
+    const NAME: &'static str = "pin";
+    const HELP: &'static str = "keep a hand or a foot on what it touches";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = PinReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<PinReport> {
+        Frames::new(scene, input.animation, &[])?.require_nodes()?;
+        let body = body_of(scene, input.bones())?;
+        self.check()?;
+        let mut chain = LimbChain::new(scene, &body, self.limb, self.tip.as_deref())?;
+        let target = match &self.to {
+            Some(to) => to.find(scene, &body, &[chain.start])?,
+            None => Found::Point(Vec3::ZERO),
+        };
+        let mut frames = Frames::new(scene, input.animation, &chain.joints())?;
+        chain.see_hinge(scene, &frames);
+        let metres = body.metres_per_unit as f32;
+        let all = 0..frames.len();
+        let touching = Touching::new(scene, &frames, &chain, target, all, metres);
+        let mut report = PinReport::default();
+        for window in self.windows(scene, input.animation, &frames, &touching)? {
+            let inside = window.first..window.last + 1;
+            let was = Touching::new(scene, &frames, &chain, target, inside.clone(), metres);
+            let middle = was.mean();
+            let goal = |pose: &Pose| target.to_world(pose).transform_point3(middle);
+            let before = frames.clone();
+            let held = hold(scene, &mut frames, &chain, &window, metres, goal);
+            let is = Touching::new(scene, &frames, &chain, target, inside, metres);
+            // A limb that is too short would slide more than it did.
+            if self.range.is_none() && is.slide() > was.slide() {
+                frames = before;
+                report.left += 1;
+                continue;
+            }
+            report.slide_before += was.slide();
+            report.slide_after += is.slide();
+            report.limb.append(&held);
+            report.contacts.push([window.first, window.last]);
+        }
+        frames.write(scene, input.animation, &chain.joints(), &[]);
+        Ok(report)
+    }
+}
+
+impl Pin {
+    fn check(&self) -> Result<()> {
+        positive(Code::InvalidValue, "distance", self.distance)?;
+        positive(Code::InvalidValue, "speed", self.speed)?;
+        not_negative(Code::InvalidValue, "blend", self.blend)?;
+        match (&self.to, self.range) {
+            (None, None) => {
+                let message = "pin takes a target, to=NAME or to=0.3/1.2/0.5, or a part, range=1..2";
+                Err(Diagnostic::new(Code::InvalidValue, message).into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The parts in which the limb touches.
+    fn windows(&self, scene: &Scene, animation: usize, frames: &Frames, touching: &Touching) -> Result<Vec<Window>> {
+        if let Some(range) = self.range {
+            let window = Window::new(&scene.animations[animation], frames, range, [self.blend; 2])?;
+            return Ok(vec![window]);
+        }
+        let rule = ContactRule {
+            height: self.distance,
+            speed: self.speed,
+            ..ContactRule::default()
+        };
+        let touches = rule.at_rest(touching.samples(frames.rate), frames.rate);
+        Ok(Window::of_runs(&touches, self.blend * frames.rate))
+    }
+}
+
+/// Where the limb is in the frame of what it touches, in units of the scene.
+struct Touching {
+    at: Vec<Vec3>,
+    metres: f32,
+}
+
+impl Touching {
+    fn new(
+        scene: &Scene,
+        frames: &Frames,
+        chain: &LimbChain,
+        target: Found,
+        of_frames: Range<usize>,
+        metres: f32,
+    ) -> Self {
+        let mut pose = Pose::rest(scene);
+        let at = of_frames.map(|frame| {
+            frames.pose(frame, &mut pose);
+            let at = target
+                .to_world(&pose)
+                .inverse()
+                .transform_point3(pose.position(chain.tip));
+            if at.is_finite() { at } else { Vec3::ZERO }
+        });
+        Self {
+            at: at.collect(),
+            metres,
+        }
+    }
+
+    /// Distances in metres and speeds in metres per second.
+    fn samples(&self, rate: f64) -> impl Iterator<Item = (f64, f64)> {
+        let flat: Vec<f32> = self.at.iter().flat_map(|at| (*at * self.metres).to_array()).collect();
+        let speeds = velocities(&flat, 3, rate);
+        let speeds: Vec<f32> = speeds
+            .chunks_exact(3)
+            .map(|speed| Vec3::from_slice(speed).length())
+            .collect();
+        let distances = self.at.iter().map(|at| at.length() * self.metres);
+        distances
+            .zip(speeds)
+            .map(|(distance, speed)| (distance.into(), speed.into()))
+    }
+
+    fn mean(&self) -> Vec3 {
+        self.at.iter().sum::<Vec3>() / self.at.len().max(1) as f32
+    }
+
+    /// How far it slides on what it touches, all steps together, in metres.
+    fn slide(&self) -> f32 {
+        let steps = self.at.windows(2).map(|pair| pair[0].distance(pair[1]));
+        steps.sum::<f32>() * self.metres
+    }
+}
+
+/// What [`Pin`] did. Lengths are in metres.
+///
+/// [`Pin`](crate::edit::Pin) has an example.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct PinReport {
+    /// The first and the last frame of each contact.
+    pub contacts: Vec<[usize; 2]>,
+    /// Contacts that were found, and left as they are: the limb is too short there, and would slide more.
+    pub left: usize,
+    /// How far the limb slid on what it touches, all steps together.
+    pub slide_before: f32,
+    /// The same afterwards.
+    pub slide_after: f32,
+    /// How it got there.
+    #[serde(flatten)]
+    pub limb: LimbReport,
+}
+
+impl fmt::Display for PinReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.contacts.is_empty() && self.left > 0 {
+            return write!(
+                f,
+                "{} contacts left as they are: the limb is too short there",
+                self.left
+            );
+        }
+        if self.contacts.is_empty() {
+            return f.write_str("nothing: it is never near and slow; name the part, range=1..2, or a larger distance");
+        }
+        let of = |[first, last]: &[usize; 2]| format!("{first} to {last}");
+        let contacts: Vec<String> = self.contacts.iter().take(8).map(of).collect();
+        let more = match self.contacts.len() {
+            count @ 9.. => format!(" and {} more", count - 8),
+            _ => String::new(),
+        };
+        write!(
+            f,
+            "contacts in frames {}{more}; slide {}, now {}; {}",
+            contacts.join(", "),
+            centimetres(self.slide_before),
+            centimetres(self.slide_after),
+            self.limb
+        )?;
+        match self.left {
+            0 => Ok(()),
+            left => write!(f, "; {left} contacts left as they are, where the limb is too short"),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Turns a motion about the vertical.
+
+use std::fmt;
+
+use glam::{Mat4, Quat, Vec3};
+use serde::Serialize;
+
+use super::body::figure_of;
+use super::carrier::{Carrier, move_all};
+use super::frames::Frames;
+use super::quantity::degrees;
+use super::step::step;
+use super::{Step, StepInput, StepKey, Takes};
+use crate::error::{Code, Diagnostic, Result};
+use crate::figure::axes::angle_about;
+use crate::figure::{Axis, HumanoidBone as Bone};
+use crate::pose::Pose;
+use crate::scene::Scene;
+
+step! {
+    /// Turns a motion about the vertical through where the figure stands in the first frame, by an angle, or until it
+    /// looks in a direction there. Everything that the animation moves goes along.
+    ///
+    /// ```
+    /// use mocap::edit::{Step, StepInput, Turn};
+    /// use mocap::figure::Axis;
+    ///
+    /// let mut scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+    /// let report = Turn::new().facing(Some(Axis::X)).apply(&mut scene, &StepInput::new())?;
+    /// assert!((85.0..95.0).contains(&report.by)); // from +Z
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] without an angle or a direction, with both,
+    /// and for a direction that is not level; [`Code::NotHumanoid`] for a direction of a skeleton that looks nowhere.
+    Turn {
+        /// The angle in degrees, counterclockwise as seen from above.
+        by: Option<f64> = None, Takes::Degrees;
+        /// The axis of the scene along which the figure looks in the first frame.
+        facing: Option<Axis> = None, Takes::OneOf(&["x", "-x", "y", "-y", "z", "-z"]);
+    }
+}
+
+impl Step for Turn {
+    const NAME: &'static str = "turn";
+    const HELP: &'static str = "turn about the vertical, by an angle or to look along an axis";
+    const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
+    type Report = TurnReport;
+
+    fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<TurnReport> {
+        let mut frames = Frames::new(scene, input.animation, &[])?;
+        frames.require_nodes()?;
+        let carrier = Carrier::new(scene, &frames);
+        let refuse = |message: String| Err(Diagnostic::new(Code::InvalidValue, message).into());
+        let by = match (self.by, self.facing) {
+            (Some(by), None) if by.is_finite() => by.to_radians() as f32,
+            (Some(by), None) => return refuse(format!("by must be a finite angle in degrees, got {by}")),
+            (None, Some(axis)) => {
+                let direction = axis.direction().filter(|axis| axis.dot(carrier.up).abs() < 0.5);
+                let Some(direction) = direction else {
+                    return refuse(format!("facing takes an axis along the ground, got {}", axis.as_str()));
+                };
+                angle_about(carrier.up, looks(scene, &frames, input, carrier.up)?, direction).unwrap_or(0.0)
+            }
+            _ => return refuse("turn takes either by=DEGREES or facing=AXIS".to_owned()),
+        };
+        let pivot = carrier.position(frames.row(0));
+        let turn = Mat4::from_quat(Quat::from_axis_angle(carrier.up, by));
+        let motion = Mat4::from_translation(pivot) * turn * Mat4::from_translation(-pivot);
+        let moved = move_all(scene, &mut frames, motion);
+        frames.write(scene, input.animation, &moved, &moved);
+        Ok(TurnReport { by: by.to_degrees() })
+    }
+}
+
+/// Where the figure looks in the first frame: across the lines of its hip joints and its shoulders.
+fn looks(scene: &Scene, frames: &Frames, input: &StepInput<'_>, up: Vec3) -> Result<Vec3> {
+    let bones = figure_of(scene, input.bones())?.humanoid.with_sides_of_the_body();
+    let mut pose = Pose::rest(scene);
+    frames.pose(0, &mut pose);
+    let line = |(left, right): (Bone, Bone)| {
+        let (left, right) = (bones.joint(left)?, bones.joint(right)?);
+        (pose.position(left) - pose.position(right)).try_normalize()
+    };
+    let lines = [
+        (Bone::LeftUpperLeg, Bone::RightUpperLeg),
+        (Bone::LeftUpperArm, Bone::RightUpperArm),
+    ];
+    let left: Vec3 = lines.into_iter().filter_map(line).sum();
+    let forward = left.cross(up);
+    let nowhere = "the figure does not stand in the first frame, so that nothing says where it looks";
+    (forward.length() > 0.1).then_some(forward).ok_or_else(|| {
+        Diagnostic::new(Code::NotHumanoid, nowhere)
+            .help("turn it by an angle: by=90")
+            .into()
+    })
+}
+
+/// What [`Turn`] did.
+///
+/// [`Turn`](crate::edit::Turn) has an example.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct TurnReport {
+    /// The angle in degrees, counterclockwise as seen from above.
+    pub by: f32,
+}
+
+impl fmt::Display for TurnReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "by {}", degrees(self.by))
+    }
+}
