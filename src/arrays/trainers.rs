@@ -1,6 +1,8 @@
 //! The motion of a robot as the files that training code reads. `docs/robots.md` has the keys, shapes and orders of
 //! each, and where they are from.
 
+use glam::DVec3;
+
 use crate::arrays::pickle::Pickle;
 use crate::robot::{LinkMotion, LinkOrder, Robot, RobotMotion};
 use crate::scene::robot::Placement;
@@ -58,6 +60,10 @@ impl Named {
     }
 }
 
+fn flat(vectors: &[DVec3]) -> Vec<f64> {
+    vectors.iter().flat_map(DVec3::to_array).collect()
+}
+
 /// Rotations as w, x, y and z.
 fn wxyz<'a>(places: impl IntoIterator<Item = &'a Placement>) -> Vec<f64> {
     let rotations = places.into_iter().map(|place| place.rotation);
@@ -77,7 +83,6 @@ impl RobotMotion {
     pub(crate) fn for_mjlab(&self, robot: &Robot, metadata: &str) -> Vec<Named> {
         let links = LinkMotion::new(robot, self, LinkOrder::DepthFirst);
         let (frames, count, joints) = (self.frames(), links.names.len(), self.dof_names.len());
-        let flat = |values: &[glam::DVec3]| values.iter().flat_map(|value| value.to_array()).collect();
         vec![
             Named::rate(self.fps, &[1]),
             Named::floats("joint_pos", &[frames, joints], self.dof_pos.clone()),
@@ -96,7 +101,6 @@ impl RobotMotion {
     pub(crate) fn for_isaac_lab(&self, robot: &Robot, metadata: &str) -> Vec<Named> {
         let links = LinkMotion::new(robot, self, LinkOrder::BreadthFirst);
         let (frames, count, joints) = (self.frames(), links.names.len(), self.dof_names.len());
-        let flat = |values: &[glam::DVec3]| values.iter().flat_map(|value| value.to_array()).collect();
         let names: Vec<String> = links
             .joints
             .iter()
