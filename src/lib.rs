@@ -27,6 +27,7 @@
 //! | change it: lock feet, mirror, smooth, loop, blend | [`edit`]; [`ik`] bends limbs to a goal |
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
+//! | know what is wrong with many motions, which are alike, which to choose | [`survey`] |
 //! | know unit, up axis, and which joint is which bone | [`figure`] |
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] |
 //!
@@ -83,7 +84,7 @@ pub mod retarget;
 pub mod retargeting;
 pub mod robot;
 pub mod scene;
-
+pub mod survey;
 pub mod verify;
 
 pub use glam;

@@ -78,6 +78,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "survey",
+        &["error", "limits", "scene", "math", "pose", "figure", "edit", "arrays"],
+    ),
+    (
         "job",
         &[
             "error",

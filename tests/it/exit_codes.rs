@@ -68,6 +68,7 @@ const CASES: &[Case] = &[
     prints("dump IN", ""),
     prints("pose IN --tick 0", ""),
     prints("check IN", "check w.bvh bad.bvh"),
+    prints("survey IN", "survey w.bvh bad.bvh"),
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
@@ -80,7 +81,7 @@ impl Case {
     }
 
     fn is_batch(&self) -> bool {
-        ["pack", "check"].contains(&self.name())
+        ["pack", "check", "survey"].contains(&self.name())
     }
 
     /// The arguments for an input and an output; a job is a file.

@@ -21,6 +21,8 @@ mod compression;
 mod conversion;
 #[cfg(feature = "cli")]
 mod convert_and_verify;
+#[cfg(feature = "cli")]
+mod corpus;
 mod creatures;
 mod cut;
 mod dialects;

@@ -14,6 +14,7 @@ mod pictures;
 mod retarget;
 mod robot;
 mod run;
+mod survey;
 mod write;
 
 use std::path::PathBuf;
@@ -34,6 +35,7 @@ pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewA
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{PrintJobArgs, RunArgs};
+pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
 /// What the exit codes mean, in every command. `tests/it/exit_codes.rs` holds them to it.
@@ -89,6 +91,8 @@ pub(crate) enum Command {
     Skeleton(SkeletonArgs),
     /// Report errors and warnings of files
     Check(CheckArgs),
+    /// Say of many motions what is wrong with them, which repeat others, and which to choose
+    Survey(SurveyArgs),
     /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame

@@ -22,6 +22,7 @@ mod robot_reports;
 pub(crate) mod run;
 pub(crate) mod sheet;
 pub(crate) mod skeleton;
+pub(crate) mod survey;
 pub(crate) mod verify;
 pub(crate) mod view;
 

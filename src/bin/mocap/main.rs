@@ -92,6 +92,7 @@ fn main() -> ExitCode {
         Command::Pose(args) => commands::pose::run(args, &given),
         Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),
+        Command::Survey(args) => commands::survey::run(args),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Run(args) => commands::run::run(args, &given),

@@ -11,7 +11,7 @@ const GROUPS: &[(&str, &[&str])] = &[
     ),
     ("Look", &["view", "info", "skeleton", "sheet", "gif", "plot"]),
     ("Compute", &["fk", "pack", "pose", "dump"]),
-    ("Prove", &["check", "verify"]),
+    ("Prove", &["check", "survey", "verify"]),
 ];
 
 /// The heading of the commands that no group names.

@@ -1,0 +1,183 @@
+//! `mocap survey`: a row for each clip of many files.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use mocap::files::ReplacePolicy;
+use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds, examine};
+use mocap::{Code, Diagnostic, SkeletonMesh};
+
+use crate::args::SurveyArgs;
+use crate::batch::inputs::{self, Input};
+use crate::batch::progress::{Counts, Outcome, Progress};
+use crate::batch::{self, thread_count};
+use crate::{Failure, report, streams};
+
+/// Rows of the list of the worst.
+const WORST: usize = 10;
+
+pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
+    let thresholds = args.thresholds()?;
+    let format = args
+        .output
+        .as_deref()
+        .map(|output| format_of(args, output))
+        .transpose()?;
+    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
+    inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
+    let output = args.output.as_deref().map(|output| of_shard(args, output));
+    let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
+    let policy = ReplacePolicy::new(sources).force(args.force.force);
+    if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
+        policy.check_inputs(output)?;
+    }
+    let (clips, counts) = examine_all(args, &inputs, &thresholds)?;
+    let mut corpus = Corpus::new(clips, &thresholds);
+    if let Some(condition) = &args.condition {
+        corpus.keep(|row| condition.holds(row));
+    }
+    if let Some(amount) = args.select {
+        let count = amount.of(corpus.rows().len());
+        corpus.select(count, args.by_quality());
+    }
+    if let (Some(output), Some(format)) = (&output, format) {
+        streams::write(output, &bytes(&corpus, &format)?)?;
+        report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
+    }
+    match (&output, args.select) {
+        (Some(_), _) => {}
+        (None, Some(_)) => report::stdout().write_all(corpus.to_list().as_bytes())?,
+        (None, None) => print(&corpus)?,
+    }
+    counts.verdict()?;
+    let worst = corpus.rows().map(|row| row.verdict).max().unwrap_or_default();
+    match args.fails_from().is_some_and(|least| worst >= least) {
+        true => Err(Failure::Told),
+        false => Ok(()),
+    }
+}
+
+/// The format of the table.
+fn format_of(args: &SurveyArgs, output: &Path) -> Result<String, Failure> {
+    let format = super::output_format(output, args.to.as_deref(), "csv")?;
+    match format.as_str() {
+        "csv" | "json" | "jsonl" | "txt" => Ok(format),
+        #[cfg(feature = "parquet")]
+        "parquet" => Ok(format),
+        #[cfg(not(feature = "parquet"))]
+        "parquet" => Err(super::without_parquet()),
+        _ => Err(super::unknown_extension(
+            output,
+            ".parquet, .csv, .json, .jsonl or .txt",
+        )),
+    }
+}
+
+/// The name of an output of a shard: `survey.2-of-8.jsonl`.
+fn of_shard(args: &SurveyArgs, output: &Path) -> std::path::PathBuf {
+    match args.spread.shard {
+        Some(shard) if !streams::is_standard(output) => {
+            output.with_extension(format!("{}.{}", shard.name(), super::extension(output)))
+        }
+        _ => output.to_owned(),
+    }
+}
+
+fn bytes(corpus: &Corpus, format: &str) -> Result<Vec<u8>, Failure> {
+    Ok(match format {
+        "json" => corpus.to_json().into_bytes(),
+        "txt" => corpus.to_list().into_bytes(),
+        "jsonl" => corpus.to_record().into_bytes(),
+        #[cfg(feature = "parquet")]
+        "parquet" => mocap::arrays::table::to_parquet(&[corpus.to_table()])?,
+        _ => corpus.to_csv().into_bytes(),
+    })
+}
+
+/// The clips of all files.
+fn examine_all(
+    args: &SurveyArgs,
+    inputs: &[Input],
+    thresholds: &Thresholds,
+) -> Result<(Vec<Examined>, Counts), Failure> {
+    let mut progress = Progress::new(args.spread.progress(), inputs);
+    let mut clips = Vec::new();
+    let work = |input: &Input| of_file(args, input, thresholds).map_err(|error| error.to_string());
+    let panicked = |_: &Input| Err(batch::PANICKED.to_owned());
+    batch::for_each(
+        inputs,
+        thread_count(args.spread.threads),
+        work,
+        panicked,
+        |index, found| {
+            let input = &inputs[index];
+            match found {
+                Ok(found) => {
+                    progress.add(input, Outcome::Done);
+                    clips.extend(found);
+                }
+                Err(error) => {
+                    progress.add(input, Outcome::Failed);
+                    report::complain(&error);
+                    clips.push(ClipRow::unreadable(&input.path.to_string_lossy(), &error).into());
+                }
+            }
+            Ok::<_, Failure>(())
+        },
+    )?;
+    Ok((clips, progress.finish()))
+}
+
+/// The clips of a file, or of the record that it is.
+fn of_file(args: &SurveyArgs, input: &Input, thresholds: &Thresholds) -> mocap::Result<Vec<Examined>> {
+    let path = input.path()?;
+    if super::extension(path) == "jsonl" {
+        let text = std::fs::read_to_string(path).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
+        let text = text.map_err(|error| mocap::Error::from(error).with_path(path))?;
+        return Examined::from_lines(&text).map_err(|error| error.with_path(path));
+    }
+    let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
+    let scene = streams::import(&importer, path)?;
+    Ok(examine(&scene, &path.to_string_lossy(), thresholds))
+}
+
+/// Prints a table of verdicts and reasons, and the worst clips.
+fn print(corpus: &Corpus) -> io::Result<()> {
+    let mut out = report::stdout();
+    let count = |verdict| corpus.rows().filter(|row| row.verdict == verdict).count();
+    let seconds: f64 = corpus.rows().map(|row| row.seconds).sum();
+    writeln!(out, "{} clips, {:.1} min", corpus.rows().len(), seconds / 60.0)?;
+    for verdict in Quality::ALL {
+        writeln!(out, "  {:<12}{:>8}", verdict.as_str(), count(verdict))?;
+    }
+    let mut kinds = std::collections::BTreeMap::<&str, usize>::new();
+    for row in corpus.rows() {
+        row.reasons
+            .split_whitespace()
+            .for_each(|kind| *kinds.entry(kind).or_default() += 1);
+    }
+    let mut kinds: Vec<_> = kinds.into_iter().collect();
+    kinds.sort_by_key(|(kind, count)| (std::cmp::Reverse(*count), *kind));
+    if !kinds.is_empty() {
+        writeln!(out, "reasons")?;
+    }
+    for (kind, count) in kinds {
+        writeln!(out, "  {kind:<16}{count:>4}")?;
+    }
+    let mut worst: Vec<&ClipRow> = corpus.rows().filter(|row| row.verdict != Quality::Good).collect();
+    worst.sort_by(|a, b| a.quality.total_cmp(&b.quality));
+    if !worst.is_empty() {
+        writeln!(out, "the worst")?;
+    }
+    for row in worst.into_iter().take(WORST) {
+        writeln!(
+            out,
+            "  {:.2}  {:<10} {}  {}",
+            row.quality,
+            row.verdict.as_str(),
+            row.file,
+            row.reasons
+        )?;
+    }
+    out.flush()
+}

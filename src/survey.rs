@@ -1,0 +1,243 @@
+//! A corpus at a glance: one row for each clip, what is wrong with it and where, which clips repeat others, and which
+//! to choose. `docs/survey.md` has every rule.
+//!
+//! ```
+//! use mocap::survey::{ClipRow, Quality, Thresholds, examine};
+//! # fn main() -> mocap::Result<()> {
+//! let scene = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let clips = examine(&scene, "cmu_12_01_walk.bvh", &Thresholds::default());
+//! let row: &ClipRow = &clips[0].row;
+//! assert!(row.walking > row.standing && row.verdict != Quality::Unreadable);
+//! # Ok(())
+//! # }
+//! ```
+
+mod activity;
+mod corpus;
+mod defects;
+mod descriptor;
+mod filter;
+mod fingerprint;
+mod motion;
+mod row;
+mod select;
+mod skeleton;
+#[cfg(feature = "arrow")]
+mod table;
+mod thresholds;
+mod twins;
+
+use crate::error::Result;
+use crate::figure::Figure;
+use crate::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
+
+use self::activity::Activity;
+pub use self::corpus::{Corpus, Examined};
+use self::defects::Findings;
+pub use self::filter::Condition;
+use self::fingerprint::Fingerprint;
+use self::motion::{Body, Motion};
+pub use self::row::{ClipRow, Defect, Quality};
+pub use self::thresholds::{DefectKind, Thresholds};
+
+/// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
+///
+/// The [module](crate::survey) has an example.
+pub fn examine(scene: &Scene, file: &str, thresholds: &Thresholds) -> Vec<Examined> {
+    let figure = Figure::new(scene);
+    let still = Animation::default();
+    let clips = match scene.animations.as_slice() {
+        [] => std::slice::from_ref(&still),
+        clips => clips,
+    };
+    let examine = |(index, clip): (usize, &Animation)| {
+        let mut row = of_scene(scene, &figure, file);
+        row.clip = match clip.name.is_empty() {
+            true => index.to_string(),
+            false => clip.name.clone(),
+        };
+        if scene.animations.is_empty() {
+            row.judge(thresholds);
+            return Examined::from(row);
+        }
+        match of_clip(scene, clip, &figure, thresholds, &mut row) {
+            Ok(fingerprint) => {
+                row.round();
+                Examined { row, fingerprint }
+            }
+            Err(error) => Examined::from(ClipRow {
+                clip: row.clip,
+                ..ClipRow::unreadable(file, &error.to_string())
+            }),
+        }
+    };
+    clips.iter().enumerate().map(examine).collect()
+}
+
+/// What all clips of a file have in common.
+fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
+    let origin = scene.metadata.origin.as_ref();
+    ClipRow {
+        file: file.to_owned(),
+        sha256: origin.map(|origin| origin.sha256.clone()).unwrap_or_default(),
+        format: scene.metadata.format.map_or("", |format| format.as_str()).to_owned(),
+        warnings: scene.warnings.len() as u64,
+        skeleton: skeleton::id(scene),
+        joints: scene.nodes.iter().filter(|node| node.kind == NodeKind::Joint).count() as u64,
+        humanoid: Some(figure.humanoid.found),
+        metres_per_unit: Some(figure.survey.metres_per_unit),
+        up: figure.survey.up.value.as_str().to_owned(),
+        rest_pose: match figure.humanoid.found {
+            true => figure.rest_pose.value.as_str().to_owned(),
+            false => String::new(),
+        },
+        ..ClipRow::default()
+    }
+}
+
+fn of_clip(
+    scene: &Scene,
+    clip: &Animation,
+    figure: &Figure,
+    thresholds: &Thresholds,
+    row: &mut ClipRow,
+) -> Result<Fingerprint> {
+    let motion = Motion::new(scene, clip, figure)?;
+    row.rate = Some(motion.rate);
+    row.frames = motion.frames as u64;
+    row.seconds = motion.seconds();
+    row.size = Some(f64::from(motion.size()));
+    let mut findings = Findings::of(&motion, thresholds);
+    not_finite(scene, &motion, &mut findings);
+    travel(&motion, row);
+    if let Some(body) = &motion.body {
+        of_body(&motion, body, row);
+    }
+    (row.amounts, row.defects) = (findings.amounts, findings.list);
+    row.judge(thresholds);
+    Ok(Fingerprint::new(&motion))
+}
+
+/// What the reader says of values that are no numbers.
+fn not_finite(scene: &Scene, motion: &Motion, findings: &mut Findings<'_>) {
+    findings.look_for(&[DefectKind::NotFinite]);
+    let codes = [crate::error::Code::NonFiniteValue, crate::error::Code::NonFiniteOffset];
+    for warning in scene.warnings.iter().filter(|warning| codes.contains(&warning.code)) {
+        let last = motion.frames.saturating_sub(1);
+        let joint = warning.joint.as_deref();
+        findings.add(
+            DefectKind::NotFinite,
+            [0, last],
+            joint,
+            warning.count.max(1) as f32,
+            1.0,
+        );
+    }
+}
+
+/// How far and how fast the hips, or the root, move.
+fn travel(motion: &Motion, row: &mut ClipRow) {
+    let node = motion.body.as_ref().map_or(0, Body::hips);
+    if motion.nodes() == 0 || motion.rate <= 0.0 {
+        return;
+    }
+    // Steps of a tenth of a second: noise of single frames is no path.
+    let step = motion.frames_in(0.1);
+    let places: Vec<_> = (motion.first..motion.frames)
+        .step_by(step)
+        .map(|frame| motion.at(frame, node).with_y(0.0))
+        .collect();
+    let path: f32 = places.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let half = motion.frames_in(0.25);
+    let speed = |frame| motion.velocity(frame, node, half).with_y(0.0).length();
+    let top = (motion.first..motion.frames)
+        .step_by(step)
+        .map(speed)
+        .fold(0.0, f32::max);
+    row.distance = finite(path);
+    row.speed = finite(path / motion.seconds().max(f64::MIN_POSITIVE) as f32);
+    row.top_speed = finite(top);
+}
+
+fn finite(value: f32) -> Option<f64> {
+    value.is_finite().then_some(f64::from(value))
+}
+
+fn of_body(motion: &Motion, body: &Body, row: &mut ClipRow) {
+    if motion.rate > 0.0 {
+        let activity = Activity::new(motion, body);
+        row.jumps = Some(activity.jumps);
+        row.turns_over = Some(activity.turns_over);
+        row.standing = Some(activity.standing);
+        row.walking = Some(activity.walking);
+        row.running = Some(activity.running);
+        row.jumping = Some(activity.jumping);
+        row.lying = Some(activity.lying);
+        row.other = Some(activity.other);
+    }
+    row.t_pose_frame = (0..motion.frames)
+        .find(|frame| defects::is_t_pose(motion, body, *frame))
+        .map(|frame| frame as u64);
+    let step = motion.frames_in(0.1);
+    let looks: Vec<_> = (motion.first..motion.frames)
+        .step_by(step)
+        .map(|frame| body.forward(motion, frame))
+        .collect();
+    let turning: f32 = looks
+        .windows(2)
+        .map(|pair| pair[0].angle_between(pair[1]))
+        .filter(|a| a.is_finite())
+        .sum();
+    row.turning = finite(turning.to_degrees());
+    row.asymmetry = asymmetry(motion, body);
+}
+
+/// The difference of the paths of left and right limbs relative to the hips, over their sum.
+fn asymmetry(motion: &Motion, body: &Body) -> Option<f64> {
+    let path = |bone: Bone, side: Side| -> Option<f32> {
+        let node = *body.bones.get(&bone.on(side))?;
+        let at = |frame: usize| motion.at(frame, node) - motion.at(frame, body.hips());
+        Some(
+            (motion.first + 1..motion.frames)
+                .map(|frame| at(frame).distance(at(frame - 1)))
+                .sum(),
+        )
+    };
+    let limbs = [Bone::LeftHand, Bone::LeftLowerArm, Bone::LeftFoot, Bone::LeftLowerLeg];
+    let side = |side: Side| limbs.iter().map(|bone| path(*bone, side)).sum::<Option<f32>>();
+    let (left, right) = (side(Side::Left)?, side(Side::Right)?);
+    finite((left - right).abs() / (left + right).max(f32::MIN_POSITIVE))
+}
+
+impl ClipRow {
+    /// Sets verdict, quality and reasons by the amounts.
+    pub fn judge(&mut self, thresholds: &Thresholds) {
+        let mut ratios: Vec<(f64, DefectKind)> = Vec::new();
+        self.verdict = Quality::Good;
+        for (kind, amount) in &self.amounts {
+            let [suspect, bad] = thresholds.of(*kind);
+            if *amount >= suspect && *amount > 0.0 {
+                self.verdict = self
+                    .verdict
+                    .max(if *amount >= bad { Quality::Bad } else { Quality::Suspect });
+                ratios.push((amount / bad.max(f64::MIN_POSITIVE), *kind));
+            }
+        }
+        ratios.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.quality = 1.0 / (1.0 + ratios.iter().map(|(ratio, _)| ratio).sum::<f64>());
+        let names: Vec<&str> = ratios.iter().map(|(_, kind)| kind.as_str()).collect();
+        self.reasons = names.join(" ");
+    }
+}
+
+/// The spans of frames in which something holds, each as its first and its last frame.
+fn spans(frames: usize, holds: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+    let mut spans: Vec<[usize; 2]> = Vec::new();
+    for frame in (0..frames).filter(|frame| holds(*frame)) {
+        match spans.last_mut() {
+            Some(last) if last[1] + 1 == frame => last[1] = frame,
+            _ => spans.push([frame, frame]),
+        }
+    }
+    spans
+}

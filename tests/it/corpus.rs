@@ -1,0 +1,223 @@
+//! `mocap survey`: rows, verdicts, what is wrong and where.
+
+use std::path::Path;
+
+use mocap::survey::{ClipRow, Condition, Corpus, DefectKind, Examined, Quality, Thresholds, examine};
+
+use crate::program::{Folder, words};
+
+const WALK: &str = "cmu_12_01_walk.bvh";
+
+fn rows_of(file: &str) -> Vec<Examined> {
+    let scene = mocap::import(Path::new("fixtures/real").join(file)).unwrap();
+    examine(&scene, file, &Thresholds::default())
+}
+
+#[test]
+fn a_walk_walks_and_is_good() {
+    let row = rows_of(WALK).remove(0).row;
+    assert_eq!(row.verdict, Quality::Good, "{row:?}");
+    assert!(row.walking.unwrap() > 0.8 * row.seconds, "{row:?}");
+    assert_eq!((row.jumps, row.turns_over), (Some(0), Some(0)));
+    // The path of the root in the file, as NumPy adds it up by tenths of a second: 3.855 m.
+    let distance = row.distance.unwrap();
+    assert!((3.82..3.89).contains(&distance), "{distance}");
+    assert_eq!(row.joints, 31);
+}
+
+#[test]
+fn what_has_no_body_has_no_measures_of_one() {
+    let row = rows_of("lecture_Test.bvh").remove(0).row;
+    assert_eq!(row.humanoid, Some(false));
+    assert!(row.walking.is_none() && !row.amounts.contains_key(&DefectKind::Skate));
+    assert!(row.amounts.contains_key(&DefectKind::Frozen));
+}
+
+#[test]
+fn a_skeleton_is_known_at_another_scale_and_with_other_names() {
+    let text = std::fs::read_to_string("fixtures/real/cmu_short.bvh").unwrap();
+    let skeleton = |text: &str| {
+        let scene = mocap::Importer::new().read(text.as_bytes(), "x.bvh").unwrap();
+        examine(&scene, "x.bvh", &Thresholds::default()).remove(0).row.skeleton
+    };
+    let (hierarchy, motion) = text.split_once("MOTION").unwrap();
+    let scaled = hierarchy.lines().map(|line| match line.trim().strip_prefix("OFFSET") {
+        Some(offset) => {
+            let numbers = offset
+                .split_whitespace()
+                .map(|number| number.parse::<f64>().unwrap() * 2.5);
+            format!(
+                "OFFSET {}\n",
+                numbers.map(|number| format!("{number:.5} ")).collect::<String>()
+            )
+        }
+        None => line.replace("JOINT ", "JOINT other_") + "\n",
+    });
+    let scaled = format!("{}MOTION{motion}", scaled.collect::<String>());
+    assert_eq!(skeleton(&text), skeleton(&scaled));
+    let other = rows_of("mocopi_jump_six_channels.bvh").remove(0).row.skeleton;
+    assert_ne!(skeleton(&text), other);
+}
+
+#[test]
+fn thresholds_decide_the_verdict() {
+    let mut strict = Thresholds::default();
+    strict.set("skate=0.1").unwrap();
+    let scene = mocap::import(Path::new("fixtures/real").join(WALK)).unwrap();
+    let row = examine(&scene, WALK, &strict).remove(0).row;
+    assert_eq!((row.verdict, row.reasons.as_str()), (Quality::Bad, "skate"));
+    assert!(row.defects.iter().all(|defect| defect.kind == DefectKind::Skate));
+    for text in ["skate", "skate=-1", "skate=5..2", "skid=3", "skate=NaN"] {
+        assert!(strict.set(text).is_err(), "{text}");
+    }
+}
+
+#[test]
+fn expressions_say_where_they_are_wrong() {
+    let row = ClipRow::default();
+    for (text, expected) in [
+        ("skate <", "ends too early"),
+        ("skate < abc", "a number"),
+        ("(twin", "ends too early"),
+        ("twin twin", "column 6"),
+        ("file = 'x", "has no end"),
+        ("", "ends too early"),
+        ("skate ~ 1", "column 7"),
+        ("<", "is no column"),
+    ] {
+        let error = text.parse::<Condition>().unwrap_err().to_string();
+        assert!(error.contains(expected), "{text}: {error}");
+    }
+    let deep = "not ".repeat(10_000) + "twin";
+    assert!(deep.parse::<Condition>().is_err());
+    for (text, holds) in [
+        ("not twin", true),
+        ("twin or frames = 0 and verdict = good", true),
+        ("(twin or frames = 0) and verdict != good", false),
+        // What was not measured is neither below nor above.
+        ("skate < 1", false),
+        ("not skate < 1", true),
+    ] {
+        assert_eq!(text.parse::<Condition>().unwrap().holds(&row), holds, "{text}");
+    }
+}
+
+#[test]
+fn a_record_is_read_again() {
+    let thresholds = Thresholds::default();
+    let mut clips = rows_of(WALK);
+    clips.extend(rows_of("lecture_Test.bvh"));
+    clips.push(ClipRow::unreadable("broken.bvh", "it is").into());
+    let corpus = Corpus::new(clips, &thresholds);
+    let again = Corpus::new(Examined::from_lines(&corpus.to_record()).unwrap(), &thresholds);
+    assert_eq!(corpus, again);
+    assert!(
+        Examined::from_lines("{}\nnonsense")
+            .unwrap_err()
+            .to_string()
+            .contains("line 1")
+    );
+}
+
+#[test]
+fn the_command_writes_tables_and_says_what_failed() {
+    let folder = Folder::of_real(&[WALK, "lecture_Test.bvh", "brackets_in_numbers.bvh"]);
+    let some = folder.run("survey . -o rows.csv");
+    assert_eq!(some.status.code(), Some(3));
+    assert!(words(&some).contains("array"), "{}", words(&some));
+    let csv = String::from_utf8(folder.read("rows.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 4, "{csv}");
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert_eq!(columns, ClipRow::column_names().len());
+    let walk = folder.run(&format!("survey {WALK} lecture_Test.bvh --fail-on bad"));
+    assert_eq!(walk.status.code(), Some(0), "{}", words(&walk));
+    folder.refuses(&format!("survey {WALK} --threshold skate=0.1 --fail-on bad"), 1, "");
+    folder.refuses(&format!("survey {WALK} --threshold skid=1"), 2, "skid");
+    folder.refuses(&format!("survey {WALK} --where skat<1"), 2, "skate");
+    // An input is never replaced, and a table needs a format.
+    folder.refuses(&format!("survey {WALK} -o {WALK} --force"), 2, "");
+    folder.refuses(&format!("survey {WALK} -o rows.xyz"), 2, ".parquet");
+    folder.succeeds(&format!("survey {WALK} -o rows.jsonl"));
+    folder.succeeds("survey rows.jsonl -o again.jsonl");
+    assert_eq!(folder.read("rows.jsonl"), folder.read("again.jsonl"));
+    folder.refuses("survey rows.jsonl -o rows.jsonl", 1, "input");
+}
+
+#[test]
+fn twins_are_found_and_one_of_them_is_kept() {
+    let text = std::fs::read_to_string(Path::new("fixtures/real").join(WALK)).unwrap();
+    let folder = Folder::of_real(&[WALK, "rokoko_dance.bvh", "mocopi_jump_six_channels.bvh"]);
+    folder.write("copy.bvh", text.as_bytes());
+    folder.write("retimed.bvh", text.replace(".0083333", ".0078").as_bytes());
+    for (output, options) in [
+        ("mirrored.bvh", "edit IN -o OUT --step mirror"),
+        ("rate.bvh", "convert IN OUT --fps 30"),
+        ("piece.bvh", "convert IN OUT --trim 1..3.5"),
+    ] {
+        folder.succeeds(&options.replace("IN", WALK).replace("OUT", output));
+    }
+    folder.succeeds("survey . -o rows.json");
+    let rows: Vec<serde_json::Value> = serde_json::from_slice(&folder.read("rows.json")).unwrap();
+    let reason = |file: &str| {
+        let row = rows
+            .iter()
+            .find(|row| row["file"].as_str().unwrap().ends_with(file))
+            .unwrap();
+        (
+            row["twin"].as_bool().unwrap(),
+            row["twin_reason"].as_str().unwrap_or("").to_owned(),
+        )
+    };
+    for (file, expected) in [
+        ("copy.bvh", "bytes"),
+        ("mirrored.bvh", "mirrored"),
+        ("rate.bvh", "rate"),
+        ("retimed.bvh", "retimed"),
+        ("piece.bvh", "piece"),
+    ] {
+        // Which of two equal clips is kept follows from their names.
+        let found = reason(file);
+        let of_walk = reason(WALK);
+        assert!(
+            found == (true, expected.to_owned()) || of_walk.1 == expected,
+            "{file}: {found:?} {of_walk:?}"
+        );
+    }
+    assert!(!reason("rokoko_dance.bvh").0 && !reason("mocopi_jump_six_channels.bvh").0);
+    folder.succeeds("survey . --select 3 -o chosen.txt");
+    let chosen = String::from_utf8(folder.read("chosen.txt")).unwrap();
+    assert!(chosen.lines().count() <= 3 && !chosen.is_empty(), "{chosen}");
+}
+
+/// The table of kinds in the documentation; `MOCAP_WRITE=1` writes it.
+#[test]
+fn the_documentation_has_every_kind() {
+    let path = "docs/survey.md";
+    let text = std::fs::read_to_string(path).unwrap();
+    let (before, rest) = text.split_once("<!-- kinds -->\n").unwrap();
+    let (_, after) = rest.split_once("<!-- end of kinds -->").unwrap();
+    let thresholds = Thresholds::default();
+    let row = |kind: &DefectKind| {
+        let [suspect, bad] = thresholds.of(*kind);
+        format!(
+            "| `{}` | {} | {suspect} | {bad} | {} |\n",
+            kind.as_str(),
+            kind.unit(),
+            kind.help()
+        )
+    };
+    let head = "| kind | unit | suspect | bad | what it is |\n|---|---|---|---|---|\n";
+    let rows = head.to_owned() + &DefectKind::ALL.iter().map(row).collect::<String>();
+    let expected = format!("{before}<!-- kinds -->\n{rows}<!-- end of kinds -->{after}");
+    if std::env::var_os("MOCAP_WRITE").is_some() {
+        std::fs::write(path, &expected).unwrap();
+        return;
+    }
+    assert!(
+        text == expected,
+        "MOCAP_WRITE=1 cargo test --test it corpus writes {path}"
+    );
+    for column in ClipRow::column_names() {
+        assert!(text.contains(&format!("`{column}`")), "{column}");
+    }
+}
