@@ -31,6 +31,7 @@ mod warp_path;
 mod warp_time;
 mod window;
 
+pub(crate) use self::clean::MotionErrors;
 pub(crate) use self::contacts::contacts_of;
 pub use self::contacts::{ContactOptions, ContactPoint, DetectedContacts, contacts};
 pub(crate) use self::foot_lock::{Followed, SolePoint, follow_feet};

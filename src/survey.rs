@@ -13,6 +13,7 @@
 //! ```
 
 mod activity;
+mod card;
 mod corpus;
 mod defects;
 mod descriptor;
@@ -20,6 +21,7 @@ mod filter;
 mod fingerprint;
 mod motion;
 mod row;
+mod sarif;
 mod select;
 mod skeleton;
 #[cfg(feature = "arrow")]
@@ -27,6 +29,7 @@ mod table;
 mod thresholds;
 mod twins;
 
+use crate::edit::MotionErrors;
 use crate::error::Result;
 use crate::figure::Figure;
 use crate::scene::{Animation, HumanoidBone as Bone, NodeKind, Scene, Side};
@@ -60,7 +63,7 @@ pub fn examine(scene: &Scene, file: &str, thresholds: &Thresholds) -> Vec<Examin
             row.judge(thresholds);
             return Examined::from(row);
         }
-        match of_clip(scene, clip, &figure, thresholds, &mut row) {
+        match of_clip(scene, index, &figure, thresholds, &mut row) {
             Ok(fingerprint) => {
                 row.round();
                 Examined { row, fingerprint }
@@ -97,17 +100,18 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
 
 fn of_clip(
     scene: &Scene,
-    clip: &Animation,
+    index: usize,
     figure: &Figure,
     thresholds: &Thresholds,
     row: &mut ClipRow,
 ) -> Result<Fingerprint> {
-    let motion = Motion::new(scene, clip, figure)?;
+    let motion = Motion::new(scene, &scene.animations[index], figure)?;
+    let errors = MotionErrors::find(scene, index, figure)?;
     row.rate = Some(motion.rate);
     row.frames = motion.frames as u64;
     row.seconds = motion.seconds();
     row.size = Some(f64::from(motion.size()));
-    let mut findings = Findings::of(&motion, thresholds);
+    let mut findings = Findings::of(&motion, &errors, thresholds);
     not_finite(scene, &motion, &mut findings);
     travel(&motion, row);
     if let Some(body) = &motion.body {

@@ -98,6 +98,41 @@ impl Step for Clean {
     }
 }
 
+/// What is wrong with the time, the rotations and the noise of a motion.
+pub(crate) struct MotionErrors {
+    /// Frames that are held or doubled.
+    pub(crate) doubled: Vec<usize>,
+    /// Frames before which one was dropped.
+    pub(crate) dropped: Vec<usize>,
+    /// For each joint the frames in which its rotation is flipped, where there are any.
+    pub(crate) flipped: Vec<(NodeId, Vec<bool>)>,
+    /// The noise of each joint, as how far the farthest joint below it moves by it, in metres.
+    pub(crate) noise: Vec<(NodeId, f64)>,
+}
+
+impl MotionErrors {
+    /// Finds what [`Clean`] would mend, and changes nothing.
+    ///
+    /// # Errors
+    /// [`Code::NoMotion`](crate::Code::NoMotion) without this animation.
+    pub(crate) fn find(scene: &Scene, animation: usize, figure: &Figure) -> Result<Self> {
+        let reach = Work::reaches(scene, figure);
+        let work = Work::new(scene, figure, &reach, animation)?;
+        let [doubled, dropped] = time::errors(&work);
+        let nodes = work.frames.nodes().iter().enumerate();
+        let flipped = nodes.map(|(column, node)| {
+            let mut track: Vec<_> = work.frames.track(column).iter().map(|trs| trs.rotation).collect();
+            (*node, flips::mend(&mut track, None, work.frames.rate).frames)
+        });
+        Ok(Self {
+            doubled,
+            dropped,
+            flipped: flipped.filter(|(_, frames)| !frames.is_empty()).collect(),
+            noise: noise::levels(&work),
+        })
+    }
+}
+
 impl Clean {
     /// The step with a part, or without it.
     #[must_use]

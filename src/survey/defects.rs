@@ -1,6 +1,7 @@
 //! What is wrong with a motion: a family of kinds a file.
 
 mod collision;
+mod errors;
 mod feet;
 mod skeleton;
 mod still;
@@ -12,6 +13,7 @@ pub(super) use self::still::is_t_pose;
 use super::motion::Motion;
 use super::row::Defect;
 use super::thresholds::{DefectKind, Thresholds};
+use crate::edit::MotionErrors;
 
 /// Most findings of one kind in a clip that are kept; amounts count all.
 const MOST_FINDINGS: usize = 100;
@@ -25,7 +27,7 @@ pub(super) struct Findings<'a> {
 
 impl<'a> Findings<'a> {
     /// Everything that is wrong with a motion.
-    pub(super) fn of(motion: &Motion, thresholds: &'a Thresholds) -> Self {
+    pub(super) fn of(motion: &Motion, errors: &MotionErrors, thresholds: &'a Thresholds) -> Self {
         let mut findings = Self {
             thresholds,
             amounts: BTreeMap::new(),
@@ -33,6 +35,7 @@ impl<'a> Findings<'a> {
         };
         if motion.frames > 1 && motion.rate > 0.0 {
             still::find(motion, &mut findings);
+            errors::find(motion, errors, &mut findings);
             skeleton::find(motion, &mut findings);
             if let Some(body) = &motion.body {
                 still::find_t_pose(motion, body, &mut findings);

@@ -1,7 +1,7 @@
 //! The motion of one clip in metres with +Y up: positions of all nodes in the world and rotations to the parents, made
 //! once and read by every measure.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{Quat, Vec3};
 
@@ -186,11 +186,11 @@ impl Body {
         }
         let near = |level: f32| heights.iter().filter(move |height| (*height - level).abs() <= BIN);
         let levels = heights.iter().map(|height| (height / BIN).round() as i32);
-        let levels: std::collections::BTreeSet<i32> = levels.collect();
-        let Some(level) = levels
-            .into_iter()
-            .max_by_key(|level| (near(*level as f32 * BIN).count(), -level))
-        else {
+        let levels: BTreeSet<i32> = levels.collect();
+        let count = |level: &i32| near(*level as f32 * BIN).count();
+        let most = levels.iter().map(count).max().unwrap_or(0);
+        // A body that is lifted for long has a higher level; the floor is the lowest on which it often stands.
+        let Some(level) = levels.into_iter().find(|level| 2 * count(level) >= most.max(1)) else {
             return;
         };
         let level = level as f32 * BIN;

@@ -141,6 +141,25 @@ fn the_command_writes_tables_and_says_what_failed() {
     folder.succeeds("survey rows.jsonl -o again.jsonl");
     assert_eq!(folder.read("rows.jsonl"), folder.read("again.jsonl"));
     folder.refuses("survey rows.jsonl -o rows.jsonl", 1, "input");
+    // What has not changed is not read again: its row stays, here one that a hand has marked.
+    let marked = String::from_utf8(folder.read("rows.jsonl"))
+        .unwrap()
+        .replace("\"joints\":31", "\"joints\":77");
+    folder.write("rows.jsonl", marked.as_bytes());
+    folder.succeeds(&format!("survey {WALK} -o rows.jsonl --resume"));
+    assert!(
+        String::from_utf8(folder.read("rows.jsonl"))
+            .unwrap()
+            .contains("\"joints\":77")
+    );
+    folder.succeeds(&format!("survey {WALK} -o rows.jsonl"));
+    assert!(
+        String::from_utf8(folder.read("rows.jsonl"))
+            .unwrap()
+            .contains("\"joints\":31")
+    );
+    folder.refuses(&format!("survey {WALK} -o rows.csv --resume"), 2, "jsonl");
+    folder.refuses(&format!("survey {WALK} --html {WALK}"), 1, "input");
 }
 
 #[test]
@@ -220,4 +239,22 @@ fn the_documentation_has_every_kind() {
     for column in ClipRow::column_names() {
         assert!(text.contains(&format!("`{column}`")), "{column}");
     }
+}
+
+#[test]
+fn the_page_and_the_findings_name_what_is_wrong() {
+    let folder = Folder::of_real(&[WALK]);
+    folder.write("</script>.bvh", &folder.read(WALK));
+    folder.succeeds("survey . --html card.html --sarif found.sarif --threshold skate=0.1");
+    let page = String::from_utf8(folder.read("card.html")).unwrap();
+    // The name of a file ends no element, and nothing is fetched.
+    assert_eq!(page.matches("</script>").count(), 2);
+    assert!(!page.contains("src=") && !page.contains("http"));
+    let sarif: serde_json::Value = serde_json::from_slice(&folder.read("found.sarif")).unwrap();
+    let results = sarif["runs"][0]["results"].as_array().unwrap();
+    assert!(
+        results
+            .iter()
+            .any(|result| result["ruleId"] == "skate" && result["level"] == "error")
+    );
 }

@@ -38,6 +38,18 @@ pub(super) struct Smoothed {
     pub(super) distance: f64,
 }
 
+/// The noise of the rotations of each joint, as how far the farthest joint below it moves by it, in metres.
+pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
+    let nodes = work.frames.nodes().iter().enumerate();
+    let level = |(column, node): (usize, &NodeId)| {
+        let track = work.frames.track(column);
+        let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+        let noise = curve::<Rotations>(&values).map_or(0.0, |curve| noise_of(&curve, work.frames.rate));
+        (*node, noise * f64::from(work.reach(*node)))
+    };
+    nodes.map(level).collect()
+}
+
 /// Smooths every joint that has noise.
 pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
     let mut done = Smoothed::default();

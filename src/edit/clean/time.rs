@@ -34,10 +34,28 @@ pub(super) struct Mended {
 
 /// Fills frames that were held, takes doubled ones out, and puts those in that were dropped.
 pub(super) fn mend(work: &mut Work<'_>) -> Mended {
+    let (frames, done) = find(work);
+    rebuild(work, &frames);
+    done
+}
+
+/// The frames that are held or doubled, and those before which one was dropped.
+pub(super) fn errors(work: &Work<'_>) -> [Vec<usize>; 2] {
+    let (frames, _) = find(work);
+    let with = |rows: &[Row]| {
+        (0..frames.len())
+            .filter(|frame| rows.contains(&frames[*frame]))
+            .collect()
+    };
+    [with(&[Row::Held, Row::Doubled]), with(&[Row::AfterDropped])]
+}
+
+/// What each frame is, and what mending that comes to.
+fn find(work: &Work<'_>) -> (Vec<Row>, Mended) {
     let mut done = Mended::default();
     let steps = Steps::new(work);
     if steps.steps.len() < 2 * AROUND || work.frames.ticks.last().is_none_or(|tick| tick.fract() != 0.0) {
-        return done;
+        return (Vec::new(), done);
     }
     let held = steps.held();
     let mut frames: Vec<Row> = vec![Row::Seen; work.frames.len()];
@@ -71,8 +89,7 @@ pub(super) fn mend(work: &mut Work<'_>) -> Mended {
             done.inserted += 1;
         }
     }
-    rebuild(work, &frames);
-    done
+    (frames, done)
 }
 
 /// The number of frames that hold what the frame before them has, while the body moves before and after.

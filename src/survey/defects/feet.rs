@@ -11,7 +11,7 @@ use crate::survey::thresholds::DefectKind::{Skate, Treadmill, UnderFloor};
 
 /// The height up to which a foot that slides fast counts as on the floor, in metres, and the least speed of that, in
 /// metres per second. A foot that swings past is as low for less than the time below.
-const GLIDES_BELOW: f32 = 0.03;
+const GLIDES_BELOW: f32 = 0.04;
 const GLIDES: f32 = 0.3;
 const GLIDES_FOR: f64 = 0.2;
 /// How deep below the floor a span begins, in metres.

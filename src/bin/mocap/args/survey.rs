@@ -41,6 +41,15 @@ pub(crate) struct SurveyArgs {
         requires = "select"
     )]
     pub(crate) by: Vec<By>,
+    /// Write the findings as SARIF, which code hosts show beside files
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sarif: Option<PathBuf>,
+    /// Write a page that shows the corpus: counts, the worst and usual clips as moving figures, twins, a map
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Take the rows of files that a .jsonl output of an earlier run has and whose bytes are the same
+    #[arg(long, requires = "output")]
+    pub(crate) resume: bool,
     /// Exit with 1 where a clip that is kept is so bad
     #[arg(long, value_name = "VERDICT")]
     pub(crate) fail_on: Option<FailOn>,

@@ -1,5 +1,6 @@
 //! `mocap survey`: a row for each clip of many files.
 
+use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -8,6 +9,7 @@ use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds, examine};
 use mocap::{Code, Diagnostic, SkeletonMesh};
 
 use crate::args::SurveyArgs;
+use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::progress::{Counts, Outcome, Progress};
 use crate::batch::{self, thread_count};
@@ -31,7 +33,14 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
         policy.check_inputs(output)?;
     }
-    let (clips, counts) = examine_all(args, &inputs, &thresholds)?;
+    for beside in [&args.sarif, &args.html].into_iter().flatten() {
+        policy.check_inputs(beside)?;
+    }
+    let former = match (&output, args.resume) {
+        (Some(output), true) => former(output)?,
+        _ => HashMap::new(),
+    };
+    let (clips, counts) = examine_all(args, &inputs, &thresholds, &former)?;
     let mut corpus = Corpus::new(clips, &thresholds);
     if let Some(condition) = &args.condition {
         corpus.keep(|row| condition.holds(row));
@@ -43,6 +52,17 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     if let (Some(output), Some(format)) = (&output, format) {
         streams::write(output, &bytes(&corpus, &format)?)?;
         report::say(&format!("{}: {} clips", output.display(), corpus.rows().len()));
+    }
+    if let Some(path) = &args.sarif {
+        super::write_output(&policy, path, corpus.to_sarif(&thresholds).as_bytes())?;
+    }
+    if let Some(path) = &args.html {
+        let page = corpus.to_page(&thresholds, |file| {
+            let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
+            streams::import(&importer, Path::new(file)).ok()
+        });
+        super::write_output(&policy, path, page.as_bytes())?;
+        report::say(&format!("{}: {} clips", path.display(), corpus.rows().len()));
     }
     match (&output, args.select) {
         (Some(_), _) => {}
@@ -99,10 +119,14 @@ fn examine_all(
     args: &SurveyArgs,
     inputs: &[Input],
     thresholds: &Thresholds,
+    former: &HashMap<String, Vec<Examined>>,
 ) -> Result<(Vec<Examined>, Counts), Failure> {
     let mut progress = Progress::new(args.spread.progress(), inputs);
     let mut clips = Vec::new();
-    let work = |input: &Input| of_file(args, input, thresholds).map_err(|error| error.to_string());
+    let work = |input: &Input| match unchanged(former, input) {
+        Some(clips) => Ok(clips),
+        None => of_file(args, input, thresholds).map_err(|error| error.to_string()),
+    };
     let panicked = |_: &Input| Err(batch::PANICKED.to_owned());
     batch::for_each(
         inputs,
@@ -128,13 +152,43 @@ fn examine_all(
     Ok((clips, progress.finish()))
 }
 
+/// The clips of an earlier run by their files.
+fn former(output: &Path) -> Result<HashMap<String, Vec<Examined>>, Failure> {
+    if super::extension(output) != "jsonl" {
+        return Err(Failure::Usage(format!(
+            "{}: --resume takes a .jsonl output, of which .parquet and .csv are then made",
+            output.display()
+        )));
+    }
+    let mut files = HashMap::<String, Vec<Examined>>::new();
+    if output.is_file() {
+        for clip in records(output)? {
+            files.entry(clip.row.file.clone()).or_default().push(clip);
+        }
+    }
+    Ok(files)
+}
+
+/// The clips of a file that an earlier run had, if its bytes are the same.
+fn unchanged(former: &HashMap<String, Vec<Examined>>, input: &Input) -> Option<Vec<Examined>> {
+    let clips = former.get(&*input.path.to_string_lossy())?;
+    let sha256 = sha256(&input.path).ok()?;
+    let is_same = |clip: &Examined| clip.row.error.is_none() && clip.row.sha256 == sha256;
+    clips.iter().all(is_same).then(|| clips.clone())
+}
+
+/// The clips of a record.
+fn records(path: &Path) -> mocap::Result<Vec<Examined>> {
+    let text = std::fs::read_to_string(path).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
+    let text = text.map_err(|error| mocap::Error::from(error).with_path(path))?;
+    Examined::from_lines(&text).map_err(|error| error.with_path(path))
+}
+
 /// The clips of a file, or of the record that it is.
 fn of_file(args: &SurveyArgs, input: &Input, thresholds: &Thresholds) -> mocap::Result<Vec<Examined>> {
     let path = input.path()?;
     if super::extension(path) == "jsonl" {
-        let text = std::fs::read_to_string(path).map_err(|error| Diagnostic::new(Code::Io, error.to_string()));
-        let text = text.map_err(|error| mocap::Error::from(error).with_path(path))?;
-        return Examined::from_lines(&text).map_err(|error| error.with_path(path));
+        return records(path);
     }
     let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
     let scene = streams::import(&importer, path)?;

@@ -1,0 +1,28 @@
+//! Doubled and dropped frames, flips and noise, as `clean` finds them.
+
+use super::{Findings, confidence};
+use crate::edit::MotionErrors;
+use crate::survey::motion::Motion;
+use crate::survey::spans;
+use crate::survey::thresholds::DefectKind::{Doubled, Dropped, Flip, Noise};
+
+pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
+    findings.look_for(&[Doubled, Dropped, Flip, Noise]);
+    for (kind, frames) in [(Doubled, &errors.doubled), (Dropped, &errors.dropped)] {
+        for [from, to] in spans(motion.frames, |frame| frame >= motion.first && frames.contains(&frame)) {
+            findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
+        }
+    }
+    for (node, flipped) in &errors.flipped {
+        for [from, to] in spans(flipped.len(), |frame| frame > motion.first && flipped[frame]) {
+            let joint = &motion.names[node.index()];
+            findings.add(Flip, [from, to], Some(joint), (to + 1 - from) as f32, 0.8);
+        }
+    }
+    for (node, metres) in &errors.noise {
+        let millimetres = 1000.0 * *metres as f32;
+        let joint = &motion.names[node.index()];
+        let whole = [motion.first, motion.frames - 1];
+        findings.add(Noise, whole, Some(joint), millimetres, confidence(millimetres, 8.0));
+    }
+}

@@ -1,0 +1,57 @@
+//! The findings as SARIF 2.1.0, which code hosts show beside the files.
+
+use serde_json::{Value, json};
+
+use super::corpus::Corpus;
+use super::row::{ClipRow, Defect, Quality};
+use super::thresholds::{DefectKind, Thresholds};
+
+impl Corpus {
+    /// The findings as SARIF 2.1.0: an error from the bad amount of a kind on, else a warning; an unreadable file is an
+    /// error.
+    pub fn to_sarif(&self, thresholds: &Thresholds) -> String {
+        let rule = |kind: &DefectKind| json!({"id": kind.as_str(), "shortDescription": {"text": kind.help()}});
+        let mut rules: Vec<Value> = DefectKind::ALL.iter().map(rule).collect();
+        rules.push(json!({"id": "unreadable", "shortDescription": {"text": "the file cannot be read"}}));
+        let results: Vec<Value> = self.rows().flat_map(|row| results(row, thresholds)).collect();
+        let driver = json!({"name": "mocap survey", "version": env!("CARGO_PKG_VERSION"), "rules": rules});
+        let log = json!({
+            "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+            "version": "2.1.0",
+            "runs": [{"tool": {"driver": driver}, "results": results}],
+        });
+        log.to_string()
+    }
+}
+
+fn results(row: &ClipRow, thresholds: &Thresholds) -> Vec<Value> {
+    let result = |id: &str, level: &str, text: String| {
+        let uri = row.file.replace('\\', "/");
+        let location = json!({"physicalLocation": {"artifactLocation": {"uri": uri}}});
+        json!({"ruleId": id, "level": level, "message": {"text": text}, "locations": [location]})
+    };
+    if row.verdict == Quality::Unreadable {
+        return vec![result("unreadable", "error", row.error.clone().unwrap_or_default())];
+    }
+    let of = |defect: &Defect| {
+        let level = if defect.amount >= thresholds.of(defect.kind)[1] {
+            "error"
+        } else {
+            "warning"
+        };
+        let [from, to] = defect.frames;
+        let joint = defect
+            .joint
+            .as_ref()
+            .map(|joint| format!(", {joint}"))
+            .unwrap_or_default();
+        let (kind, amount, unit) = (defect.kind, defect.amount, defect.kind.unit());
+        let text = format!(
+            "clip {}, frames {from}..{to}{joint}: {} ({amount} {unit})",
+            row.clip,
+            kind.help()
+        );
+        result(kind.as_str(), level, text)
+    };
+    row.defects.iter().map(of).collect()
+}

@@ -1,0 +1,247 @@
+"""Judges `mocap survey` by defects and twins that are planted into clean clips at a known place.
+
+    judge.py MOCAP [--defects N] [--twins N] [--seed S] [--keep FOLDER]
+
+For each kind: recall above its stated smallest amount, and how far the found frames are from the planted ones; false
+alarms on the clean clips; recall and precision of twins; `--select` beside NumPy's farthest points.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+from plant import HAS_PLACE, KINDS, OVERLAPS, TWINS, Body, Bvh, Planted
+
+FIXTURES = pathlib.Path(__file__).resolve().parents[2] / "fixtures"
+# Clips that a person looked at: people on a flat floor, their feet on it, with nothing wrong that is planted here. With
+# each: metres in one unit of the file, and the frames that are used.
+CLEAN = {
+    "real/cmu_12_01_walk.bvh": (0.0564444, 1, 524),
+    "real/motionbuilder_vicon_walk.bvh": (0.0254, 0, None),
+    "real/cmu_01_01.bvh": (0.0564444, 1, None),
+    "skeletons/bvhtoolbox_walk01.bvh": (0.01, 0, None),
+    "skeletons/accad_run_turn.bvh": (0.01, 0, None),
+    "skeletons/vicon_sword_attack.bvh": (0.01, 0, None),
+}
+# Clips of which twins are made; they need not be clean.
+BASES = [
+    "real/cmu_12_01_walk.bvh",
+    "real/motionbuilder_vicon_walk.bvh",
+    "real/cmu_01_01.bvh",
+    "real/cmu_salsa_poser_names.bvh",
+    "real/mocopi_jump_six_channels.bvh",
+    "real/rokoko_dance.bvh",
+    "real/z_up_dab.bvh",
+    "real/slimevr_headset_root.bvh",
+    "skeletons/bvhtoolbox_walk01.bvh",
+    "skeletons/accad_run_turn.bvh",
+    "skeletons/animics_all_along_z.bvh",
+]
+# What is asked: recall of each kind, false alarms on clean clips, frames of a place, recall and precision of twins, the
+# largest distance of `--select` beside that of NumPy's farthest points.
+RECALL, FALSE_ALARMS, PLACE, TWIN_RECALL, TWIN_PRECISION, SELECT = 0.95, 0.02, 2, 0.98, 0.99, 1.05
+# Seconds of a cut of a clean clip.
+CUTS = (2.5, 6.0)
+
+
+def survey(mocap, folder, *options):
+    out = folder.with_suffix(".jsonl")
+    run = subprocess.run([mocap, "survey", folder, "-o", out, "-q", *options], capture_output=True, text=True)
+    if run.returncode not in (0, 3):
+        sys.exit(run.stderr)
+    rows = [json.loads(line) for line in out.read_text().splitlines()]
+    return {pathlib.Path(row["file"]).name: row for row in rows}
+
+
+def cut(rng, bvh, first, last, seconds, low=None):
+    """A part of a clip, by a random start; with `low`, one that begins and ends with a foot on the floor."""
+    clip = bvh.copy()
+    rows = bvh.rows[first:last]
+    frames = min(len(rows), round(seconds / bvh.frame_time))
+    for _ in range(50):
+        start = rng.randrange(len(rows) - frames + 1)
+        clip.rows = rows[start : start + frames].copy()
+        if low is None or max(low[first + start], low[first + start + frames - 1]) < 0.06:
+            return clip
+    return clip
+
+
+def lowest_toes(bvh, metres):
+    """How high the lower toe is in each frame, above where it usually is, in metres."""
+    body = Body(bvh, metres)
+    heights = body.places[:, body.toes(), 1].min(axis=1)
+    return heights - np.percentile(heights, 10)
+
+
+def defects(mocap, rng, folder, count, sample):
+    """Plants defects, and prints a row for each kind. Returns what is not as it is asked."""
+    clips = {name: Bvh((FIXTURES / name).read_text()) for name in CLEAN}
+    low = {name: lowest_toes(clips[name], CLEAN[name][0]) for name in CLEAN}
+    folder.mkdir()
+    truth, number = {}, 0
+    kinds = list(KINDS)
+    tries = 0
+    while number < count and tries < 20 * count:
+        tries += 1
+        kind = kinds[number % len(kinds)]
+        name = rng.choice(list(CLEAN))
+        metres, first, last = CLEAN[name]
+        clip = cut(rng, clips[name], first, last, rng.uniform(*CUTS), low[name])
+        try:
+            frames, amount = KINDS[kind](rng, clip, metres)
+        except Planted:
+            continue
+        file = f"{number:05}_{kind}.bvh"
+        (folder / file).write_text(clip.text())
+        truth[file] = (kind, frames, amount, name)
+        number += 1
+    clean = 0
+    for name in CLEAN:
+        metres, first, last = CLEAN[name]
+        for _ in range(max(4, count // 40)):
+            clip = cut(rng, clips[name], first, last, rng.uniform(*CUTS), low[name])
+            (folder / f"clean{clean:04}_{pathlib.Path(name).stem}.bvh").write_text(clip.text())
+            clean += 1
+    rows = survey(mocap, folder)
+    failures = []
+    print(f"{'kind':16}{'planted':>8}{'recall':>8}{'place':>8}")
+    for kind in kinds:
+        planted = {file: t for file, t in truth.items() if t[0] == kind}
+        found = sum(is_found(rows[file], *t[:2]) for file, t in planted.items())
+        places = [place(rows[file], kind, t[1]) for file, t in planted.items() if is_found(rows[file], *t[:2])]
+        near = np.mean([p <= PLACE for p in places]) if kind in HAS_PLACE and places else math.nan
+        recall = found / len(planted) if planted else math.nan
+        print(f"{kind:16}{len(planted):8}{recall:8.3f}{near:8.3f}")
+        # Of a sample one may be missed of each kind.
+        if recall < RECALL and (not sample or found < len(planted) - 1):
+            failures.append(f"{kind}: recall {recall:.3f}")
+            missed = [f"{file} {t[1:]}" for file, t in planted.items() if not is_found(rows[file], *t[:2])]
+            print("    missed:", "; ".join(missed[:4]))
+        if near < RECALL and not sample:
+            failures.append(f"{kind}: within {PLACE} frames {near:.3f}")
+    alarms = {file: row["reasons"] for file, row in rows.items() if file.startswith("clean") and row["verdict"] != "good"}
+    fraction = len(alarms) / clean
+    print(f"false alarms: {len(alarms)} of {clean} clean clips, {100 * fraction:.1f} %")
+    for file, reasons in list(alarms.items())[:8]:
+        print("   ", file, reasons)
+    if fraction > (0.1 if sample else FALSE_ALARMS):
+        failures.append(f"false alarms {fraction:.3f}")
+    return failures
+
+
+def is_found(row, kind, frames):
+    found = [d["frames"] for d in row["defects"] if d["kind"] == kind]
+    if kind in HAS_PLACE:
+        return any(a <= frames[1] and b >= frames[0] for a, b in found)
+    if kind in OVERLAPS:
+        covered = set()
+        for a, b in found:
+            covered.update(range(a, b + 1))
+        inside = sum(frame in covered for frame in range(frames[0], frames[1] + 1))
+        return inside >= 0.5 * (frames[1] - frames[0] + 1)
+    return bool(found)
+
+
+def place(row, kind, frames):
+    found = [d["frames"] for d in row["defects"] if d["kind"] == kind]
+    return min(max(abs(a - frames[0]), abs(b - frames[1])) for a, b in found)
+
+
+def twins(mocap, rng, folder, count, sample):
+    """Plants twins of parts of real clips, and holds the pairs that are found against those that were made."""
+    folder.mkdir()
+    family, kinds, number = {}, list(TWINS), 0
+    bases = []
+    for name in BASES:
+        text = (FIXTURES / name).read_text()
+        bvh = Bvh(text)
+        frames = round(4.0 / bvh.frame_time)
+        first = 1
+        while first + frames <= len(bvh.rows) or first == 1:
+            base = bvh.copy()
+            base.rows = bvh.rows[first : first + frames].copy()
+            first += frames
+            file = f"base{len(bases):03}.bvh"
+            # What stands still has no twins.
+            if np.abs(np.diff(base.rows[:, 3:], axis=0)).max(axis=1).sum() > 100:
+                (folder / file).write_text(base.text())
+                family[file] = len(bases)
+                bases.append(base)
+    reasons = {}
+    tries = 0
+    while number < count and tries < 20 * count:
+        tries += 1
+        kind, index = kinds[number % len(kinds)], rng.randrange(len(bases))
+        clip = bases[index].copy()
+        try:
+            TWINS[kind](rng, clip)
+        except Planted:
+            continue
+        file = f"twin{number:05}_{kind}.bvh"
+        (folder / file).write_text(clip.text())
+        family[file] = index
+        reasons[file] = kind
+        number += 1
+    rows = survey(mocap, folder)
+    groups = {}
+    for file, row in rows.items():
+        if row["twin_group"] is not None:
+            groups.setdefault(row["twin_group"], set()).add(file)
+    base_of = {index: file for file, index in family.items() if file.startswith("base")}
+    failures, found_of, total = [], {}, {}
+    for file, kind in reasons.items():
+        group = rows[file]["twin_group"]
+        total[kind] = total.get(kind, 0) + 1
+        is_twin = group is not None and group == rows[base_of[family[file]]]["twin_group"]
+        found_of[kind] = found_of.get(kind, 0) + is_twin
+    wrong = right = 0
+    for file, row in rows.items():
+        if row["twin"]:
+            kept = pathlib.Path(row["twin_of"]).name
+            right += family[kept] == family[file]
+            if family[kept] != family[file]:
+                wrong += 1
+                if wrong <= 5:
+                    print("    wrong:", file, "of", kept, row["twin_reason"])
+    for kind in kinds:
+        print(f"{kind:16}{total.get(kind, 0):8}{found_of.get(kind, 0) / max(1, total.get(kind, 0)):8.3f}")
+    recall, precision = sum(found_of.values()) / sum(total.values()), right / max(1, right + wrong)
+    print(f"twins of {len(bases)} clips: recall {recall:.4f}, precision {precision:.4f}")
+    if recall < (0.9 if sample else TWIN_RECALL):
+        failures.append(f"twins: recall {recall:.4f}")
+    if precision < TWIN_PRECISION:
+        failures.append(f"twins: precision {precision:.4f}")
+    return failures
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("mocap")
+    parser.add_argument("--defects", type=int, default=2000)
+    parser.add_argument("--twins", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--sample", action="store_true", help="one miss of each kind is allowed")
+    parser.add_argument("--keep", type=pathlib.Path)
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = args.keep or pathlib.Path(temporary)
+        folder.mkdir(exist_ok=True)
+        failures = []
+        if args.defects:
+            failures += defects(args.mocap, random.Random(args.seed), folder / "defects", args.defects, args.sample)
+        if args.twins:
+            failures += twins(args.mocap, random.Random(args.seed), folder / "twins", args.twins, args.sample)
+    for failure in failures:
+        print("not as asked:", failure)
+    sys.exit(bool(failures))
+
+
+if __name__ == "__main__":
+    main()
