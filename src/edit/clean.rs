@@ -4,12 +4,14 @@
 //! `docs/cleaning.md` has the methods and their sources.
 
 mod contacts;
+mod exchange;
 mod floor;
 mod least_squares;
 mod lengths;
 mod measures;
 mod noise;
 mod pace;
+mod points;
 mod report;
 mod smoother;
 mod time;
@@ -175,7 +177,7 @@ impl Clean {
                 held => format!("{held} bones that breathed got one length"),
             },
             CleanPart::Floor => floor::level(work, floor::LEAST_HEIGHT).unwrap_or_default().to_string(),
-            CleanPart::Contacts => contacts::lock(work, animation, report.has_changed(), report.after.skate)?,
+            CleanPart::Contacts => contacts::lock(work, animation, report.had_noise(), report.after.skate)?,
         };
         if !report.take(part, what, work) {
             *work = before;
@@ -202,12 +204,16 @@ pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize)
 struct Flips {
     runs: usize,
     joints: usize,
+    exchanged: usize,
 }
 
 fn mend_flips(work: &mut Work<'_>) -> Flips {
     let mut done = Flips::default();
+    if work.is_humanoid() {
+        done.exchanged = exchange::mend(work);
+    }
     for column in 0..work.frames.nodes().len() {
-        let mut track = work.frames.track(column);
+        let track = work.frames.track(column);
         let mut rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
         let bone = flips::bone(work.scene, work.frames.nodes()[column]);
         let mended = flips::mend(&mut rotations, bone, work.frames.rate);
@@ -216,10 +222,7 @@ fn mend_flips(work: &mut Work<'_>) -> Flips {
         }
         done.runs += mended.runs;
         done.joints += 1;
-        for (trs, rotation) in track.iter_mut().zip(rotations) {
-            trs.rotation = rotation;
-        }
-        work.frames.set_track(column, &track);
+        work.set_rotations(column, &rotations);
     }
     done
 }

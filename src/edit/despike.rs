@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::flips;
 use super::frames::Frames;
 use super::quantity::degrees;
 use super::step::step;
@@ -20,6 +21,8 @@ step! {
     ///
     /// A value is such a spike if it is farther from the middle of the two values `n` frames before and after it than
     /// `threshold` times the median of the same around it, for an `n` up to the longest spike (Hampel's identifier).
+    /// Longer runs, between two jumps that undo each other, are turned back, as those of a bone that is turned about
+    /// itself for some frames.
     ///
     /// ```
     /// use mocap::edit::{Despike, Step, StepInput};
@@ -48,7 +51,7 @@ step! {
 
 impl Step for Despike {
     const NAME: &'static str = "despike";
-    const HELP: &'static str = "take single frames out that jump";
+    const HELP: &'static str = "take out what jumps away and back";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
     type Report = DespikeReport;
 
@@ -105,6 +108,11 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
     for column in 0..frames.nodes().len() {
         let (node, mut track) = (frames.nodes()[column], frames.track(column));
         let old = track.clone();
+        let mut rotations: Vec<_> = track.iter().map(|trs| trs.rotation).collect();
+        let flipped = flips::mend(&mut rotations, flips::bone(scene, node), frames.rate).frames;
+        for (trs, rotation) in track.iter_mut().zip(rotations) {
+            trs.rotation = rotation;
+        }
         let least = (options.angle as f32).to_radians();
         let by_angle = |a: &Trs, b: &Trs| log(a.rotation.inverse() * b.rotation).length();
         let turned = spikes(&track, options, least, by_angle, |a, b| Trs {
@@ -123,6 +131,10 @@ fn despike(scene: &mut Scene, animation: usize, options: &Despike) -> Result<Des
         bridge(&mut track, &shifted, |at, before, after, share| {
             at.translation = before.translation.lerp(after.translation, share);
         });
+        let is_flipped = |frame: usize| flipped.get(frame).copied().unwrap_or_default();
+        let turned: Vec<bool> = (0..track.len())
+            .map(|frame| turned[frame] || is_flipped(frame))
+            .collect();
         for (frame, (turned, shifted)) in turned.iter().zip(&shifted).enumerate() {
             in_frame[frame] |= *turned || *shifted;
             report.replaced += usize::from(*turned) + usize::from(*shifted);

@@ -116,12 +116,16 @@ fn run(track: &[Quat], first: usize, end: usize, bone: Option<Vec3>, longest_rep
     let rights = [into.inverse() * before, out.inverse() * after];
     let lefts = [before * into.inverse(), after * out.inverse()];
     let [right, left] = [rights, lefts].map(|ends| angle(ends[0], ends[1]));
+    let mean = |[at_start, at_end]: [Quat; 2]| (at_start + in_hemisphere_of(at_start, at_end)).normalize();
+    if right < AGREE * smaller
+        && let Some(turn) = bone.and_then(|bone| half_turn(mean(rights), bone))
+    {
+        return Some(Mend::Right(turn));
+    }
     if end - first > 1 && right.min(left) < AGREE * smaller {
-        let [at_start, at_end] = if right <= left { rights } else { lefts };
-        let mean = (at_start + in_hemisphere_of(at_start, at_end)).normalize();
         return Some(match right <= left {
-            true => Mend::Right(bone.and_then(|bone| half_turn(mean, bone)).unwrap_or(mean)),
-            false => Mend::Left(mean),
+            true => Mend::Right(mean(rights)),
+            false => Mend::Left(mean(lefts)),
         });
     }
     let comes_back = angle(before, after) < AGREE * smaller;

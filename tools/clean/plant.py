@@ -45,9 +45,6 @@ def load(source, rate):
     scale = HEIGHT_CM / height
     motion.root, motion.offsets = motion.root * scale, motion.offsets * scale
     motion.tips = [(joint, [scale * value for value in tip]) for joint, tip in motion.tips]
-    feet = [motion.names.index(name) for name in source["ankles"] + source["balls"]]
-    lowest = motion.positions()[:, feet, 1].min(axis=1)
-    motion.root[:, 1] -= np.percentile(lowest, 5)
     motion.root[:, [0, 2]] -= motion.root[0, [0, 2]]
     return motion
 
@@ -65,7 +62,10 @@ def clips(folders, count, seed):
         whole = loaded[key]
         length = min(len(whole.root), int(random.uniform(3, 8) * whole.rate))
         first = random.integers(0, len(whole.root) - length + 1)
-        yield source, whole.take(np.arange(first, first + length)), np.random.default_rng([seed, index])
+        clip = whole.take(np.arange(first, first + length))
+        feet = [clip.names.index(name) for name in source["ankles"] + source["balls"]]
+        clip.root[:, 1] -= np.percentile(clip.positions()[:, feet, 1].min(axis=1), 5)
+        yield source, clip, np.random.default_rng([seed, index])
 
 
 def add_noise(motion, random):
@@ -105,16 +105,13 @@ def add_flips(motion, source, random):
         motion.turns[at, joint] = (Rotation.from_quat(motion.turns[at, joint]) * turn).as_quat() if len(at) else 0
         wrong[at, joint] = True
     at = run(random.integers(5, 13))
-    names = [[side for side in motion.names if side.endswith(part) or part in side.split("_", 1)[-1:]] for part in source["legs"]]
-    for part in names:
-        left = [name for name in part if name[0] in "lL"]
-        right = [name for name in part if name[0] in "rR"]
-        for a, b in zip(left[:1], right[:1]):
-            a, b = motion.names.index(a), motion.names.index(b)
-            apart = (Rotation.from_quat(motion.turns[at, a]).inv() * Rotation.from_quat(motion.turns[at, b])).magnitude() if len(at) else []
-            motion.turns[np.ix_(at, [a, b])] = motion.turns[np.ix_(at, [b, a])]
-            wrong[at, a] |= np.degrees(apart) > 20
-            wrong[at, b] |= np.degrees(apart) > 20
+    for part in source["legs"]:
+        a, b = (motion.names.index(side + part) for side in ("Left", "Right"))
+        turns = [Rotation.from_quat(motion.turns[at, joint]) if len(at) else None for joint in (a, b)]
+        motion.turns[np.ix_(at, [a, b])] = motion.turns[np.ix_(at, [b, a])]
+        if len(at):
+            wrong[at, a] |= np.degrees((turns[0].inv() * turns[1]).magnitude()) > 20
+            wrong[at, b] |= wrong[at, a]
     return wrong
 
 

@@ -6,7 +6,7 @@ use crate::edit::frames::Frames;
 use crate::error::Result;
 
 /// Feet that slide less than this in contact are left where nothing else was changed, in m/s.
-pub(super) const LEAST_SKATE: f64 = 0.08;
+pub(super) const LEAST_SKATE: f64 = 0.16;
 
 /// Locks the feet, where they slide or the motion was changed before, and says what it did: an empty text if nothing.
 pub(super) fn lock(work: &mut Work<'_>, animation: usize, is_changed: bool, skate: Option<f64>) -> Result<String> {

@@ -11,25 +11,44 @@ use super::least_squares::{Knots, LeastSquares, biweight};
 use super::work::Work;
 use crate::edit::frames::tracks;
 use crate::figure::contacts::points_of_feet;
+use crate::figure::ground::level as level_of;
 
 /// A point of a foot may tell of the floor while it is slower than this, in m/s, over this many seconds.
 const SLOW: f64 = 0.35;
 const OVER: f64 = 0.1;
+/// How high above the lowest tenth a point of a foot that stands is, in metres.
+const LOW: f64 = 0.04;
 /// The first and the last scale of the fit in metres, and the number of rounds.
 const SCALES: [f64; 2] = [0.25, 0.015];
 const ROUNDS: usize = 16;
 /// Seconds from a knot of the drift to the next, and how many there are at most.
 const KNOT: f64 = 2.5;
 const KNOTS: usize = 100;
+/// What is expected before anything is seen, as standard deviations: the height of a foot that stands, in metres, where
+/// a tenth of a second counts as one observation; the rise per metre; the drift in height, and how much it bends at a
+/// knot; the speed of a foot that stands and of the drift over the ground, in m/s, and how much that bends.
+const OF_FOOT: f64 = 0.01;
+const ONE_OBSERVATION: f64 = 0.1;
+const OF_RISE: f64 = 0.06;
+const OF_DRIFT: [f64; 2] = [0.015, 0.01];
+const OF_STANDING: f64 = 0.01;
+const OF_DRIFT_SPEED: [f64; 2] = [0.02, 0.01];
+/// A foot must stand for so many seconds to tell of a drift over the ground: in a step it rolls on.
+const STANDS: f64 = 0.8;
 /// A height, a slope in degrees and a drift below these are left, in metres and m/s.
 pub(super) const LEAST_HEIGHT: f64 = 0.06;
 pub(super) const LEAST_SLOPE: f64 = 1.0;
 const LEAST_DRIFT: f64 = 0.03;
+/// A drift over the ground below this is left: people shuffle.
+const LEAST_DRIFT_OVER_GROUND: f64 = 0.1;
 /// A slope above this is a hill, a drift in height beyond this is stairs, and one over the ground that is faster is a
 /// treadmill: they are left.
 const LARGEST_SLOPE: f64 = 12.0;
 const LARGEST_DRIFT: f64 = 0.25;
 const FASTEST_DRIFT: f64 = 0.08;
+/// How many times as many points must be near a slope as near a level plane, and what is near, in metres.
+const EXPLAINS: f64 = 1.1;
+const NEAR: f64 = 0.02;
 /// How many times its own uncertainty a slope must be.
 const CERTAIN: f64 = 4.0;
 
@@ -42,6 +61,8 @@ pub(super) struct Floor {
     rise: [f64; 2],
     /// How uncertain they are.
     uncertain: f64,
+    /// How many times as many points are near the sloped plane as near a level one.
+    explains: f64,
     /// Where the points are, on the average.
     centre: DVec3,
     /// What is added to the height in each frame.
@@ -95,6 +116,61 @@ impl Feet {
         }
     }
 
+    /// The level on which the feet rest, by the rule of all commands.
+    fn level(&self) -> f64 {
+        let of_kind = |kind: usize| {
+            let tracks: Vec<&Vec<DVec3>> = self.points.iter().filter(|p| p.0 == kind).map(|p| &p.1).collect();
+            let heights = (0..self.frames).flat_map(|frame| tracks.iter().map(move |track| track[frame].z as f32));
+            (!tracks.is_empty()).then(|| f64::from(level_of(&heights.collect::<Vec<_>>(), tracks.len())))
+        };
+        let levels = [of_kind(0), of_kind(1)].into_iter().flatten();
+        levels.reduce(f64::min).unwrap_or_default()
+    }
+
+    /// The velocity of the slower foot while both stand for long, each with its frame: a drift moves both alike, and a
+    /// foot that shuffles moves alone.
+    fn standing(&self) -> Vec<(usize, DVec3)> {
+        let best = self.points.iter().map(|point| point.0).max().unwrap_or_default();
+        let mut feet = self
+            .points
+            .iter()
+            .filter(|point| point.0 == best)
+            .map(|point| self.stands(&point.1));
+        let (Some(left), Some(right)) = (feet.next(), feet.next()) else {
+            return Vec::new();
+        };
+        let both = left.into_iter().zip(right).enumerate();
+        both.filter_map(|(frame, (left, right))| {
+            let (left, right) = (left?, right?);
+            Some((frame, if left.length() < right.length() { left } else { right }))
+        })
+        .collect()
+    }
+
+    /// The velocity of a point in the frames in which it stands for long, without the ends of that time.
+    fn stands(&self, track: &[DVec3]) -> Vec<Option<DVec3>> {
+        let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
+        let least = (STANDS * self.rate) as usize;
+        let level = low(track.iter().map(|at| at.z));
+        let velocity = |frame: usize| (track[frame + half] - track[frame - half]) * self.rate / (2 * half) as f64;
+        let mut found = vec![None; self.frames];
+        let mut from = half;
+        for frame in half..self.frames.saturating_sub(half) {
+            let stands = velocity(frame).length() < 0.5 * SLOW && track[frame].z < level + LOW;
+            let end = if stands { frame + 1 } else { frame };
+            let is_last = frame + half + 1 >= self.frames;
+            if (!stands || is_last) && end > from + least {
+                for (inside, found) in found.iter_mut().enumerate().take(end - half).skip(from + half) {
+                    *found = Some(velocity(inside));
+                }
+            }
+            if !stands {
+                from = frame + 1;
+            }
+        }
+        found
+    }
+
     /// Calls `add` with each point that is slow: its kind, its frame, where it is and its velocity.
     fn slow(&self, mut add: impl FnMut(usize, usize, DVec3, DVec3)) {
         let half = ((0.5 * OVER * self.rate).round() as usize).max(1);
@@ -126,12 +202,13 @@ pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
         drift: vec![0.0; feet.frames],
         ..Floor::default()
     };
+    // Frames next to one another tell the same.
+    let one = 1.0 / (OF_FOOT.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
     // Two levels, two slopes, and the knots of the drift.
     for round in 0..ROUNDS {
         let part = round as f64 / (ROUNDS - 1) as f64;
         let scale = SCALES[0] * (SCALES[1] / SCALES[0]).powf((1.3 * part).min(1.0));
         let mut equations = LeastSquares::new(4 + knots.count);
-        let mut weights = 0.0;
         for &(kind, frame, at) in &points {
             let from = at - centre;
             let expected = levels[kind] + floor.rise[0] * from.x + floor.rise[1] * from.y + floor.drift[frame];
@@ -143,35 +220,40 @@ pub(super) fn find(work: &Work<'_>) -> Option<Floor> {
             };
             if weight > 0.0 {
                 let [knot, next] = knots.terms(frame, 4);
-                equations.add(&[(kind, 1.0), (2, from.x), (3, from.y), knot, next], at.z, weight);
-                weights += weight;
+                let terms = [(kind, 1.0), (2, from.x), (3, from.y), knot, next];
+                equations.add(&terms, at.z, one * weight);
             }
         }
         for (kind, level) in levels.iter().enumerate() {
-            equations.add(&[(kind, 1.0)], *level, 1e-6 * (1.0 + weights));
+            equations.add(&[(kind, 1.0)], *level, 1e-6 * one);
         }
         for rise in [2, 3] {
-            equations.add(&[(rise, 1.0)], 0.0, 2e-4 * weights);
+            equations.add(&[(rise, 1.0)], 0.0, OF_RISE.powi(-2));
         }
-        knots.add_priors(
-            &mut equations,
-            4,
-            0.2 * weights / knots.count as f64,
-            0.02 * weights / knots.count as f64,
-        );
+        knots.add_priors(&mut equations, 4, OF_DRIFT[1].powi(-2), OF_DRIFT[0].powi(-2));
         let (found, variances) = equations.solve()?;
         levels = [found[0], found[1]];
         floor.rise = [found[2], found[3]];
         floor.drift = knots.curve(&found[4..]);
-        // Frames next to one another tell the same: a tenth of a second counts once.
-        let of_one = 0.01f64.powi(2) * (0.1 * feet.rate).max(1.0);
-        floor.uncertain = (of_one * variances[2].max(variances[3])).sqrt();
+        floor.uncertain = variances[2].max(variances[3]).sqrt();
     }
-    let has = |kind: usize| points.iter().any(|point| point.0 == kind);
-    floor.height = (0..2)
-        .filter(|kind| has(*kind))
-        .map(|kind| levels[kind])
-        .fold(f64::INFINITY, f64::min);
+    let near = |height: &dyn Fn(&(usize, usize, DVec3)) -> f64| {
+        points
+            .iter()
+            .filter(|point| (point.2.z - height(point)).abs() < NEAR)
+            .count() as f64
+    };
+    let sloped = |point: &(usize, usize, DVec3)| {
+        let from = point.2 - centre;
+        levels[point.0] + floor.rise[0] * from.x + floor.rise[1] * from.y + floor.drift[point.1]
+    };
+    // The level plane with the most points near it.
+    let heights = (0..=40).map(|step| {
+        let by = f64::from(step - 20) * 0.02;
+        near(&|point: &(usize, usize, DVec3)| levels[point.0] + by)
+    });
+    floor.explains = near(&sloped) / heights.fold(1.0, f64::max);
+    floor.height = feet.level();
     Some(floor)
 }
 
@@ -189,11 +271,14 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
     let floor = find(work)?;
     let [x, y, up] = axes(work.up);
     let slope = floor.slope();
-    if (LEAST_SLOPE..LARGEST_SLOPE).contains(&slope) && floor.rise[0].hypot(floor.rise[1]) > CERTAIN * floor.uncertain {
+    if (LEAST_SLOPE..LARGEST_SLOPE).contains(&slope)
+        && floor.rise[0].hypot(floor.rise[1]) > CERTAIN * floor.uncertain
+        && floor.explains > EXPLAINS
+    {
         let normal = up - x * floor.rise[0] as f32 - y * floor.rise[1] as f32;
         let turn = Quat::from_rotation_arc(normal.normalize(), up);
         let metres = work.metres;
-        let pivot = (x * floor.centre.x as f32 + y * floor.centre.y as f32 + up * floor.height as f32) / metres;
+        let pivot = (x * floor.centre.x as f32 + y * floor.centre.y as f32 + up * floor.centre.z as f32) / metres;
         let motion = Mat4::from_translation(pivot) * Mat4::from_quat(turn) * Mat4::from_translation(-pivot);
         work.carry(carrier, |_| motion);
         done.slope = Some(slope);
@@ -225,30 +310,27 @@ pub(super) fn level(work: &mut Work<'_>, least_height: f64) -> Option<Levelled> 
 /// where that is little, or is no drift.
 fn drift(work: &Work<'_>, height: &[f64]) -> Option<Vec<DVec3>> {
     let feet = Feet::new(work);
-    let mut slow = Vec::new();
-    feet.slow(|kind, frame, at, velocity| slow.push((kind, frame, at, velocity)));
-    // The balls of the feet, where there are any: an ankle goes on while the foot rolls.
-    let best = slow.iter().map(|point| point.0).max()?;
-    slow.retain(|point| point.0 == best);
-    let level = low(slow.iter().map(|point| point.2.z));
-    slow.retain(|point| point.2.z < level + 0.03);
+    let slow = feet.standing();
     let knots = Knots::new(feet.frames, KNOT * feet.rate, KNOTS);
+    let one = 1.0 / (OF_STANDING.powi(2) * (ONE_OBSERVATION * feet.rate).max(1.0));
     let mut velocities = [vec![0.0; feet.frames], vec![0.0; feet.frames]];
     for round in 0..ROUNDS {
         let scale = 0.25f64 * (0.04f64 / 0.25).powf(round as f64 / (ROUNDS - 1) as f64);
         let mut equations = [0, 1].map(|_| LeastSquares::new(knots.count));
-        let mut weights = 0.0;
-        for (_, frame, _, velocity) in &slow {
+        for (frame, velocity) in &slow {
             let off = (velocity.x - velocities[0][*frame]).hypot(velocity.y - velocities[1][*frame]);
-            let weight = biweight(off.hypot(velocity.z) / scale);
+            let weight = one * biweight(off.hypot(velocity.z) / scale);
             let terms = knots.terms(*frame, 0);
             equations[0].add(&terms, velocity.x, weight);
             equations[1].add(&terms, velocity.y, weight);
-            weights += weight;
         }
         for (mut equations, velocity) in equations.into_iter().zip(&mut velocities) {
-            let of_knot = weights / knots.count as f64 + 1e-3;
-            knots.add_priors(&mut equations, 0, 0.3 * of_knot, 0.02 * of_knot);
+            knots.add_priors(
+                &mut equations,
+                0,
+                OF_DRIFT_SPEED[1].powi(-2),
+                OF_DRIFT_SPEED[0].powi(-2),
+            );
             *velocity = knots.curve(&equations.solve()?.0);
         }
     }
@@ -273,7 +355,7 @@ fn drift(work: &Work<'_>, height: &[f64]) -> Option<Vec<DVec3>> {
     let over_ground = farthest(|at| at.x).hypot(farthest(|at| at.y));
     let in_height = farthest(|at| at.z);
     let keeps = [
-        over_ground > LEAST_DRIFT,
+        over_ground > LEAST_DRIFT_OVER_GROUND,
         in_height > LEAST_DRIFT && in_height < LARGEST_DRIFT,
     ];
     if keeps == [false; 2] {

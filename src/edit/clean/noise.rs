@@ -8,24 +8,27 @@
 use glam::{DQuat, DVec3, Quat};
 
 use super::pace::Bank;
+use super::points;
 use super::smoother::{Positions, Rotations, Values, smooth};
 use super::work::Work;
 use crate::pose::Trs;
 use crate::scene::NodeId;
 
 /// The differences that are looked at.
-const ORDERS: std::ops::RangeInclusive<usize> = 2..=6;
+const ORDERS: std::ops::RangeInclusive<usize> = 2..=7;
 /// The span in seconds, and in frames at least.
 const SPAN: f64 = 0.5;
 const SPAN_FRAMES: usize = 16;
 /// Of the spans, from the calmest: a quarter are calmer than the one that counts.
 const CALM: f64 = 0.3;
+/// The last difference of white noise is as large as the one before; that of a motion is this much smaller, or more.
+const FLAT: f64 = 0.85;
 /// The median of the absolute value of a normal variable of variance 1.
 const MEDIAN_OF_NORMAL: f64 = 0.6745;
 /// Noise below this moves no joint: as an angle in degrees, ...
-const LEAST_ANGLE: f64 = 0.25;
+const LEAST_ANGLE: f64 = 0.5;
 /// ... as what the angle moves the farthest joint below, and as a position, in metres.
-const LEAST_DISTANCE: f64 = 1.5e-3;
+pub(super) const LEAST_DISTANCE: f64 = 1.5e-3;
 
 /// What was found and done.
 #[derive(Default)]
@@ -55,6 +58,7 @@ pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
     let mut done = Smoothed::default();
     let mut angles = Vec::new();
     let bank = Bank::new(work.frames.rate);
+    let noisy = work.frames.clone();
     for column in 0..work.frames.nodes().len() {
         let node = work.frames.nodes()[column];
         let mut track = work.frames.track(column);
@@ -71,6 +75,9 @@ pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
         if turned.is_some() || moved.is_some() {
             work.frames.set_track(column, &track);
         }
+    }
+    if done.rotations + done.positions > 0 && work.has_no_scale() {
+        points::follow(work, &noisy, &bank);
     }
     angles.sort_by(f64::total_cmp);
     done.angle = angles.get(angles.len() / 2).copied().unwrap_or_default();
@@ -125,11 +132,11 @@ fn curve<S: Values>(values: &[S::Value]) -> Option<Vec<DVec3>> {
     (changes && sum.is_finite() && curve.len() > SPAN_FRAMES).then_some(curve)
 }
 
-/// The standard deviation of the noise of a curve, per axis.
-fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
+/// The standard deviation of the noise of a curve, per axis; 0 where what is there is no noise, but a motion.
+pub(super) fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
     let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
     let spans = (2 * curve.len() / span).saturating_sub(1).max(1);
-    let mut least = vec![f64::INFINITY; spans];
+    let mut found: Vec<Vec<f64>> = Vec::new();
     let mut differences = curve.to_vec();
     let mut of_white = 1.0;
     for order in 1..=*ORDERS.end() {
@@ -142,15 +149,32 @@ fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
         if !ORDERS.contains(&order) {
             continue;
         }
-        for (index, least) in least.iter_mut().enumerate() {
+        let of_span = |index: usize| {
             let from = (index * span / 2).min(differences.len().saturating_sub(span));
             let to = (from + span).min(differences.len());
-            let mut sizes: Vec<f64> = differences[from..to].iter().flat_map(|d| d.abs().to_array()).collect();
-            let middle = sizes.len() / 2;
-            let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-            *least = least.min(median / MEDIAN_OF_NORMAL / of_white.sqrt());
+            let sizes = differences[from..to].iter().flat_map(|d| d.abs().to_array());
+            middle(sizes.collect(), 0.5) / MEDIAN_OF_NORMAL / of_white.sqrt()
+        };
+        found.push((0..spans).map(of_span).collect());
+    }
+    let calm: Vec<f64> = found.iter().map(|spans| middle(spans.clone(), CALM)).collect();
+    let [.., before, last] = calm.as_slice() else {
+        return 0.0;
+    };
+    match *last < FLAT * before {
+        true => 0.0,
+        false => {
+            let least = |span: usize| found.iter().map(|spans| spans[span]).fold(f64::INFINITY, f64::min);
+            middle((0..spans).map(least).collect(), CALM)
         }
     }
-    least.sort_by(f64::total_cmp);
-    least[(CALM * (least.len() - 1) as f64) as usize]
+}
+
+/// The value below which a fraction of the values are.
+fn middle(mut values: Vec<f64>, fraction: f64) -> f64 {
+    let place = (fraction * values.len().saturating_sub(1) as f64) as usize;
+    match values.is_empty() {
+        true => 0.0,
+        false => *values.select_nth_unstable_by(place, f64::total_cmp).1,
+    }
 }

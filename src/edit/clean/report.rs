@@ -104,6 +104,9 @@ pub struct CleanReport {
     pub parts: Vec<CleanedPart>,
 }
 
+/// A motion that had much noise has less than this fraction of its jitter without it.
+const NOISY: f64 = 0.7;
+
 impl CleanReport {
     pub(super) fn new(work: &Work<'_>) -> Self {
         let before = CleanMeasures::new(work);
@@ -128,9 +131,10 @@ impl CleanReport {
         });
     }
 
-    /// Whether a part changed the motion.
-    pub(super) fn has_changed(&self) -> bool {
-        self.parts.iter().any(|part| part.outcome == CleanOutcome::Changed)
+    /// Whether much noise was taken out.
+    pub(super) fn had_noise(&self) -> bool {
+        let is_noise = |part: &CleanedPart| part.part == CleanPart::Noise && part.outcome == CleanOutcome::Changed;
+        self.parts.iter().any(is_noise) && self.after.jitter < NOISY * self.before.jitter
     }
 
     /// Takes in what a part did: an empty text if nothing. `false` where it made a measure worse.
@@ -162,7 +166,8 @@ impl CleanMeasures {
         if part != CleanPart::Time && after.held_frames > self.held_frames {
             return Some("frames would be held".to_owned());
         }
-        if after.jumps > self.jumps {
+        // Noise hides jumps.
+        if part != CleanPart::Noise && after.jumps > self.jumps {
             return Some("rotations would jump".to_owned());
         }
         if more(self.jitter, after.jitter, 0.25, 5.0) {
@@ -178,7 +183,7 @@ impl CleanMeasures {
         if part == CleanPart::Floor && optional(self.floor_slope, after.floor_slope, 0.3) {
             return Some("the floor would be steeper".to_owned());
         }
-        if matches!(part, CleanPart::Floor | CleanPart::Contacts) && optional(self.skate, after.skate, 0.01) {
+        if part == CleanPart::Contacts && optional(self.skate, after.skate, 0.01) {
             return Some("the feet would slide more".to_owned());
         }
         None
@@ -198,6 +203,10 @@ impl fmt::Display for Mended {
 
 impl fmt::Display for Flips {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.exchanged > 0 {
+            let comma = if self.runs > 0 { ", " } else { "" };
+            write!(f, "left and right exchanged back in {} runs{comma}", self.exchanged)?;
+        }
         match self.runs {
             0 => Ok(()),
             runs => write!(f, "{runs} runs of {} joints turned back or replaced", self.joints),

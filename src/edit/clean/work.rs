@@ -1,6 +1,6 @@
 //! What the parts of a cleaning work on.
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Quat, Vec3};
 
 use crate::edit::StepInput;
 use crate::edit::body::and_below;
@@ -71,6 +71,26 @@ impl<'a> Work<'a> {
         let chain = std::iter::successors(Some(hips), above);
         let column = |node: NodeId| self.frames.nodes().binary_search(&node).ok();
         chain.filter_map(column).last()
+    }
+
+    /// Whether no node is scaled.
+    pub(super) fn has_no_scale(&self) -> bool {
+        let rest = Pose::rest(self.scene);
+        let is_one = |scale: Vec3| scale.abs_diff_eq(Vec3::ONE, 1e-3);
+        (0..self.frames.len().min(1)).all(|frame| self.frames.row(frame).iter().all(|trs| is_one(trs.scale)))
+            && rest
+                .node_to_parent
+                .iter()
+                .all(|matrix| is_one(Trs::from_matrix(*matrix).scale))
+    }
+
+    /// Sets the rotations of a held node.
+    pub(super) fn set_rotations(&mut self, column: usize, rotations: &[Quat]) {
+        let mut track = self.frames.track(column);
+        for (trs, rotation) in track.iter_mut().zip(rotations) {
+            trs.rotation = *rotation;
+        }
+        self.frames.set_track(column, &track);
     }
 
     /// Moves the whole body in every frame, by a motion in the world.

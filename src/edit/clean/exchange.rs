@@ -1,0 +1,119 @@
+//! Left and right that are exchanged for some frames, as an estimator does that takes one leg for the other.
+//!
+//! For each pair of limbs the way through the frames is sought on which the rotations change least, where a limb is, or
+//! is exchanged (Viterbi's algorithm with two states). To exchange costs as much as a large step, so that limbs that
+//! cross quickly stay.
+
+use glam::Quat;
+
+use super::work::Work;
+use crate::math::quaternion::squared_angle;
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// The limbs, each with its bones.
+const LIMBS: [&[Bone]; 2] = [
+    &[Bone::LeftUpperLeg, Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes],
+    &[Bone::LeftUpperArm, Bone::LeftLowerArm, Bone::LeftHand],
+];
+/// The longest time for which limbs are exchanged, in seconds.
+const LONGEST: f64 = 2.0;
+/// What an exchange costs beside the steps themselves, in degrees and as a multiple of the median step.
+const COST: f32 = 4.0;
+const COST_OF_STEPS: f32 = 1.0;
+/// Rotations at rest that differ by more than this are those of other frames, in degrees: they cannot be exchanged.
+const ALIKE: f32 = 20.0;
+
+/// Exchanges limbs back, and says in how many runs.
+pub(super) fn mend(work: &mut Work<'_>) -> usize {
+    let mut runs = 0;
+    for limb in LIMBS {
+        let joint = |bone: &Bone, side: Side| {
+            let node = work.figure.humanoid.joint(bone.on(side))?;
+            work.frames.nodes().binary_search(&node).ok()
+        };
+        let pairs = limb
+            .iter()
+            .filter_map(|bone| Some([joint(bone, Side::Left)?, joint(bone, Side::Right)?]));
+        let pairs: Vec<[usize; 2]> = pairs.collect();
+        if pairs.len() > 1 && pairs.iter().all(|pair| are_alike(work, *pair)) {
+            runs += mend_limb(work, &pairs);
+        }
+    }
+    runs
+}
+
+/// Whether the frames of two joints are alike at rest, so that a rotation of one means the same of the other.
+fn are_alike(work: &Work<'_>, pair: [usize; 2]) -> bool {
+    let [left, right] = pair.map(|column| {
+        let node = work.frames.nodes()[column];
+        Quat::from_mat4(&work.scene.nodes[node.index()].transform)
+    });
+    squared_angle(left.to_array(), right.to_array()) < ALIKE.to_radians().powi(2)
+}
+
+fn mend_limb(work: &mut Work<'_>, pairs: &[[usize; 2]]) -> usize {
+    let mut tracks: Vec<[Vec<Quat>; 2]> = pairs
+        .iter()
+        .map(|pair| pair.map(|column| work.frames.track(column).iter().map(|trs| trs.rotation).collect()))
+        .collect();
+    let frames = work.frames.len();
+    let distance = |from: usize, to: usize, crossed: bool| -> f32 {
+        let square = |[left, right]: &[Vec<Quat>; 2]| {
+            let (a, b) = if crossed { (right, left) } else { (left, right) };
+            squared_angle(left[from].to_array(), a[to].to_array())
+                + squared_angle(right[from].to_array(), b[to].to_array())
+        };
+        tracks.iter().map(square).sum::<f32>().sqrt()
+    };
+    let steps: Vec<[f32; 2]> = (1..frames)
+        .map(|frame| [false, true].map(|crossed| distance(frame - 1, frame, crossed)))
+        .collect();
+    let mut usual: Vec<f32> = steps.iter().map(|step| step[0]).collect();
+    let Some(middle) = usual.len().checked_sub(1).map(|last| last / 2) else {
+        return 0;
+    };
+    let median = *usual.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let cost = COST.to_radians() + COST_OF_STEPS * median;
+    // The least costs to be as is, and to be exchanged, and where these came from.
+    let mut costs = [0.0, cost];
+    let mut from: Vec<[bool; 2]> = Vec::with_capacity(frames);
+    for step in &steps {
+        let stay = [costs[0] + step[0], costs[1] + step[0]];
+        let change = [costs[1] + step[1] + cost, costs[0] + step[1] + cost];
+        from.push([change[0] < stay[0], change[1] < stay[1]]);
+        costs = [stay[0].min(change[0]), stay[1].min(change[1])];
+    }
+    let mut is_exchanged = vec![false; frames];
+    let mut state = costs[1] + cost < costs[0];
+    for frame in (0..frames).rev() {
+        is_exchanged[frame] = state;
+        if frame > 0 {
+            state ^= from[frame - 1][usize::from(state)];
+        }
+    }
+    let runs = without_long(&mut is_exchanged, work.frames.frames_in(LONGEST));
+    for (pair, [left, right]) in pairs.iter().zip(&mut tracks) {
+        for frame in (0..frames).filter(|frame| is_exchanged[*frame]) {
+            std::mem::swap(&mut left[frame], &mut right[frame]);
+        }
+        for (column, rotations) in pair.iter().zip([left, right]) {
+            work.set_rotations(*column, rotations);
+        }
+    }
+    runs
+}
+
+/// Drops runs that are longer than so many frames, and says how many are left.
+fn without_long(marked: &mut [bool], longest: usize) -> usize {
+    let (mut runs, mut frame) = (0, 0);
+    while frame < marked.len() {
+        let end = (frame..marked.len()).find(|f| !marked[*f]).unwrap_or(marked.len());
+        if end - frame > longest {
+            marked[frame..end].fill(false);
+        } else if end > frame {
+            runs += 1;
+        }
+        frame = end + 1;
+    }
+    runs
+}

@@ -1,0 +1,166 @@
+//! Smooths where joints are in the world, and turns the joints so that they come there.
+//!
+//! Rotations that are smoothed each for itself do not fit together: while a foot stands, the rotations of the leg and
+//! the motion of the hips cancel, and what is taken from each does not. A foot that stands is at rest in the world, and
+//! a hand that waits is too, so that their places are smoothed strongly, and the joints above follow. What a joint does
+//! about its own bone stays as its rotation has it.
+
+use glam::{DVec3, Mat3, Quat, Vec3};
+
+use super::noise::{LEAST_DISTANCE, noise_of};
+use super::pace::Bank;
+use super::smoother::{Positions, smooth};
+use super::work::Work;
+use crate::edit::frames::{Frames, tracks};
+use crate::math::quaternion::exp;
+use crate::pose::{Pose, Trs};
+use crate::scene::NodeId;
+
+/// How far a place may be off where a rotation may be off by a radian, in metres: the shorter a bone is, the less its
+/// direction tells.
+const PER_RADIAN: f32 = 0.03;
+/// The largest turn of a joint, in degrees: noise is not more.
+const LARGEST: f32 = 15.0;
+
+/// Moves the joints of the smoothed frames of `work` to where `noisy`, the frames before, have them without noise.
+pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank) {
+    let Some(carrier) = work.carrier() else { return };
+    let carrier = work.frames.nodes()[carrier];
+    let nodes: Vec<NodeId> = crate::edit::body::and_below(work.scene, carrier).collect();
+    let goals: Vec<Vec<Vec3>> = tracks(noisy, work.scene, &nodes)
+        .into_iter()
+        .map(|track| smoothed(track, work, bank))
+        .collect();
+    let skeleton = Skeleton::new(work, &nodes);
+    let mut pose = Pose::rest(work.scene);
+    for frame in 0..work.frames.len() {
+        work.frames.pose(frame, &mut pose);
+        let mut places: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
+        let mut turns: Vec<Quat> = nodes
+            .iter()
+            .map(|node| Trs::from_matrix(pose.node_to_world[node.index()]).rotation)
+            .collect();
+        let lasting: Vec<Vec3> = (0..nodes.len())
+            .map(|index| skeleton.offset(work, frame, index))
+            .collect();
+        places[0] = goals[0][frame];
+        for index in 0..nodes.len() {
+            if let Some(parent) = skeleton.parents[index] {
+                places[index] = places[parent] + turns[parent] * lasting[index];
+                if !skeleton.is_held[index] {
+                    turns[index] = turns[parent] * skeleton.rest[index];
+                    continue;
+                }
+            }
+            let children = skeleton.children[index].iter();
+            let pairs: Vec<(Vec3, Vec3)> = children
+                .map(|child| (lasting[*child], goals[*child][frame] - places[index]))
+                .collect();
+            turns[index] = (turn(turns[index], &pairs, PER_RADIAN / work.metres) * turns[index]).normalize();
+        }
+        skeleton.write(work, frame, &nodes, &places, &turns, &pose);
+    }
+}
+
+/// A track without its noise, where it has any.
+fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Vec<Vec3> {
+    let values: Vec<DVec3> = track.iter().map(|place| place.as_dvec3()).collect();
+    let noise = noise_of(&values, work.frames.rate);
+    if noise * f64::from(work.metres) < LEAST_DISTANCE {
+        return track;
+    }
+    let jerk = bank.jerk(&values, noise * noise);
+    let smoothed = smooth::<Positions>(&values, &work.missing, noise * noise, &jerk);
+    smoothed.into_iter().map(|place| place.as_vec3()).collect()
+}
+
+/// The small rotation in the world by which the bones of a joint, turned by `rotation`, come closest to their goals in
+/// the sense of least squares, where a radian counts as much as `per_radian` of each.
+fn turn(rotation: Quat, bones: &[(Vec3, Vec3)], per_radian: f32) -> Quat {
+    let mut matrix = Mat3::from_diagonal(Vec3::splat(per_radian * per_radian));
+    let mut right = Vec3::ZERO;
+    for (offset, goal) in bones {
+        let bone = rotation * *offset;
+        let square = bone.length_squared();
+        let goal = goal.normalize_or_zero() * square.sqrt();
+        let outer = Mat3::from_cols(bone * bone.x, bone * bone.y, bone * bone.z);
+        matrix += Mat3::from_diagonal(Vec3::splat(square)) - outer;
+        right += bone.cross(goal);
+    }
+    let by = matrix.inverse() * right;
+    match by.is_finite() {
+        true => exp(by.clamp_length_max(LARGEST.to_radians())),
+        false => Quat::IDENTITY,
+    }
+}
+
+/// How the nodes below the carrier hang together, by their indices among them.
+struct Skeleton {
+    parents: Vec<Option<usize>>,
+    children: Vec<Vec<usize>>,
+    is_held: Vec<bool>,
+    rest: Vec<Quat>,
+    offsets: Vec<Vec3>,
+    nodes: Vec<NodeId>,
+}
+
+impl Skeleton {
+    fn new(work: &Work<'_>, nodes: &[NodeId]) -> Self {
+        let index_of = |node: NodeId| nodes.binary_search(&node).ok();
+        let parent = |node: &NodeId| work.scene.nodes[node.index()].parent.and_then(index_of);
+        let parents: Vec<Option<usize>> = nodes.iter().map(parent).collect();
+        let mut children = vec![Vec::new(); nodes.len()];
+        for (index, parent) in parents.iter().enumerate() {
+            if let Some(parent) = parent {
+                children[*parent].push(index);
+            }
+        }
+        let rest = |node: &NodeId| Trs::from_matrix(work.scene.nodes[node.index()].transform);
+        Self {
+            parents,
+            children,
+            is_held: nodes
+                .iter()
+                .map(|node| work.frames.nodes().binary_search(node).is_ok())
+                .collect(),
+            rest: nodes.iter().map(|node| rest(node).rotation).collect(),
+            offsets: nodes.iter().map(|node| rest(node).translation).collect(),
+            nodes: nodes.to_vec(),
+        }
+    }
+
+    /// The position of a node to its parent.
+    fn offset(&self, work: &Work<'_>, frame: usize, index: usize) -> Vec3 {
+        let held = work.frames.get(frame, self.nodes[index]);
+        held.map_or(self.offsets[index], |trs| trs.translation)
+    }
+
+    /// Makes the places and rotations in the world the transforms of a frame.
+    fn write(&self, work: &mut Work<'_>, frame: usize, nodes: &[NodeId], places: &[Vec3], turns: &[Quat], pose: &Pose) {
+        for (index, node) in nodes.iter().enumerate() {
+            let Some(old) = work.frames.get(frame, *node) else {
+                continue;
+            };
+            let (parent, translation) = match self.parents[index] {
+                Some(parent) => (turns[parent], old.translation),
+                None => {
+                    let above = work.scene.nodes[node.index()].parent;
+                    let above = above.map_or(glam::Mat4::IDENTITY, |above| pose.node_to_world[above.index()]);
+                    let place = above.inverse().transform_point3(places[index]);
+                    (Trs::from_matrix(above).rotation, place)
+                }
+            };
+            let rotation = (parent.inverse() * turns[index]).normalize();
+            let rotation = crate::math::quaternion::in_hemisphere_of(old.rotation, rotation);
+            work.frames.set(
+                frame,
+                *node,
+                Trs {
+                    translation,
+                    rotation,
+                    ..old
+                },
+            );
+        }
+    }
+}
