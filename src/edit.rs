@@ -51,7 +51,7 @@ self::list::steps! {
     smooth: Smooth, SmoothFilter, SmoothReport;
     despike: Despike, DespikeReport;
     fill: Fill, FillReport;
-    clean: Clean, CleanMeasures, CleanOutcome, CleanPart, CleanReport, CleanedPart;
+    clean: Clean, CleanMeasures, CleanOutcome, CleanPart, CleanReport, CleanedPart, LiveClean;
     loop_clip: Loop, LoopReport;
     concat: Concat, ConcatReport;
     blend: Blend, BlendReport, BlendWeight;

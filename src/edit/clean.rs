@@ -8,6 +8,7 @@ mod exchange;
 mod floor;
 mod least_squares;
 mod lengths;
+mod live;
 mod measures;
 mod noise;
 mod pace;
@@ -17,6 +18,7 @@ mod smoother;
 mod time;
 mod work;
 
+pub use self::live::LiveClean;
 pub use self::measures::CleanMeasures;
 pub use self::report::{CleanOutcome, CleanPart, CleanReport, CleanedPart};
 
@@ -171,7 +173,7 @@ impl Clean {
         let what = match part {
             CleanPart::Time => time::mend(work).to_string(),
             CleanPart::Flips => mend_flips(work).to_string(),
-            CleanPart::Noise => noise::remove(work).to_string(),
+            CleanPart::Noise => remove_noise(work).to_string(),
             CleanPart::Lengths => match lengths::hold(work) {
                 0 => String::new(),
                 held => format!("{held} bones that breathed got one length"),
@@ -197,6 +199,17 @@ pub(super) fn put_on_floor(scene: &mut Scene, figure: &Figure, animation: usize)
     let moved: Vec<_> = frames.nodes().to_vec();
     frames.write(scene, animation, &moved, &moved);
     Ok([done.height, done.slope, done.drift])
+}
+
+/// Smooths the rotations of joints, and then where these are in the world.
+fn remove_noise(work: &mut Work<'_>) -> noise::Smoothed {
+    let bank = pace::Bank::new(work.frames.rate);
+    let noisy = work.frames.clone();
+    let done = noise::remove(work, &bank);
+    if done.rotations + done.positions > 0 && work.has_no_scale() {
+        points::follow(work, &noisy, &bank);
+    }
+    done
 }
 
 /// What was mended in all joints.

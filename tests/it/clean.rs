@@ -2,11 +2,11 @@
 
 use std::f32::consts::PI;
 
-use mocap::Pose;
-use mocap::edit::{Clean, CleanOutcome, CleanPart, CleanReport, Step, StepInput};
+use mocap::edit::{Clean, CleanOutcome, CleanPart, CleanReport, LiveClean, Step, StepInput};
 use mocap::glam::{Quat, Vec3};
 use mocap::process::trim;
 use mocap::scene::{NodeId, Scene};
+use mocap::{Code, Pose, Trs};
 
 /// A part of a walk.
 fn walk() -> Scene {
@@ -158,4 +158,36 @@ fn without_a_body_the_report_says_what_was_left_out() {
         assert_eq!(outcome(&report, part), CleanOutcome::LeftOut);
     }
     assert!(report.to_string().contains("left out: the skeleton is not a humanoid"));
+}
+
+/// What comes in frame by frame comes back half a second later, with hardly more noise than when all is known.
+#[test]
+fn a_live_motion_loses_its_noise_with_a_delay() {
+    let truth = |frame: usize| Quat::from_rotation_x((0.05 * frame as f32).sin());
+    let mut dice = Dice(3);
+    let mut live = LiveClean::new(60.0, 0.5).unwrap();
+    let (mut noise, mut left, mut given) = (0.0, 0.0, 0);
+    for frame in 0..300 {
+        let noisy = truth(frame) * Quat::from_scaled_axis(dice.normals() * 2f32.to_radians());
+        noise += noisy.angle_between(truth(frame)) / 300.0;
+        let rotation = noisy;
+        if let Some(joints) = live.push(&[Trs {
+            rotation,
+            ..Trs::IDENTITY
+        }]) {
+            left += joints[0].rotation.angle_between(truth(frame - 30)) / 270.0;
+            given += 1;
+        }
+    }
+    assert_eq!((given, live.finish().len()), (270, 30));
+    assert!(left < 0.5 * noise, "{left} of {noise}");
+    for (rate, delay) in [
+        (0.0, 0.5),
+        (f64::NAN, 0.5),
+        (60.0, -1.0),
+        (60.0, f64::INFINITY),
+        (1e300, 1.0),
+    ] {
+        assert_eq!(LiveClean::new(rate, delay).unwrap_err().code(), Code::InvalidValue);
+    }
 }

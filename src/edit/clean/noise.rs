@@ -5,12 +5,12 @@
 //! in spans of half a second by the median, and of all spans that of a calm one counts. What has hardly any noise is
 //! not touched.
 
-use glam::{DQuat, DVec3, Quat};
+use glam::{DQuat, DVec3};
 
 use super::pace::Bank;
-use super::points;
 use super::smoother::{Positions, Rotations, Values, smooth};
 use super::work::Work;
+use crate::math::quaternion::in_hemisphere_of;
 use crate::pose::Trs;
 use crate::scene::NodeId;
 
@@ -54,16 +54,14 @@ pub(super) fn levels(work: &Work<'_>) -> Vec<(NodeId, f64)> {
 }
 
 /// Smooths every joint that has noise.
-pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
+pub(super) fn remove(work: &mut Work<'_>, bank: &Bank) -> Smoothed {
     let mut done = Smoothed::default();
     let mut angles = Vec::new();
-    let bank = Bank::new(work.frames.rate);
-    let noisy = work.frames.clone();
     for column in 0..work.frames.nodes().len() {
         let node = work.frames.nodes()[column];
         let mut track = work.frames.track(column);
-        let turned = rotations(&mut track, work, node, &bank);
-        let moved = positions(&mut track, work, &bank);
+        let turned = rotations(&mut track, work, node, bank);
+        let moved = positions(&mut track, work, bank);
         if let Some(angle) = turned {
             angles.push(angle.to_degrees());
             done.rotations += 1;
@@ -76,9 +74,6 @@ pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
             work.frames.set_track(column, &track);
         }
     }
-    if done.rotations + done.positions > 0 && work.has_no_scale() {
-        points::follow(work, &noisy, &bank);
-    }
     angles.sort_by(f64::total_cmp);
     done.angle = angles.get(angles.len() / 2).copied().unwrap_or_default();
     done
@@ -87,17 +82,11 @@ pub(super) fn remove(work: &mut Work<'_>) -> Smoothed {
 /// Smooths the rotations of a track, and says how much noise they had, in radians.
 fn rotations(track: &mut [Trs], work: &Work<'_>, node: NodeId, bank: &Bank) -> Option<f64> {
     let values: Vec<DQuat> = track.iter().map(|trs| trs.rotation.as_dquat().normalize()).collect();
-    let curve = curve::<Rotations>(&values)?;
-    let noise = noise_of(&curve, work.frames.rate);
-    let moves = noise * f64::from(work.reach(node));
-    if noise.to_degrees() < LEAST_ANGLE || moves < LEAST_DISTANCE {
-        return None;
-    }
-    let jerk = bank.jerk(&curve, noise * noise);
-    let smoothed = smooth::<Rotations>(&values, &work.missing, noise * noise, &jerk);
+    let reach = f64::from(work.reach(node));
+    let is_noise = |noise: f64| is_noise_of_angle(noise) && noise * reach >= LEAST_DISTANCE;
+    let (smoothed, noise) = without_noise::<Rotations>(&values, &work.missing, work.frames.rate, bank, is_noise)?;
     for (trs, rotation) in track.iter_mut().zip(smoothed) {
-        let rotation: Quat = rotation.as_quat();
-        trs.rotation = crate::math::quaternion::in_hemisphere_of(trs.rotation, rotation);
+        trs.rotation = in_hemisphere_of(trs.rotation, rotation.as_quat());
     }
     Some(noise)
 }
@@ -105,18 +94,35 @@ fn rotations(track: &mut [Trs], work: &Work<'_>, node: NodeId, bank: &Bank) -> O
 /// Smooths the positions of a track, and says how much noise they had, in metres.
 fn positions(track: &mut [Trs], work: &Work<'_>, bank: &Bank) -> Option<f64> {
     let values: Vec<DVec3> = track.iter().map(|trs| trs.translation.as_dvec3()).collect();
-    let curve = curve::<Positions>(&values)?;
-    let noise = noise_of(&curve, work.frames.rate);
-    let metres = noise * f64::from(work.metres);
-    if metres < LEAST_DISTANCE {
-        return None;
-    }
-    let jerk = bank.jerk(&curve, noise * noise);
-    let smoothed = smooth::<Positions>(&values, &work.missing, noise * noise, &jerk);
+    let metres = f64::from(work.metres);
+    let is_noise = |noise: f64| noise * metres >= LEAST_DISTANCE;
+    let (smoothed, noise) = without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, is_noise)?;
     for (trs, position) in track.iter_mut().zip(smoothed) {
         trs.translation = position.as_vec3();
     }
-    Some(metres)
+    Some(noise * metres)
+}
+
+/// Whether an angle in radians is more than the noise that is left.
+pub(super) fn is_noise_of_angle(noise: f64) -> bool {
+    noise.to_degrees() >= LEAST_ANGLE
+}
+
+/// Values without their noise, and its standard deviation per axis; `None` where that `is_noise` says no.
+pub(super) fn without_noise<S: Values>(
+    values: &[S::Value],
+    missing: &[bool],
+    rate: f64,
+    bank: &Bank,
+    is_noise: impl Fn(f64) -> bool,
+) -> Option<(Vec<S::Value>, f64)> {
+    let curve = curve::<S>(values)?;
+    let noise = noise_of(&curve, rate);
+    if !is_noise(noise) {
+        return None;
+    }
+    let jerk = bank.jerk(&curve, noise * noise);
+    Some((smooth::<S>(values, missing, noise * noise, &jerk), noise))
 }
 
 /// The sum of the steps of a track: a curve of vectors which changes as the track does. `None` where it does not
@@ -133,7 +139,7 @@ fn curve<S: Values>(values: &[S::Value]) -> Option<Vec<DVec3>> {
 }
 
 /// The standard deviation of the noise of a curve, per axis; 0 where what is there is no noise, but a motion.
-pub(super) fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
+fn noise_of(curve: &[DVec3], rate: f64) -> f64 {
     let span = ((SPAN * rate).round() as usize).clamp(SPAN_FRAMES, curve.len());
     let spans = (2 * curve.len() / span).saturating_sub(1).max(1);
     let mut found: Vec<Vec<f64>> = Vec::new();

@@ -20,6 +20,7 @@ const AROUND: f64 = 0.06;
 const AROUND_FRAMES: f64 = 2.5;
 
 /// A filter of the bank, for noise of variance 1.
+#[derive(Clone, Debug)]
 struct Member {
     gains: [f64; 3],
     /// The variance of its innovations.
@@ -28,6 +29,7 @@ struct Member {
 }
 
 /// The filters of a frame rate.
+#[derive(Clone, Debug)]
 pub(super) struct Bank {
     members: Vec<Member>,
     /// How much less the likelihood of a frame counts for each frame of distance.

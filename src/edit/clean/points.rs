@@ -7,9 +7,9 @@
 
 use glam::{DVec3, Mat3, Quat, Vec3};
 
-use super::noise::{LEAST_DISTANCE, noise_of};
+use super::noise::{LEAST_DISTANCE, without_noise};
 use super::pace::Bank;
-use super::smoother::{Positions, smooth};
+use super::smoother::Positions;
 use super::work::Work;
 use crate::edit::frames::{Frames, tracks};
 use crate::math::quaternion::exp;
@@ -65,13 +65,11 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank) {
 /// A track without its noise, where it has any.
 fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|place| place.as_dvec3()).collect();
-    let noise = noise_of(&values, work.frames.rate);
-    if noise * f64::from(work.metres) < LEAST_DISTANCE {
-        return track;
+    let is_noise = |noise: f64| noise * f64::from(work.metres) >= LEAST_DISTANCE;
+    match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, is_noise) {
+        Some((smoothed, _)) => smoothed.into_iter().map(|place| place.as_vec3()).collect(),
+        None => track,
     }
-    let jerk = bank.jerk(&values, noise * noise);
-    let smoothed = smooth::<Positions>(&values, &work.missing, noise * noise, &jerk);
-    smoothed.into_iter().map(|place| place.as_vec3()).collect()
 }
 
 /// The small rotation in the world by which the bones of a joint, turned by `rotation`, come closest to their goals in

@@ -1,0 +1,116 @@
+//! Noise that is taken out while a motion comes in.
+
+use std::collections::VecDeque;
+
+use glam::{DQuat, DVec3};
+
+use super::noise::{LEAST_DISTANCE, is_noise_of_angle, without_noise};
+use super::pace::Bank;
+use super::smoother::{Positions, Rotations};
+use crate::error::{Code, Result};
+use crate::limits::{not_negative, positive};
+use crate::math::quaternion::in_hemisphere_of;
+use crate::pose::Trs;
+
+/// How many times the delay is seen of the past, and how many seconds at least: what is farther hardly counts.
+const PAST: f64 = 2.0;
+const LEAST_PAST: f64 = 1.0;
+/// Frames that are seen at least, from which noise can be told.
+const LEAST_FRAMES: usize = 24;
+
+/// Takes noise out of a motion while it comes in, frame by frame, with a delay: the noise part of
+/// [`Clean`](crate::edit::Clean), as a smoother with a fixed lag. Positions are in metres.
+///
+/// ```
+/// use mocap::Trs;
+/// use mocap::edit::LiveClean;
+///
+/// let mut live = LiveClean::new(60.0, 0.5)?;
+/// let still = [Trs::IDENTITY];
+/// let given: Vec<_> = (0..40).filter_map(|_| live.push(&still)).collect();
+/// assert_eq!(given.len(), 10); // the first 30 frames are half a second
+/// assert_eq!(live.finish().len(), 30);
+/// # Ok::<(), mocap::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LiveClean {
+    rate: f64,
+    delay: usize,
+    longest: usize,
+    bank: Bank,
+    seen: VecDeque<Vec<Trs>>,
+    /// How many of those that were seen were given back.
+    given: usize,
+}
+
+impl LiveClean {
+    /// A motion of so many frames per second, each given back so many seconds later.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] for a rate that is not above 0 or a delay that is negative; both must be finite, and the
+    /// delay at most 10 seconds and 10,000 frames.
+    pub fn new(rate: f64, delay: f64) -> Result<Self> {
+        positive(Code::InvalidValue, "rate", rate)?;
+        not_negative(Code::InvalidValue, "delay", delay)?;
+        not_negative(Code::InvalidValue, "10 seconds less the delay", 10.0 - delay)?;
+        not_negative(Code::InvalidValue, "10,000 frames less the delay", 1e4 - delay * rate)?;
+        let delay_frames = (delay * rate).round() as usize;
+        let past = ((PAST * delay).max(LEAST_PAST) * rate).round().min(3e4) as usize;
+        Ok(Self {
+            rate,
+            delay: delay_frames,
+            longest: (delay_frames + past).max(LEAST_FRAMES),
+            bank: Bank::new(rate),
+            seen: VecDeque::new(),
+            given: 0,
+        })
+    }
+
+    /// Takes in the transforms of all joints to their parents, and gives back those of the frame before the delay,
+    /// once there is one. A frame with another number of joints begins a new motion.
+    pub fn push(&mut self, joints: &[Trs]) -> Option<Vec<Trs>> {
+        if self.seen.back().is_some_and(|last| last.len() != joints.len()) {
+            self.seen.clear();
+            self.given = 0;
+        }
+        self.seen.push_back(joints.to_vec());
+        if self.seen.len() > self.longest {
+            self.seen.pop_front();
+            self.given = self.given.saturating_sub(1);
+        }
+        (self.seen.len() > self.given + self.delay).then(|| {
+            self.given += 1;
+            self.frame(self.given - 1)
+        })
+    }
+
+    /// Gives back the frames that are left at the end of the motion.
+    pub fn finish(&mut self) -> Vec<Vec<Trs>> {
+        let left = (self.given..self.seen.len()).map(|frame| self.frame(frame)).collect();
+        self.seen.clear();
+        self.given = 0;
+        left
+    }
+
+    /// A frame of those that were seen, without noise.
+    fn frame(&self, frame: usize) -> Vec<Trs> {
+        let joints = 0..self.seen[frame].len();
+        joints.map(|joint| self.joint(joint, frame)).collect()
+    }
+
+    fn joint(&self, joint: usize, frame: usize) -> Trs {
+        let mut trs = self.seen[frame][joint];
+        let track = self.seen.iter().map(|row| row[joint]);
+        let rotations: Vec<DQuat> = track.clone().map(|trs| trs.rotation.as_dquat().normalize()).collect();
+        let positions: Vec<DVec3> = track.map(|trs| trs.translation.as_dvec3()).collect();
+        let (rate, bank) = (self.rate, &self.bank);
+        if let Some((smoothed, _)) = without_noise::<Rotations>(&rotations, &[], rate, bank, is_noise_of_angle) {
+            trs.rotation = in_hemisphere_of(trs.rotation, smoothed[frame].as_quat());
+        }
+        let is_noise = |noise: f64| noise >= LEAST_DISTANCE;
+        if let Some((smoothed, _)) = without_noise::<Positions>(&positions, &[], rate, bank, is_noise) {
+            trs.translation = smoothed[frame].as_vec3();
+        }
+        trs
+    }
+}
