@@ -110,7 +110,7 @@ impl LimbChain {
     /// `tip` names the node that goes to the goal.
     pub(super) fn new(scene: &Scene, body: &Body, limb: Limb, tip: Option<&str>) -> Result<Self> {
         let (bones, trunks) = limb.bones();
-        let joint = |bone: Bone| {
+        let joint = |bone: Bone| -> Result<NodeId> {
             let bone = bone.on(limb.side());
             let message = || {
                 format!(
@@ -119,8 +119,8 @@ impl LimbChain {
                     bone.as_str()
                 )
             };
-            body.joint(bone)
-                .ok_or_else(|| Diagnostic::new(Code::NotHumanoid, message()))
+            let missing = || Diagnostic::new(Code::NotHumanoid, message()).into();
+            body.joint(bone).ok_or_else(missing)
         };
         let [start, middle, end] = [joint(bones[0])?, joint(bones[1])?, joint(bones[2])?];
         let tip = match tip {
