@@ -212,7 +212,7 @@ impl Timeline {
         let found = theirs.span(f64::NEG_INFINITY, f64::INFINITY);
         match (start, found) {
             // A motion below the error that was allowed is none in a compressed file.
-            (Some(_), None) if least_end > room && !(farthest <= SMALLEST_MOTION) => {
+            (Some(_), None) if least_end > room && (farthest > SMALLEST_MOTION || farthest.is_nan()) => {
                 find(FindingKind::MissingFrames, format!("{name} does not move in the file"));
             }
             (Some(start), Some((found, _))) if found > start + room => {

@@ -173,8 +173,10 @@ pub(super) fn broken_numbers(
         return Vec::new();
     };
     let (mut warnings, mut odd) = (Warnings::default(), Warnings::default());
-    let mut scene = Scene::default();
-    scene.nodes = nodes.to_vec();
+    let mut scene = Scene {
+        nodes: nodes.to_vec(),
+        ..Scene::default()
+    };
     let placed = placed.iter().copied().collect();
     let kept = (&mut warnings, &mut odd);
     if let Err(fault) = read_all(source, &file, &placed, options, &mut scene, kept) {
