@@ -23,9 +23,9 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 /// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file with
 /// the same bytes as the output, an `.npz` or `.pkl` with this crate's mark, and a glTF or FBX file that this crate
 /// wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name
-/// an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file of a character to which
-/// this crate added animations says so in their `extras.mocap`; one of them must name two inputs, its motion and the
-/// character.
+/// an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file
+/// of a character to which this crate added animations says so in their `extras.mocap`; one of them must name two
+/// inputs, its motion and the character.
 ///
 /// ```
 /// use mocap::files::ReplacePolicy;
