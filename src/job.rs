@@ -160,6 +160,7 @@ impl Job {
             mut written,
             scene,
             clips,
+            left_out,
             ..
         } = made;
         written.save(output, &policy)?;
@@ -167,6 +168,7 @@ impl Job {
         remove_unfinished(output);
         report.describe(&mut written, output);
         report.problem = maker.problem(&clips);
+        report.leave_out(left_out);
         report.clips = clips;
         if self.write.verify {
             let verification = self.verify(scene, output)?;
@@ -275,6 +277,7 @@ impl Job {
         let mut written = made.written;
         report.describe(&mut written, output);
         report.problem = maker.problem(&made.clips);
+        report.leave_out(made.left_out);
         report.clips = made.clips;
         Ok((written, report))
     }

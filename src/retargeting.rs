@@ -33,13 +33,13 @@ pub use self::options::RetargetingOptions;
 pub use self::source::SourceMotion;
 use self::source::{Mover, Moving};
 pub use self::target::Target;
-use crate::convert::{Conversion, FirstFrame};
+use crate::convert::{Conversion, FirstFrame, RootMotion};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Figure, Humanoid, humanoid};
+use crate::figure::{Figure, Humanoid, HumanoidBone, humanoid};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::{self, SkeletonMesh};
-use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
+use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure, over_ground};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{AppliedStep, Scene, SecondMotion};
 
@@ -275,9 +275,47 @@ impl Retargeting {
             (Mover::Robot(_), _) => unreachable!("a robot's retargeter is made for a robot alone"),
         };
         provenance.steps.push(step);
+        provenance.steps.extend(self.change_over_ground(&mut clip)?);
         clip.provenance = provenance;
         clip.rename(name);
         Ok(clip)
+    }
+
+    /// Takes the motion over the ground out of a clip on a body, or moves it to a node above the hips.
+    fn change_over_ground(&self, clip: &mut Retargeted) -> Result<Option<AppliedStep>> {
+        let step = match self.options.root {
+            RootMotion::Keep => return Ok(None),
+            RootMotion::InPlace => AppliedStep::InPlace,
+            RootMotion::Extract => AppliedStep::RootMotion,
+        };
+        let target = self.target.scene();
+        let hips = self.humanoid().and_then(|bones| bones.joint(HumanoidBone::Hips));
+        let hips = hips.ok_or_else(|| {
+            let message = "the target has no hips, so its motion over the ground is not known";
+            Diagnostic::new(Code::NotHumanoid, message).help("leave out --in-place and --root-motion")
+        })?;
+        over_ground::change(&target, hips, &mut clip.animation, self.options.root)?;
+        Ok(Some(step))
+    }
+
+    /// Gives the clips names, in their order. Where another clip of the output has the name, a number is added.
+    ///
+    /// # Errors
+    /// [`Code::InvalidValue`] where there are not as many names as clips.
+    pub(crate) fn name_clips(&mut self, names: &[String]) -> Result<()> {
+        if names.len() != self.clips.len() {
+            let (names, clips) = (names.len(), self.clips.len());
+            let message = format!("{names} names are given for the clips, and there are {clips} clips");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        for clip in &self.clips {
+            self.names.remove(&clip.animation.name);
+        }
+        for (index, name) in names.iter().enumerate() {
+            let name = self.free_name(name.clone());
+            self.clips[index].rename(name);
+        }
+        Ok(())
     }
 
     /// The name, with a number where another clip of the output has it.

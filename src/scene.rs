@@ -79,11 +79,11 @@ use serde::{Deserialize, Serialize};
 
 pub use self::humanoid_bone::{HumanoidBone, Side};
 pub use self::mesh::{AlphaMode, Bone, Material, Mesh, Primitive, Surface, Texture, VertexWeight};
-pub(crate) use self::metadata::format_name;
 pub use self::metadata::{
     AppliedStep, Assumption, Confidence, Format, Metadata, NamedJoint, Origin, RootOffset, RootOffsetUsed,
     SecondMotion, Topic, UpAxis,
 };
+pub(crate) use self::metadata::{UNNAMED_MOTION, format_name};
 pub use self::original::Original;
 pub(crate) use self::original::{OriginalFile, SKELETON_MATERIAL};
 use crate::error::Diagnostic;

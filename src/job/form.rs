@@ -75,6 +75,8 @@ impl Form {
             Self::Character if OF_KEYS.contains(&option) => return None,
             Self::Character if option == WriteOption::Embed && OF_TEXT.contains(&extension) => return None,
             Self::Character if !gltf.takes(option) => return gltf.refusal(option, extension),
+            // Onto a node that the file has.
+            Self::Character if option == WriteOption::RootMotion => return None,
             Self::Character if option == WriteOption::BoneAxis => {
                 let message = "--bone-axis would turn the frames in which a glTF or VRM character has its meshes and \
                                extensions, which stay as they are; write .fbx, or leave it out";

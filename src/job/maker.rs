@@ -71,6 +71,8 @@ pub struct Made {
     pub assumptions: Vec<Assumption>,
     /// How well each motion is the same on the other body.
     pub clips: Vec<Report>,
+    /// The motions of several for one output that could not be put on the other body, and why.
+    pub left_out: Vec<(PathBuf, Diagnostic)>,
 }
 
 impl<'a> Maker<'a> {
@@ -189,6 +191,7 @@ impl<'a> Maker<'a> {
             scene: Some(scene),
             humanoid: Some(humanoid),
             clips: Vec::new(),
+            left_out: Vec::new(),
         })
     }
 

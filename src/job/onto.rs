@@ -10,6 +10,7 @@ use super::said::{Hear, Said, tell_of_skeleton};
 use super::source::BoneMap;
 use super::text::Angle;
 use super::{Job, is_default, meshes};
+use crate::convert::RootMotion;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::FormatInfo;
 use crate::process::SkeletonMesh;
@@ -61,6 +62,9 @@ pub struct OntoBody {
     /// Whether feet are held still while those of the source stand.
     #[serde(skip_serializing_if = "is_default")]
     pub feet: Feet,
+    /// The names of the clips, in the order of the motions. Default: those of the files.
+    #[serde(skip_serializing_if = "is_default")]
+    pub names_of_clips: Vec<String>,
     /// Of a character: whether the animations that it has are left out; by default they stay.
     #[serde(skip_serializing_if = "is_default")]
     pub replace_animations: bool,
@@ -223,7 +227,12 @@ pub(super) fn import_onto(job: &Job, onto: &Onto, files: Files<'_>, hear: Hear<'
     let options = onto
         .options()?
         .source_bones(job.source.map.bones()?)
-        .conversion(frames.conversion());
+        .conversion(match onto {
+            Onto::Robot(_) => frames.conversion(),
+            // Of the clips on the body, after feet are locked.
+            _ => frames.conversion().root(RootMotion::Keep),
+        })
+        .root(frames.root);
     let row = FormatInfo::of_output(&job.write.name_of(Path::new("scene")));
     let mesh = match (onto, job.write.mesh) {
         (Onto::Skeleton(_), None) => SkeletonMesh::None,

@@ -1,6 +1,6 @@
 //! What a job has done.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -77,6 +77,17 @@ impl JobReport {
             Said::Note(note) => self.notes.push(note.to_owned()),
             Said::Step(step) => self.steps.push(step.clone()),
         }
+    }
+
+    /// Says which motions were left out.
+    pub(super) fn leave_out(&mut self, motions: Vec<(PathBuf, Diagnostic)>) {
+        if let Some((first, why)) = motions.first() {
+            let (count, file, message) = (motions.len(), first.display(), &why.message);
+            self.problem = Some(format!(
+                "motions that were left out: {count}; the first is {file}: {message}"
+            ));
+        }
+        self.warnings.extend(motions.into_iter().map(|(_, why)| why));
     }
 
     /// Takes over what there is to say of an output.

@@ -1,6 +1,6 @@
 //! The options of a retargeting.
 
-use crate::convert::Conversion;
+use crate::convert::{Conversion, RootMotion};
 use crate::figure::HumanoidMap;
 use crate::retarget::Scale;
 
@@ -24,6 +24,7 @@ pub struct RetargetingOptions {
     pub(super) replace_animations: bool,
     pub(super) velocity_limits: bool,
     pub(super) passes: u8,
+    pub(super) root: RootMotion,
 }
 
 impl Default for RetargetingOptions {
@@ -37,6 +38,7 @@ impl Default for RetargetingOptions {
             replace_animations: false,
             velocity_limits: false,
             passes: 2,
+            root: RootMotion::Keep,
         }
     }
 }
@@ -83,6 +85,14 @@ impl RetargetingOptions {
     /// Whether the file of a character loses the animations that it has. Default: `false`, they stay.
     pub fn replace_animations(mut self, replace: bool) -> Self {
         self.replace_animations = replace;
+        self
+    }
+
+    /// What becomes of the motion over the ground of clips on a character or a skeleton: it stays in the hips, is taken
+    /// out, or moves with the heading to the uppermost node above the hips. Default: [`RootMotion::Keep`]. Feet are
+    /// locked and measured before.
+    pub fn root(mut self, root: RootMotion) -> Self {
+        self.root = root;
         self
     }
 

@@ -8,6 +8,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 pub use self::applied_step::{AppliedStep, NamedJoint, SecondMotion};
+use super::Animation;
 use crate::error::{Code, Diagnostic, Error};
 
 /// The origin of a scene, the assumptions of the reader, and the steps that changed it.
@@ -151,6 +152,21 @@ pub struct Origin {
     pub frames: u64,
     /// Seconds between two frames, as read.
     pub frame_time: f64,
+}
+
+/// What readers call a motion whose format has no name for it.
+pub(crate) const UNNAMED_MOTION: &str = "Motion";
+
+impl Metadata {
+    /// What a clip is called in a file: its own name, or else that of the file that it was read from.
+    pub(crate) fn clip_name<'a>(&'a self, animation: &'a Animation) -> &'a str {
+        let own = animation.name.as_str();
+        let of_file = self.origin.as_ref().map(Origin::stem);
+        match own.trim().is_empty() || own == UNNAMED_MOTION {
+            false => own,
+            true => of_file.filter(|stem| !stem.is_empty()).unwrap_or(UNNAMED_MOTION),
+        }
+    }
 }
 
 impl Origin {

@@ -10,7 +10,7 @@ use super::pairs::Pairs;
 use super::timeline::Timeline;
 use super::{Finding, FindingKind, Output, Worst};
 use crate::error::Result;
-use crate::scene::{NodeKind, Scene};
+use crate::scene::{NodeKind, Scene, UNNAMED_MOTION};
 
 /// How far from a joint the points are that show its rotation, in metres: about as far as the skin around it.
 pub(super) const SKIN: f64 = 0.03;
@@ -93,11 +93,11 @@ fn same_names(ours: &[String], theirs: &[String]) -> Vec<Option<usize>> {
 }
 
 /// Whether a clip has the name of that of the source, or that name with a number behind it. One without a name may have
-/// any.
+/// any, and so one whose format has none.
 fn is_kept(ours: &str, theirs: &str) -> bool {
     let number = theirs.strip_prefix(ours).and_then(|rest| rest.strip_prefix('_'));
     let is_numbered = number.is_some_and(|number| number.parse::<u32>().is_ok());
-    ours.is_empty() || ours == theirs || is_numbered
+    [theirs, "", UNNAMED_MOTION].contains(&ours) || is_numbered
 }
 
 /// Whether anything moves in the part of a clip that the file is to have.

@@ -65,6 +65,7 @@ mod one_answer;
 mod options;
 #[cfg(feature = "cli")]
 mod outputs;
+mod over_ground;
 mod packed_clip;
 mod palms;
 mod process;

@@ -98,3 +98,39 @@ fn palms_are_as_far_off_as_the_report_says() {
         }
     }
 }
+
+/// Joints of a finger that are numbered from 1 to 4 begin at the knuckle, in a long hand and in a short one: 1, 2 and 3
+/// are its bones, and 4 is the tip. So Mixamo names them.
+#[test]
+fn numbered_joints_of_fingers_begin_at_the_knuckle_in_hands_of_every_length() {
+    use mocap::figure::{HumanoidBone as Bone, humanoid};
+    let text = std::fs::read_to_string("fixtures/skeletons/snu_character1_boxes.bvh").unwrap();
+    for length in [0.65_f32, 0.75, 0.85, 1.0, 1.2] {
+        let mut lines: Vec<String> = text.lines().map(ToOwned::to_owned).collect();
+        for at in 0..lines.len() {
+            let is_knuckle = lines[at].contains("JOINT") && lines[at].contains("Hand") && lines[at].ends_with('1');
+            let offset = &lines[(at + 2).min(text.lines().count() - 1)];
+            if is_knuckle && !lines[at].contains("Thumb") {
+                let numbers = offset.split_whitespace().skip(1);
+                let numbers = numbers.map(|number| (length * number.parse::<f32>().unwrap()).to_string());
+                lines[at + 2] = format!("OFFSET {}", Vec::from_iter(numbers).join(" "));
+            }
+        }
+        let scene = mocap::Importer::new()
+            .read(lines.join("\n").as_bytes(), "a.bvh")
+            .unwrap();
+        let found = humanoid(&scene);
+        for (bone, name) in [
+            (Bone::LeftIndexProximal, "LeftHandIndex1"),
+            (Bone::LeftMiddleIntermediate, "LeftHandMiddle2"),
+            (Bone::LeftRingProximal, "LeftHandRing1"),
+            (Bone::RightRingDistal, "RightHandRing3"),
+            (Bone::RightLittleProximal, "RightHandPinky1"),
+            (Bone::LeftLittleDistal, "LeftHandPinky3"),
+        ] {
+            let joint = found.joint(bone).map(|joint| scene.nodes[joint.index()].name.as_str());
+            let joint = joint.unwrap_or_default();
+            assert!(joint.ends_with(name), "hands of {length}: {bone:?} is {joint}");
+        }
+    }
+}

@@ -25,6 +25,11 @@ pub(crate) fn error(error: &Error) {
     print(&render(Severity::Error, error.path(), error.diagnostic()));
 }
 
+/// Prints what is wrong with a file, one of many, that is left out.
+pub(crate) fn fault(path: &Path, diagnostic: &Diagnostic) {
+    print(&render(Severity::Error, Some(path), diagnostic));
+}
+
 /// Prints warnings about a file.
 pub(crate) fn warnings(path: Option<&Path>, warnings: &[Diagnostic]) {
     for warning in warnings {

@@ -57,6 +57,11 @@ const MOST_CHAINS: usize = 16;
 /// How far the knuckles are from the wrist, as a fraction of the forearm.
 const KNUCKLES: f32 = 0.36;
 
+/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. Where joints are numbered from
+/// 1 and the first is farther, it is the knuckle, and a fourth the tip, as in Mixamo; in SOMA the first is of the palm,
+/// and a joint `End` follows the fourth.
+const PALM: f32 = 0.2;
+
 /// The fingers on `hand`, whose forearm is `forearm` long.
 pub(super) fn find(tree: &Tree, hand: usize, forearm: f32) -> Vec<Finger> {
     let mut chains = Vec::new();
@@ -202,6 +207,15 @@ fn by_place(tree: &Tree, hand: usize, chains: &[Vec<usize>]) -> Vec<(FingerKind,
         .collect()
 }
 
+/// Whether the joints are numbered 1, 2, 3, ...
+fn counts_from_one(tree: &Tree, joints: &[usize]) -> bool {
+    let number = |node: &usize| tree.names[*node].numbers.last()?.parse().ok();
+    joints
+        .iter()
+        .enumerate()
+        .all(|(place, node)| number(node) == Some(place + 1))
+}
+
 /// The three joints of a finger among those of its chain, which may begin with one of the palm and end with its tip.
 fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain: &[usize]) -> [Option<usize>; 3] {
     let of_palm = |node: &usize| {
@@ -231,7 +245,10 @@ fn three_joints(tree: &Tree, hand: usize, forearm: f32, kind: FingerKind, chain:
     }
     let from_wrist = |node: usize| tree.between(hand, node) / forearm.max(f32::MIN_POSITIVE);
     // Four joints: one of the palm, or a tip. The knuckle is at a third of the forearm.
-    while joints.len() > 3 && kind != FingerKind::Thumb {
+    let is_counted_from_knuckle = counts_from_one(tree, &joints)
+        && !chain.iter().any(is_end)
+        && joints.first().is_some_and(|first| from_wrist(*first) > PALM);
+    while joints.len() > 3 && !is_counted_from_knuckle && kind != FingerKind::Thumb {
         let off = |node: usize| (from_wrist(node) / KNUCKLES).max(1e-3).ln().abs();
         if off(joints[1]) < off(joints[0]) {
             joints.remove(0);

@@ -25,15 +25,28 @@ impl Maker<'_> {
         if motions.is_empty() {
             return Err(no_input());
         }
+        let mut left_out = Vec::new();
         for motion in motions {
-            let scene = self.import(motion, hear)?;
-            self.add(scene, motion, &mut target, hear)
-                .map_err(|error| error.with_path(motion))?;
+            let scene = self.import(motion, hear);
+            let added = scene.and_then(|scene| self.add(scene, motion, &mut target, hear));
+            if let Err(error) = added {
+                let error = error.with_path(motion);
+                // One bad file of many is no reason to make nothing of the others.
+                if left_out.len() + 1 == motions.len() {
+                    return Err(error);
+                }
+                left_out.push((motion.clone(), error.diagnostic().clone()));
+            }
         }
-        self.made_onto(target, output)
+        let made = self.made_onto(target, output)?;
+        Ok(Made { left_out, ..made })
     }
 
-    pub(super) fn made_onto(&self, target: Retargeting, output: &Path) -> Result<Made> {
+    pub(super) fn made_onto(&self, mut target: Retargeting, output: &Path) -> Result<Made> {
+        let names = self.job.onto.as_ref().map(|onto| onto.body().names_of_clips.as_slice());
+        if let Some(names) = names.filter(|names| !names.is_empty()) {
+            target.name_clips(names)?;
+        }
         let written = self.write_onto(&target, output)?;
         let assumptions = target.sources().flat_map(|source| source.assumptions.iter().cloned());
         Ok(Made {
@@ -41,6 +54,7 @@ impl Maker<'_> {
             assumptions: assumptions.collect(),
             scene: None,
             humanoid: None,
+            left_out: Vec::new(),
             clips: target.into_clips().into_iter().map(|clip| clip.report).collect(),
         })
     }

@@ -7,6 +7,15 @@ use mocap::job::{Job, Onto, RobotFormat, SourceMap, SourceSpace, Sources};
 
 use super::{CleanArgs, ConvertArgs, EditArgs, RetargetArgs, RobotArgs};
 
+/// What two switches mean.
+pub(super) fn root_motion(in_place: bool, root_motion: bool) -> RootMotion {
+    match (in_place, root_motion) {
+        (true, _) => RootMotion::InPlace,
+        (false, true) => RootMotion::Extract,
+        (false, false) => RootMotion::Keep,
+    }
+}
+
 impl ConvertArgs {
     /// The job, with an output of the format of `extension`.
     pub(crate) fn job(&self, inputs: &[PathBuf], output: &Path, extension: &str) -> Job {
@@ -14,11 +23,7 @@ impl ConvertArgs {
         job.read = self.read.clone();
         job.source = sources(inputs, &self.source, &self.map);
         job.source.frames = self.change.frames.clone();
-        job.source.frames.root = match (self.change.in_place, self.change.root_motion) {
-            (true, _) => RootMotion::InPlace,
-            (false, true) => RootMotion::Extract,
-            (false, false) => RootMotion::Keep,
-        };
+        job.source.frames.root = root_motion(self.change.in_place, self.change.root_motion);
         self.write.fill(&mut job.write, output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;
@@ -71,6 +76,7 @@ impl RetargetArgs {
     pub(crate) fn job(&self, motions: &[PathBuf], file: &Path, extension: &str) -> Job {
         let mut body = self.onto.body(file, self.character_map.as_ref());
         body.replace_animations = self.replace_animations;
+        body.names_of_clips.clone_from(&self.names_of_clips);
         body.max_angle = self.max_angle;
         let mut job = Job::new();
         job.read = self.read.clone();

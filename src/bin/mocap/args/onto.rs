@@ -7,7 +7,7 @@ use mocap::figure::HumanoidMap;
 use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sources};
 use mocap::retarget::Scale;
 
-use super::job::sources;
+use super::job::{root_motion, sources};
 use super::{ForceArgs, InputArgs, PrintJobArgs, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
@@ -19,6 +19,12 @@ pub(crate) struct OntoArgs {
     /// Part to keep, both ends included: A..B in seconds, or Af..Bf in frames; either end may be left out
     #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     trim: Option<TimeRange>,
+    /// Keep the figure in place over the ground
+    #[arg(long, conflicts_with = "root_motion")]
+    in_place: bool,
+    /// Move the translation over the ground and the heading of the hips to the uppermost node above them
+    #[arg(long)]
+    root_motion: bool,
     /// Length of the steps: auto, in the proportion of the legs; none, as those of the source; or a factor
     #[arg(long, value_name = "auto|none|FACTOR", default_value = "auto")]
     scale: Scale,
@@ -54,6 +60,7 @@ impl OntoArgs {
         let mut sources = sources(motions, &self.source, &self.map);
         sources.frames.fps = self.fps;
         sources.frames.trim = self.trim;
+        sources.frames.root = root_motion(self.in_place, self.root_motion);
         sources
     }
 

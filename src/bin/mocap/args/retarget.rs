@@ -30,6 +30,9 @@ pub(crate) struct RetargetArgs {
     /// Move the motions onto the skeleton of this file alone, without what else is in it; every PATH is a motion then
     #[arg(long, value_name = "FILE")]
     pub(crate) to_skeleton: Option<PathBuf>,
+    /// Names of the clips, in the order of the motions [default: those of the files]
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    pub(crate) names_of_clips: Vec<String>,
     /// Leave out the animations that the character has; by default they stay
     #[arg(long)]
     pub(crate) replace_animations: bool,

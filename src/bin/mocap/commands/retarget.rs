@@ -1,8 +1,9 @@
 //! `mocap retarget`: motions on a character.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-use mocap::retarget::RetargetReport;
+use mocap::retarget::{RetargetReport, Verdict};
 use mocap::retargeting::Report;
 
 use super::{MANY, check_json, extension, made, many, output_format, print_json, run as job};
@@ -39,12 +40,65 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     let reports: Vec<&RetargetReport> = made.clips.iter().filter_map(Report::body).collect();
     match args.onto.json {
         true => print_json(&reports)?,
+        false if reports.len() > MOST_TOLD => tell_all(&reports),
         false => reports.iter().for_each(|found| tell(found)),
     }
     let count = reports.len();
     let plural = if count == 1 { "" } else { "s" };
     report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
-    super::require(&maker, &made.clips)
+    super::require(&maker, &made.clips)?;
+    let failed = made.left_out.len();
+    for (file, why) in &made.left_out {
+        report::fault(file, why);
+    }
+    match failed {
+        0 => Ok(()),
+        _ => {
+            report::say(&format!(
+                "{failed} of {} motions were left out",
+                job.source.inputs.len()
+            ));
+            Err(Failure::Some)
+        }
+    }
+}
+
+/// More clips than this are told a line each.
+const MOST_TOLD: usize = 3;
+
+/// A line of each clip, the worst first.
+fn tell_all(reports: &[&RetargetReport]) {
+    let mut sorted = reports.to_vec();
+    let grade = |found: &RetargetReport| match found.verdict {
+        Verdict::Poor => 0,
+        Verdict::Fair => 1,
+        _ => 2,
+    };
+    sorted.sort_by(|a, b| {
+        (grade(a), b.mean_degrees)
+            .partial_cmp(&(grade(b), a.mean_degrees))
+            .unwrap_or(Ordering::Equal)
+    });
+    let width = sorted.iter().map(|found| found.clip.chars().count()).max().unwrap_or(0);
+    report::say(&format!(
+        "{:width$}  verdict  degrees off, mean   most  slide cm/s  in the source  frames",
+        "clip"
+    ));
+    for found in sorted {
+        let slides = found.feet.as_ref().map(|feet| [feet.target.skate, feet.source.skate]);
+        let [slide, of_source] = slides.map_or(["-".to_owned(), "-".to_owned()], |slides| {
+            slides.map(|metres| format!("{:.1}", 100.0 * metres))
+        });
+        report::say(&format!(
+            "{:width$}  {:7}  {:>17.2}  {:>5.1}  {slide:>10}  {of_source:>13}  {:>6}",
+            found.clip,
+            found.verdict.as_str(),
+            found.mean_degrees,
+            found.max_degrees,
+            found.frames
+        ));
+    }
+    report::say("--json has all that is known of each clip");
 }
 
 /// The motions, and the file of the character.

@@ -20,7 +20,7 @@ use super::{FbxOptions, FbxReport, unrepresentable};
 use crate::error::{Code, Result};
 use crate::limits::{self, FARTHEST, is_plausible};
 use crate::pose::Binding;
-use crate::scene::{Animation, Channel, Keys, Origin, Scene};
+use crate::scene::{Animation, Channel, Keys, Scene, UNNAMED_MOTION};
 
 /// Interpolation along a line.
 const LINEAR: i32 = 4;
@@ -50,10 +50,7 @@ pub(super) fn write(
     let mut clips = Clips::default();
     for animation in &scene.animations {
         let rate = Rate::new(animation.ticks_per_second, options)?.frames_per_second();
-        let source = scene.metadata.origin.as_ref().map(Origin::stem);
-        let name = [animation.name.as_str(), source.unwrap_or_default()];
-        let name = name.into_iter().find(|name| !name.trim().is_empty());
-        let name = names.unique(name.unwrap_or_default(), "Motion");
+        let name = names.unique(scene.metadata.clip_name(animation), UNNAMED_MOTION);
         let reduced = options
             .error_bound
             .as_ref()

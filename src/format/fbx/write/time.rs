@@ -16,10 +16,11 @@ const POSE_FRAME_RATE: f64 = 30.0;
 pub(super) struct Rate(f64);
 
 impl Rate {
-    /// That of the first clip.
+    /// That of the fastest clip: a file has one rate, and a reader that samples at it misses no key of the others whose
+    /// rate divides it.
     pub(super) fn of(scene: &Scene, options: &FbxOptions) -> Result<Self> {
-        let rate = scene.animations.first().map(|animation| animation.ticks_per_second);
-        Self::new(rate.unwrap_or(POSE_FRAME_RATE), options)
+        let rates = scene.animations.iter().map(|animation| animation.ticks_per_second);
+        Self::new(rates.max_by(f64::total_cmp).unwrap_or(POSE_FRAME_RATE), options)
     }
 
     /// A rate, made whole where that is wanted and next to it.

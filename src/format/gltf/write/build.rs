@@ -183,13 +183,9 @@ impl Builder<'_> {
                 &mut self.buffer,
                 &mut self.report,
             )?;
-            let source = scene.metadata.origin.as_ref().map(scene::Origin::stem);
-            let name = [take.name.as_str(), source.unwrap_or_default(), "Motion"]
-                .into_iter()
-                .find(|n| !n.is_empty());
             if let Some(written) = written {
                 self.animations.push(Animation {
-                    name: name.map(str::to_owned),
+                    name: Some(scene.metadata.clip_name(take).to_owned()),
                     ..written
                 });
             }

@@ -1,0 +1,14 @@
+// Prints how many errors and warnings the Khronos validator finds in each file, a line of JSON each.
+//
+// usage: node validate.js FILE..
+import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
+
+const require = createRequire(new URL("../interop/package.json", import.meta.url));
+const validator = require("gltf-validator");
+
+for (const file of process.argv.slice(2)) {
+  const { issues } = await validator.validateBytes(new Uint8Array(await readFile(file)), { maxIssues: 20 });
+  const messages = issues.messages.filter(({ severity }) => severity === 0).map(({ message, pointer }) => `${pointer}: ${message}`);
+  console.log(JSON.stringify({ file, errors: issues.numErrors, warnings: issues.numWarnings, messages }));
+}
