@@ -21,7 +21,6 @@ mod clip;
 mod feet;
 mod limb_angles;
 mod measure;
-pub(crate) mod over_ground;
 mod plan;
 mod report;
 mod root;

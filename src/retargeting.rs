@@ -23,6 +23,7 @@
 
 mod clip;
 mod options;
+mod over_ground;
 mod source;
 mod target;
 
@@ -39,7 +40,7 @@ use crate::figure::{Figure, Humanoid, HumanoidBone, humanoid};
 use crate::format::Written;
 use crate::format::gltf::{BufferPlace, GltfOptions, Provenance};
 use crate::process::{self, SkeletonMesh};
-use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure, over_ground};
+use crate::retarget::{CreatureRetargeter, LimbAngles, Retargeter, check_figure};
 use crate::robot::{RobotOptions, RobotRetargeter};
 use crate::scene::{AppliedStep, Scene, SecondMotion};
 

@@ -54,7 +54,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "retargeting",
         &[
-            "error", "scene", "figure", "process", "retarget", "robot", "convert", "format", "import",
+            "error", "scene", "pose", "figure", "process", "retarget", "robot", "convert", "format", "import",
         ],
     ),
     ("dump", &["error", "scene", "pose"]),

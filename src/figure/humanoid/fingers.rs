@@ -57,9 +57,9 @@ const MOST_CHAINS: usize = 16;
 /// How far the knuckles are from the wrist, as a fraction of the forearm.
 const KNUCKLES: f32 = 0.36;
 
-/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. Where joints are numbered from
-/// 1 and the first is farther, it is the knuckle, and a fourth the tip, as in Mixamo; in SOMA the first is of the palm,
-/// and a joint `End` follows the fourth.
+/// How far from the wrist joints of the palm begin at most, as a fraction of the forearm. Where joints are numbered
+/// from 1 and the first is farther, it is the knuckle, and a fourth the tip, as in Mixamo; in SOMA the first is of the
+/// palm, and a joint `End` follows the fourth.
 const PALM: f32 = 0.2;
 
 /// The fingers on `hand`, whose forearm is `forearm` long.

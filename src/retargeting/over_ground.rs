@@ -21,7 +21,7 @@ const ROOT_OF_FBX: &str = "RootNode";
 ///
 /// # Errors
 /// [`Code::Unrepresentable`] where no node is above the hips.
-pub(crate) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) -> Result<()> {
+pub(super) fn change(scene: &Scene, hips: NodeId, animation: &mut Animation, root: RootMotion) -> Result<()> {
     let above = match root {
         RootMotion::Keep => return Ok(()),
         RootMotion::InPlace => None,
