@@ -15,6 +15,8 @@
 //! [`Importer::root_offset`](crate::Importer::root_offset) decides how a root's OFFSET is used; both happen when the
 //! file is read, and are in the scene's warnings and in the provenance.
 
+#[cfg(feature = "npz")]
+mod body;
 mod chain;
 mod contacts;
 mod csv;
@@ -43,6 +45,8 @@ use crate::limits::Limits;
 use crate::math::velocity;
 use crate::scene::{Scene, UpAxis};
 
+#[cfg(feature = "npz")]
+pub use self::body::{BodyArrays, BodyLayout};
 pub use self::csv::csv_field;
 pub use self::joints::Joint;
 pub use self::options::{ArrayOptions, Contacts, Space};

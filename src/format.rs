@@ -31,6 +31,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+pub(crate) use self::array_files::SMPL_ROOT;
 pub use self::option::WriteOption;
 pub(crate) use self::option::words;
 pub(crate) use self::sidecar::Sidecar;

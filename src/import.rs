@@ -7,6 +7,7 @@ mod memory;
 mod options;
 mod reading;
 mod sha256;
+mod solved;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -58,6 +59,7 @@ pub struct Importer {
     strict: bool,
     hash: bool,
     clips: Clips,
+    joints: Option<String>,
 }
 
 impl Default for Importer {
@@ -78,6 +80,7 @@ impl Importer {
             strict: false,
             hash: true,
             clips: Clips::All,
+            joints: None,
         }
     }
 

@@ -84,6 +84,7 @@ pub mod retarget;
 pub mod retargeting;
 pub mod robot;
 pub mod scene;
+pub mod solve;
 pub mod survey;
 pub mod verify;
 

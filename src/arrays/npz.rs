@@ -100,6 +100,24 @@ pub(crate) fn of_arrays(arrays: &[Named]) -> Vec<u8> {
     })
 }
 
+/// An archive of arrays of doubles, each with its shape, and of texts.
+pub(super) fn of_doubles(arrays: &[(&str, &[usize], &[f64])], texts: &[(&str, &str)]) -> Vec<u8> {
+    Archive::made(|archive| {
+        for (name, shape, values) in arrays {
+            archive.doubles(name, shape, values)?;
+        }
+        texts
+            .iter()
+            .try_for_each(|(name, text)| archive.strings(name, &[], &[text]))
+    })
+}
+
+/// An `.npy` of 32-bit numbers.
+pub(super) fn npy_of_floats(shape: &[usize], values: &[f32]) -> Vec<u8> {
+    let bytes = values.iter().flat_map(|value| value.to_le_bytes());
+    npy_header("<f4", shape).into_iter().chain(bytes).collect()
+}
+
 struct Archive(ZipWriter<Cursor<Vec<u8>>>);
 
 impl Archive {

@@ -19,10 +19,10 @@ mod ndarray;
 mod npy;
 mod pickle;
 mod proportions;
-mod skeletons;
 
 use self::ndarray::{Bytes, Entries, NdArray};
 use self::npy::Npy;
+pub(crate) use self::proportions::SMPL_ROOT;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;
 use crate::format::{Failure, FormatInfo, ReadOptions, Source};

@@ -125,6 +125,21 @@ impl Importer {
         self
     }
 
+    /// The joints of a file of positions, from which rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
+    /// openpose25, or a JSON file, as [`JointSet::from_json`](crate::solve::JointSet::from_json) takes it. Default: an
+    /// array with the joints of SMPL is solved, and other positions are points without a skeleton.
+    ///
+    /// ```
+    /// let scene = mocap::Importer::new().joints("smpl22").import("fixtures/arrays/points_smpl22.npy")?;
+    /// assert_eq!(scene.nodes[0].name, "pelvis");
+    /// # Ok::<(), mocap::Error>(())
+    /// ```
+    #[must_use]
+    pub fn joints(mut self, set: impl Into<String>) -> Self {
+        self.joints = Some(set.into());
+        self
+    }
+
     /// The format. Default: found from the contents, or else from the extension.
     ///
     /// A file whose beginning is broken is then read as that format, and the error names the line.

@@ -102,6 +102,7 @@ impl Importer {
         }
         select(&mut scene, &self.clips)?;
         numbers::check(&scene)?;
+        self.solve_points(&mut scene, source)?;
         scene.metadata.origin = Some(origin(&scene, source.name, sha256));
         if scene.metadata.format == Some(Format::Bvh)
             && let Ok(bytes) = (source.open)(&Sidecar::path(source.name))

@@ -46,6 +46,11 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long, value_name = "NAME|N|all", default_value = "all", value_parser = parse_clip))]
     #[serde(skip_serializing_if = "is_default")]
     pub clip: Clips,
+    /// The joints of a file of positions, whose rotations are solved: smpl22, smpl24, coco17, h36m, mediapipe33,
+    /// openpose25, or a JSON file [default: an array with the joints of SMPL is solved]
+    #[cfg_attr(feature = "cli", arg(id = "joint-set", long, value_name = "SET|FILE"))]
+    #[serde(skip_serializing_if = "is_default")]
+    pub joints: Option<String>,
     /// Treat every warning as an error
     #[cfg_attr(feature = "cli", arg(long))]
     #[serde(skip_serializing_if = "is_default")]
@@ -78,6 +83,9 @@ impl Reading {
         }
         if let Some(skeleton) = &self.skeleton {
             importer = importer.skeleton(skeleton);
+        }
+        if let Some(joints) = &self.joints {
+            importer = importer.joints(joints);
         }
         match self.retime {
             Some(rate) => importer.retime(rate),

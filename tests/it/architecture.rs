@@ -38,13 +38,17 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "robot",
         &["error", "options", "scene", "pose", "figure", "edit", "retarget"],
     ),
+    ("solve", &["error", "scene", "math"]),
     (
         "format",
         &[
-            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "compress",
+            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "compress", "solve",
         ],
     ),
-    ("import", &["error", "limits", "scene", "pose", "process", "format"]),
+    (
+        "import",
+        &["error", "limits", "scene", "pose", "process", "solve", "format"],
+    ),
     (
         "export",
         &[
@@ -62,7 +66,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "arrays",
         &[
             "error", "limits", "options", "files", "scene", "math", "pose", "figure", "edit", "robot", "convert",
-            "format",
+            "solve", "format",
         ],
     ),
     (

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use mocap::arrays::{ArrayOptions, Rotation, RotationSpace, arrays};
+use mocap::arrays::{ArrayOptions, BodyArrays, BodyLayout, Rotation, RotationSpace, arrays};
 use mocap::glam::Vec3;
 use mocap::scene::{HumanoidBone, NodeId, Topic, UpAxis};
 use mocap::{Code, Importer, Pose, Scene};
@@ -171,6 +171,85 @@ fn own_arrays_come_back() {
                 );
             }
         }
+    }
+}
+
+/// What is written in a layout is read back: joints within 0.1 mm and rotations within 0.01 degrees of those of a VRM
+/// animation, which knows nothing of SMPL.
+#[test]
+fn layouts_that_are_written_come_back() {
+    let mut scene = mocap::import("fixtures/real/cmu_short.bvh").unwrap();
+    mocap::Conversion::new().apply(&mut scene).unwrap();
+    let truth = mocap::retarget::vrm_humanoid(&scene, None).unwrap();
+    let body = BodyArrays::new(&scene).unwrap();
+    for layout in [BodyLayout::Amass, BodyLayout::Smplx, BodyLayout::Kimodo] {
+        let back = Importer::new().read(&body.write(layout).unwrap(), "a.npz").unwrap();
+        assert_eq!(back.animations[0].frame_count(), 75);
+        assert!((back.animations[0].ticks_per_second - scene.animations[0].ticks_per_second).abs() < 1e-9);
+        let (mut off, mut turned) = (0_f32, 0_f32);
+        for frame in 0..75 {
+            let poses = [&truth, &back].map(|scene| Pose::at_tick(scene, 0, f64::from(frame)).unwrap());
+            for (index, node) in back.nodes.iter().enumerate() {
+                let Some(bone) = node.humanoid_bone else { continue };
+                let Some(own) = truth.nodes.iter().position(|own| own.humanoid_bone == Some(bone)) else {
+                    continue;
+                };
+                off = off.max(
+                    poses[0]
+                        .position(NodeId::new(own))
+                        .distance(poses[1].position(NodeId::new(index))),
+                );
+                let [a, b] = [poses[0].node_to_world[own], poses[1].node_to_world[index]];
+                // Of small angles the cosine is too coarse: the chord between the axes is not.
+                turned = turned.max(
+                    (a.x_axis - b.x_axis)
+                        .length()
+                        .max((a.y_axis - b.y_axis).length())
+                        .to_degrees(),
+                );
+            }
+        }
+        eprintln!("{}: {off} m, {turned} degrees", layout.as_str());
+        assert!(
+            off < 1e-4 && turned < 0.01,
+            "{}: {off} m, {turned} degrees",
+            layout.as_str()
+        );
+    }
+}
+
+/// The joints of HumanML3D's numbers are those from which they were made, moved and turned as a whole.
+#[test]
+fn humanml3d_comes_back() {
+    let scene = import("points_smpl22.npy");
+    let body = BodyArrays::new(&scene).unwrap();
+    let (rows, kimodo) = (
+        body.write(BodyLayout::HumanMl3d).unwrap(),
+        body.write(BodyLayout::Kimodo).unwrap(),
+    );
+    let [back, first] = [
+        Importer::new().read(&rows, "a.npy").unwrap(),
+        Importer::new().read(&kimodo, "a.npz").unwrap(),
+    ];
+    assert_eq!(back.animations[0].frame_count(), 59);
+    let distances = |scene: &Scene, frame: usize| -> Vec<f32> {
+        let pose = Pose::at_tick(scene, 0, frame as f64).unwrap();
+        let names = smpl_names(22);
+        let at = |name: &String| {
+            pose.position(NodeId::new(
+                scene.nodes.iter().position(|node| node.name == *name).unwrap(),
+            ))
+        };
+        let places: Vec<Vec3> = names.iter().map(at).collect();
+        places
+            .iter()
+            .flat_map(|a| places.iter().map(|b| a.distance(*b)).collect::<Vec<_>>())
+            .collect()
+    };
+    for frame in 0..59 {
+        let pairs = std::iter::zip(distances(&back, frame), distances(&first, frame));
+        let off = pairs.fold(0_f32, |most, (a, b)| most.max((a - b).abs()));
+        assert!(off < 1e-3, "frame {frame}: {off} m");
     }
 }
 

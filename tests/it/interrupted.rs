@@ -45,6 +45,7 @@ const fn many(arguments: &'static str, before: &'static [&'static str]) -> Case 
 const CASES: &[Case] = &[
     one("convert walk.bvh out.glb"),
     one("convert walk.bvh out.gltf"),
+    one("solve points.npy --joints smpl22 -o out.glb"),
     one("convert walk.bvh out.bvh --force"),
     many("convert clips -o out", &[]),
     many("convert clips -o out --to bvh --force", &[]),
@@ -106,6 +107,10 @@ fn inputs(source: &str) -> Files {
     let bytes = fs::read(format!("fixtures/real/{source}")).unwrap();
     let names = ["walk.bvh", "clips/a.bvh", "clips/below/b.bvh"];
     let mut files: Files = names.into_iter().map(|name| (name.into(), bytes.clone())).collect();
+    files.insert(
+        "points.npy".into(),
+        fs::read("fixtures/arrays/points_smpl22.npy").unwrap(),
+    );
     files.insert(
         "character.bvh".into(),
         fs::read("fixtures/real/biovision_example1.bvh").unwrap(),

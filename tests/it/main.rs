@@ -91,6 +91,7 @@ mod robots;
 mod roll;
 mod sample;
 mod schema;
+mod solve;
 #[cfg(feature = "cli")]
 mod streams;
 mod survey;

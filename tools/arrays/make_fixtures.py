@@ -109,6 +109,7 @@ def main():
     np.save(OUT / "phuma_69.npy", np.concatenate([transl, flat[:, :66]], 1))
     np.save(OUT / "points_fortran.npy", np.asfortranarray(rng.standard_normal((4, 5, 3))))
     write_torch(parts)
+    write_points()
 
     class Command:
         def __reduce__(self):
@@ -117,6 +118,33 @@ def main():
 
     (OUT / "hostile.pkl").write_bytes(pickle.dumps({"poses": Command()}, 2))
     (OUT / "expected.json").write_text(json.dumps(expected) + "\n")
+
+
+def write_points():
+    """A figure of round lengths that walks on the spot and bends its arms: positions alone, and its rotations."""
+    rest = np.zeros((22, 3))
+    down = {1: (.1, -.05, 0), 4: (0, -.4, 0), 7: (0, -.4, 0), 10: (0, -.05, .13), 3: (0, .1, 0), 6: (0, .15, 0),
+            9: (0, .1, 0), 12: (0, .2, 0), 15: (0, .1, 0), 13: (.05, .15, 0), 16: (.12, 0, 0), 18: (.3, 0, 0),
+            20: (.25, 0, 0)}
+    for left, right in ((1, 2), (4, 5), (7, 8), (10, 11), (13, 14), (16, 17), (18, 19), (20, 21)):
+        down[right] = (-down[left][0], down[left][1], down[left][2])
+    for joint in range(1, 22):
+        rest[joint] = rest[PARENTS[joint]] + down[joint]
+    frames = 60
+    phase = 2 * np.pi * np.arange(frames) / 30
+    vectors = np.zeros((frames, 22, 3))
+    vectors[:, 0, 1] = 0.02 * np.arange(frames)
+    for hip, knee, shift in ((1, 4, 0), (2, 5, np.pi)):
+        vectors[:, hip, 0] = -0.5 * np.sin(phase + shift)
+        vectors[:, hip, 1] = 0.3
+        vectors[:, knee, 0] = 0.6 + 0.5 * np.sin(phase + shift)
+    for shoulder, elbow, side in ((16, 18, 1), (17, 19, -1)):
+        vectors[:, shoulder, 2] = -side * (1.0 + 0.2 * np.sin(phase))
+        vectors[:, elbow, 1] = -side * (0.8 + 0.4 * np.cos(phase))
+    root = np.stack([0 * phase, 0.85 + 0.02 * np.sin(phase), 0 * phase], -1)
+    places, world = pose(rest, PARENTS, vectors, root)
+    np.save(OUT / "points_smpl22.npy", places.astype(np.float32))
+    np.save(OUT / "points_smpl22_rotations.npy", world.astype(np.float32))
 
 
 def write_torch(parts):

@@ -20,6 +20,7 @@ mod write;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use mocap::FormatInfo;
 use mocap::job::{Length, Reading, SourceMap, SourceSpace};
 
 pub(crate) use self::arrays::FkArgs;
@@ -71,6 +72,8 @@ pub(crate) enum Command {
     Edit(EditArgs),
     /// Clean a motion of a camera or a generator: time, flips, noise, floor, contacts
     Clean(CleanArgs),
+    /// Solve rotations from positions of joints: arrays, and C3D of joint centres, with --joints SET|FILE
+    Solve(SolveArgs),
     /// Summarise a file
     Info(InfoArgs),
     /// Write a motion as arrays: positions and rotations of all joints in all frames
@@ -138,6 +141,38 @@ pub(crate) struct ConvertArgs {
     pub(crate) batch: BatchArgs,
     #[command(flatten)]
     pub(crate) print: PrintJobArgs,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct SolveArgs {
+    /// The joints of the positions: smpl22, smpl24, coco17, h36m, mediapipe33, openpose25, or a JSON file with a list
+    /// of {"name", "parent", "bone", "points"}
+    #[arg(
+        long,
+        value_name = "SET|FILE",
+        conflicts_with = "joint-set",
+        required_unless_present = "joint-set"
+    )]
+    joints: Option<String>,
+    #[command(flatten)]
+    pub(crate) convert: ConvertArgs,
+}
+
+impl SolveArgs {
+    /// Tells the reader the joints, and takes `-o take.bvh` for the output of one input; `-o takes/` is the folder of
+    /// many.
+    pub(crate) fn settle(&mut self) {
+        let Self { joints, convert } = self;
+        if joints.is_some() {
+            convert.read.joints = joints.take();
+        }
+        let is_file = |output: &PathBuf| FormatInfo::of_output(output).is_some() && !output.is_dir();
+        if convert.paths.len() == 1
+            && let Some(output) = convert.batch.out_dir.take_if(|output| is_file(output))
+        {
+            convert.paths.push(output);
+        }
+    }
 }
 
 /// The tolerance of `verify`.

@@ -75,7 +75,10 @@ fn take_no_signal_for_a_large_file() {}
 
 fn main() -> ExitCode {
     take_no_signal_for_a_large_file();
-    let (args, given) = Args::parse_with_given();
+    let (mut args, given) = Args::parse_with_given();
+    if let Command::Solve(solve) = &mut args.command {
+        solve.settle();
+    }
     report::set_quiet(args.quiet);
     let result = match &args.command {
         Command::Convert(args) => commands::convert::run(args, &given),
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         Command::Robot(args) => commands::robot::run(args, &given),
         Command::Edit(args) => commands::edit::run(args, &given),
         Command::Clean(args) => commands::clean::run(args, &given),
+        Command::Solve(args) => commands::convert::run(&args.convert, &given),
         Command::Info(args) => commands::info::run(args),
         Command::Fk(args) => commands::fk::run(args, &given),
         #[cfg(feature = "parquet")]

@@ -49,7 +49,12 @@ pub(super) fn scene(
                 };
                 match smpl::of_flat(&reader, array)? {
                     Some(motion) => motion,
-                    None => return points::scene(&reader, array, format, warnings),
+                    None => {
+                        return match points::of_humanml3d(&reader, array, format, warnings)? {
+                            Some(scene) => Ok(scene),
+                            None => points::scene(&reader, array, format, warnings),
+                        };
+                    }
                 }
             }
         },

@@ -2,11 +2,11 @@
 
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 
-use super::skeletons::Joint;
 use crate::error::{Code, Diagnostic};
 use crate::format::warnings::Warnings;
 use crate::math::up_axis::{to_y_up, turn_to_y_up};
 use crate::scene::{Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, Scene, Topic, UpAxis};
+use crate::solve::skeletons::Joint;
 
 /// A motion on a skeleton that has no rotation in its T-pose.
 #[derive(Debug, Default)]

@@ -84,7 +84,7 @@ impl Deref for Bytes<'_> {
 }
 
 /// Elements that an array may have whatever its bytes are.
-const MOST_EXPANDED: usize = 1 << 22;
+const MOST_EXPANDED: usize = 1 << 18;
 
 /// An array: its elements stand at `strides` from each other.
 #[derive(Clone, Debug)]

@@ -6,8 +6,8 @@
 
 use glam::Vec3;
 
-use super::skeletons::Joint;
 use crate::scene::{HumanoidBone as Bone, Side};
+use crate::solve::skeletons::Joint;
 
 /// Metres.
 pub(super) const HEIGHT: f32 = 1.70;
@@ -109,4 +109,4 @@ pub(super) fn rest(joints: &[Joint]) -> Vec<Vec3> {
 }
 
 /// Where the root of SMPL's template is, from the template's origin: what `trans` is added to.
-pub(super) const SMPL_ROOT: Vec3 = Vec3::new(0.0, -TEMPLATE_ABOVE_PELVIS, 0.0);
+pub(crate) const SMPL_ROOT: Vec3 = Vec3::new(0.0, -TEMPLATE_ABOVE_PELVIS, 0.0);

@@ -209,20 +209,61 @@ pub(crate) const MJCF: Input = Input {
     ..URDF
 };
 
-/// Arrays of NumPy, which `verify` reads.
+/// Arrays of NumPy, as a motion, or else as `verify` reads them.
 pub(crate) const NPZ: Input = Input {
     name: "npz",
+    folders: &["arrays"],
+    longest_seed: 16 << 10,
     made: made::npz,
     words: NPZ_WORDS,
     base: 4 << 20,
     factor: 1024,
-    read: |bytes, _| verified(bytes, "npz"),
+    read: |bytes, importer| {
+        let read = importer.clone().format(mocap::Format::Npz).read(bytes, "fuzz.npz");
+        read.or_else(|_| verified(bytes, "npz"))
+    },
     ..GLB
+};
+
+/// One array of NumPy.
+pub(crate) const NPY: Input = Input {
+    name: "npy",
+    made: Vec::new,
+    base: 64 << 20,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Npy).read(bytes, "fuzz.npy"),
+    ..NPZ
+};
+
+/// Arrays in a pickle.
+pub(crate) const PKL: Input = Input {
+    name: "pkl",
+    words: &[
+        "poses",
+        "trans",
+        "body_pose",
+        "global_orient",
+        "c",
+        "R",
+        "b",
+        "numpy\nndarray\n",
+        "_reconstruct",
+        "\u{94}",
+    ],
+    read: |bytes, importer| importer.clone().format(mocap::Format::Pickle).read(bytes, "fuzz.pkl"),
+    ..NPY
+};
+
+/// Tensors of PyTorch.
+pub(crate) const PT: Input = Input {
+    name: "pt",
+    read: |bytes, importer| importer.clone().format(mocap::Format::Torch).read(bytes, "fuzz.pt"),
+    ..PKL
 };
 
 /// Arrays in text, which `verify` reads.
 pub(crate) const CSV: Input = Input {
     name: "csv",
+    folders: &[],
     made: made::csv,
     words: CSV_WORDS,
     read: |bytes, _| verified(bytes, "csv"),
@@ -231,7 +272,7 @@ pub(crate) const CSV: Input = Input {
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
-    &BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &CSV, &FBX_OUT,
+    &BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT, &CSV, &FBX_OUT,
 ];
 
 impl Input {

@@ -22,8 +22,9 @@ pub(crate) struct FkArgs {
     /// The file to write: .npz, .csv or .parquet; - is standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Format of standard output [default: csv]
-    #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet"])]
+    /// Format of standard output [default: csv]; or the layout of another program for the motion of a humanoid: amass,
+    /// smplx or kimodo as .npz, humanml3d as .npy
+    #[arg(long, value_name = "FORMAT", value_parser = ["npz", "csv", "parquet", "amass", "smplx", "kimodo", "humanml3d"])]
     pub(crate) to: Option<String>,
     #[command(flatten)]
     pub(crate) force: ForceArgs,

@@ -1,6 +1,6 @@
 //! `mocap fk`: writes a motion as arrays.
 
-use mocap::arrays::{Arrays, arrays};
+use mocap::arrays::{Arrays, BodyArrays, BodyLayout, arrays};
 use mocap::{Code, Importer, Scene, SkeletonMesh};
 
 use super::output_format;
@@ -8,6 +8,9 @@ use crate::args::{FkArgs, Given};
 use crate::{Failure, report, streams};
 
 pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
+    if let Some(layout) = args.to.as_deref().and_then(|name| name.parse::<BodyLayout>().ok()) {
+        return body(args, given, layout);
+    }
     let write = writer(args)?;
     args.arrays.check(&args.source, given)?;
     streams::check_output(&[&args.input], &args.output, args.force)?;
@@ -28,6 +31,51 @@ pub(crate) fn run(args: &FkArgs, given: &Given) -> Result<(), Failure> {
         args.output.display(),
         motion.frames,
         motion.joints().len(),
+        bytes.len(),
+    ));
+    Ok(())
+}
+
+/// Writes the motion of a humanoid in the layout of another program.
+fn body(args: &FkArgs, given: &Given, layout: BodyLayout) -> Result<(), Failure> {
+    let why = "the layout of another program says what its arrays are";
+    let unused = [
+        "space",
+        "rot",
+        "rot-space",
+        "joints",
+        "fps",
+        "trim",
+        "out-unit",
+        "out-up",
+        "velocities",
+        "contacts",
+        "spreadsheet",
+        "map",
+    ];
+    given.refuse(&unused, why)?;
+    if !streams::is_standard(&args.output) && super::extension(&args.output) != layout.extension() {
+        let message = format!(
+            "{}: the arrays of {} are written to a file that ends in .{}",
+            args.output.display(),
+            layout.as_str(),
+            layout.extension()
+        );
+        return Err(Failure::Usage(message));
+    }
+    streams::check_output(&[&args.input], &args.output, args.force)?;
+    let scene = import(args)?;
+    report::warnings(Some(&args.input), &scene.warnings);
+    report::clip_taken(&scene);
+    let written = BodyArrays::new(&scene).and_then(|body| Ok((body.write(layout)?, body.frames)));
+    let (bytes, frames) = written.map_err(|error| error.with_path(&args.input))?;
+    streams::write(&args.output, &bytes)?;
+    report::say("hands: the rotations of fingers begin at a flat hand; the shape of the body is the mean (betas 0)");
+    report::say(&format!(
+        "{} -> {}: {frames} frames in the layout of {}, {} bytes",
+        args.input.display(),
+        args.output.display(),
+        layout.as_str(),
         bytes.len(),
     ));
     Ok(())

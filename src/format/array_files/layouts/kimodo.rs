@@ -7,8 +7,8 @@ use super::Reader;
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::motion::Motion;
-use crate::format::array_files::skeletons::{self, Joint};
 use crate::scene::{Confidence, Topic, UpAxis};
+use crate::solve::skeletons::{self, Joint};
 
 const POSITIONS: &str = "posed_joints";
 

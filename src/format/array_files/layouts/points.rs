@@ -7,13 +7,12 @@ use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::motion::Motion;
 use crate::format::array_files::ndarray::{Entries, NdArray};
-use crate::format::array_files::skeletons;
 use crate::format::warnings::Warnings;
 use crate::limits::{is_plausible, limit_exceeded};
 use crate::scene::{Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
+use crate::solve::{humanml3d, skeletons};
 
-/// Frames per second of HumanML3D, which has 22 joints.
-const HUMANML3D_RATE: f64 = 20.0;
+/// Frames per second of arrays that do not say, but for those of HumanML3D, which has 22 joints.
 const USUAL_RATE: f64 = 30.0;
 
 /// The array of a file that has one, or that of positions.
@@ -50,6 +49,33 @@ pub(super) fn scene(
                 .help(KNOWN),
         ));
     };
+    let (_, numbers) = reader.numbers_of("of the file", array, None, &[count, 3])?;
+    of_numbers(reader, (frames, count), &numbers, format, warnings)
+}
+
+/// HumanML3D's numbers, as points of the joints of SMPL. `None` where the array has another width.
+pub(super) fn of_humanml3d(
+    reader: &Reader<'_, '_>,
+    array: &NdArray<'_>,
+    format: Format,
+    warnings: &mut Warnings,
+) -> Result<Option<Scene>, Failure> {
+    let [.., humanml3d::NUMBERS] = array.shape.as_slice() else {
+        return Ok(None);
+    };
+    let (frames, rows) = reader.numbers_of("of the file", array, None, &[humanml3d::NUMBERS])?;
+    let joints = humanml3d::joints(&rows);
+    let numbers: Vec<f64> = joints.iter().flatten().flat_map(|place| place.to_array()).collect();
+    of_numbers(reader, (frames, humanml3d::JOINTS), &numbers, format, warnings).map(Some)
+}
+
+fn of_numbers(
+    reader: &Reader<'_, '_>,
+    (frames, count): (usize, usize),
+    numbers: &[f64],
+    format: Format,
+    warnings: &mut Warnings,
+) -> Result<Scene, Failure> {
     let most = reader.options.limits.max_nodes;
     if count >= most {
         return Err(Box::new(limit_exceeded(
@@ -57,9 +83,12 @@ pub(super) fn scene(
             format!("{count} joints"),
         )));
     }
-    let (_, numbers) = reader.numbers_of("of the file", array, None, &[count, 3])?;
     let mut motion = Motion::default();
-    let usual = if count == 22 { HUMANML3D_RATE } else { USUAL_RATE };
+    let usual = if count == humanml3d::JOINTS {
+        humanml3d::RATE
+    } else {
+        USUAL_RATE
+    };
     reader.frame_rate(usual, &mut motion)?;
     let mut scene = Scene::default();
     scene.metadata.format = Some(format);

@@ -9,8 +9,8 @@ use crate::format::Failure;
 use crate::format::array_files::motion::{Motion, named};
 use crate::format::array_files::ndarray::{Entries, NdArray};
 use crate::format::array_files::proportions::{self, HEIGHT, SMPL_ROOT};
-use crate::format::array_files::skeletons;
 use crate::scene::{Confidence, Topic, UpAxis};
+use crate::solve::skeletons;
 
 /// The frame rates that publishers state where files do not.
 const USUAL_RATE: f64 = 30.0;

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 from . import _mocap, edit
+from ._arrays import from_arrays
 from ._errors import FileError, FileIsFolderError, FilePermissionError, LimitError, MissingFileError, MocapError
 from ._mocap import ArrowTable, Node
 from ._options import Axis, Contacts, Options, ReadOptions, Unit, WriteOptions, changed, metres
@@ -45,6 +46,7 @@ __all__ = [
     "add_motions",
     "convert",
     "edit",
+    "from_arrays",
     "read",
     "read_bytes",
     "retarget",

@@ -1,15 +1,15 @@
 //! The joints of SMPL, SMPL-H, SMPL-X and SOMA: names, order, parents, and which bone each is. They are facts of the
 //! formats. No model of a body stands here: a file of motions says nothing of lengths, and where no body is given they
-//! are those of [`proportions`](super::proportions).
+//! are those of `format::array_files::proportions`.
 
 use crate::scene::{HumanoidBone as Bone, Side};
 
 /// A joint of a layout of arrays.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Joint {
-    pub(super) name: String,
-    pub(super) parent: Option<usize>,
-    pub(super) bone: Option<Bone>,
+pub(crate) struct Joint {
+    pub(crate) name: String,
+    pub(crate) parent: Option<usize>,
+    pub(crate) bone: Option<Bone>,
 }
 
 /// The 22 joints that SMPL, SMPL-H and SMPL-X have in common.
@@ -116,7 +116,7 @@ fn add_hands(joints: &mut Vec<Joint>) {
 }
 
 /// The joints of SMPL's family, of which there are `count`: 22 of the body, 24 of SMPL, 52 of SMPL-H or 55 of SMPL-X.
-pub(super) fn smpl(count: usize) -> Option<Vec<Joint>> {
+pub(crate) fn smpl(count: usize) -> Option<Vec<Joint>> {
     let mut joints = body();
     match count {
         22 => {}
@@ -207,7 +207,7 @@ const SOMA_LEG: [Row; 5] = [
 ];
 
 /// The joints of SOMA, of which there are 77 or 30.
-pub(super) fn soma(count: usize) -> Option<Vec<Joint>> {
+pub(crate) fn soma(count: usize) -> Option<Vec<Joint>> {
     let has_all = match count {
         77 => true,
         30 => false,
@@ -243,7 +243,7 @@ pub(super) fn soma(count: usize) -> Option<Vec<Joint>> {
 }
 
 /// The joints of Unitree's G1 as Kimodo has them: its motors, and two toes and two hands.
-pub(super) fn g1() -> Vec<Joint> {
+pub(crate) fn g1() -> Vec<Joint> {
     const LEG: [&str; 7] = [
         "hip_pitch",
         "hip_roll",

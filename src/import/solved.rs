@@ -1,0 +1,55 @@
+//! Points of a file that become a skeleton: where the caller names their joints, and where an array has those of SMPL.
+
+use std::path::Path;
+
+use super::Importer;
+use crate::error::{Code, Diagnostic, Error, Result};
+use crate::format::Source;
+use crate::scene::{Format, NodeKind, Scene};
+use crate::solve::{JointSet, solve};
+
+/// Formats of arrays, whose points have no names of their own.
+const ARRAYS: [Format; 4] = [Format::Npz, Format::Npy, Format::Torch, Format::Pickle];
+
+impl Importer {
+    /// Solves rotations from the positions of a scene without a skeleton.
+    pub(super) fn solve_points(&self, scene: &mut Scene, source: &Source<'_>) -> Result<()> {
+        match &self.joints {
+            Some(joints) => solve(scene, &joint_set(joints, source)?),
+            None if is_array_of_points(scene) => match set_of_names(scene) {
+                Some(set) => solve(scene, &set),
+                None => Ok(()),
+            },
+            None => Ok(()),
+        }
+    }
+}
+
+/// A set by its name, or that of a JSON file.
+fn joint_set(joints: &str, source: &Source<'_>) -> Result<JointSet> {
+    if let Some(set) = JointSet::named(joints) {
+        return Ok(set);
+    }
+    let unknown = |why: String| -> Error {
+        Diagnostic::new(Code::InvalidValue, format!("\"{joints}\" is no set of joints"))
+            .expected_found(format!("{}, or a JSON file", JointSet::names()), why)
+            .into()
+    };
+    let bytes = (source.open)(Path::new(joints)).map_err(|error| unknown(error.diagnostic().message.clone()))?;
+    let text = String::from_utf8(bytes).map_err(|_| unknown("a file that is not UTF-8 text".to_owned()))?;
+    JointSet::from_json(joints, &text)
+}
+
+fn is_array_of_points(scene: &Scene) -> bool {
+    let is_array = scene.metadata.format.is_some_and(|format| ARRAYS.contains(&format));
+    is_array && !scene.animations.is_empty() && scene.nodes.first().is_some_and(|node| node.kind == NodeKind::Group)
+}
+
+/// The set whose joints have the names of the points.
+fn set_of_names(scene: &Scene) -> Option<JointSet> {
+    let names: Vec<&str> = scene.nodes.iter().skip(1).map(|node| node.name.as_str()).collect();
+    ["smpl22", "smpl24"]
+        .into_iter()
+        .filter_map(JointSet::named)
+        .find(|set| set.has_points(&names))
+}

@@ -1,0 +1,71 @@
+//! The rest pose: a T-pose in which no joint has a rotation.
+
+use glam::{Quat, Vec3};
+
+use super::points::Points;
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// The offsets of the joints from their parents in the T-pose.
+#[derive(Debug)]
+pub(super) struct Rest {
+    pub(super) offsets: Vec<Vec3>,
+}
+
+/// Where a bone of a limb points in the T-pose: arms sideways, legs down.
+pub(super) fn limb_direction(bone: Bone) -> Option<Vec3> {
+    let direction = match bone.on(Side::Left) {
+        Bone::LeftUpperArm | Bone::LeftLowerArm | Bone::LeftHand => Vec3::X,
+        Bone::LeftUpperLeg | Bone::LeftLowerLeg => Vec3::NEG_Y,
+        _ => return None,
+    };
+    Some(if bone.side() == Some(Side::Right) && direction == Vec3::X {
+        Vec3::NEG_X
+    } else {
+        direction
+    })
+}
+
+/// The axis about which the joint below a bone bends in the T-pose: a shin goes back, a forearm forward.
+pub(super) fn bend_axis(bone: Bone) -> Option<Vec3> {
+    match (bone.on(Side::Left), bone.side()) {
+        (Bone::LeftUpperLeg | Bone::LeftLowerLeg, _) => Some(Vec3::X),
+        (Bone::LeftUpperArm | Bone::LeftLowerArm, Some(Side::Left)) => Some(Vec3::NEG_Y),
+        (Bone::LeftUpperArm | Bone::LeftLowerArm, _) => Some(Vec3::Y),
+        _ => None,
+    }
+}
+
+/// The median of the vectors from a joint to another, in the frame of rotations, with the median of their lengths.
+pub(super) fn median_offset(points: &Points, from: usize, to: usize, frame_to_world: &[Quat]) -> Vec3 {
+    let local = |frame: usize| frame_to_world[frame].inverse() * vector(points, from, to, frame);
+    let median = |axis: usize| points.median(|frame| local(frame)[axis]);
+    let offset = Vec3::new(median(0), median(1), median(2));
+    offset.normalize_or_zero() * length(points, from, to)
+}
+
+/// The median of the distances of two joints.
+pub(super) fn length(points: &Points, from: usize, to: usize) -> f32 {
+    points.median(|frame| vector(points, from, to, frame).length())
+}
+
+pub(super) fn vector(points: &Points, from: usize, to: usize, frame: usize) -> Vec3 {
+    points.tracks[to][frame] - points.tracks[from][frame]
+}
+
+/// Where a foot points in the T-pose: forward, and as far down as where its toes are on the ground.
+pub(super) fn foot_direction(points: &Points, ankle: usize, toes: usize) -> Vec3 {
+    /// Toes on the ground: so much of the length of the foot above where they are lowest.
+    const NEAR: f32 = 0.2;
+    let mut heights: Vec<f32> = points.tracks[toes].iter().map(|place| place.y).collect();
+    heights.sort_by(f32::total_cmp);
+    let lowest = heights.get(heights.len() / 20).copied().unwrap_or(0.0);
+    let length = length(points, ankle, toes).max(f32::MIN_POSITIVE);
+    let on_ground = |frame: &usize| points.tracks[toes][*frame].y < lowest + NEAR * length;
+    let mut sines: Vec<f32> = (0..points.frames)
+        .filter(on_ground)
+        .map(|frame| vector(points, ankle, toes, frame).normalize_or_zero().y)
+        .collect();
+    sines.sort_by(f32::total_cmp);
+    let sine = sines.get(sines.len() / 2).copied().unwrap_or(0.0).clamp(-0.9, 0.0);
+    Vec3::new(0.0, sine, (1.0 - sine * sine).sqrt())
+}

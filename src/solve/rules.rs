@@ -1,0 +1,188 @@
+//! How the rotation of each joint is found.
+
+use super::points::Points;
+use super::rest;
+use super::set::{JointSet, Mark};
+use crate::scene::{HumanoidBone as Bone, Side};
+
+/// What tells the rotation of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Rule {
+    /// The line from the right to the left, and that up, both between joints. Without the second it is from the middle
+    /// of the first to the joint.
+    Trunk {
+        left: usize,
+        right: usize,
+        up: Option<(usize, usize)>,
+    },
+    /// The direction to the child, and the twist between hips and chest, of which it has this fraction.
+    Spine { child: usize, chest: usize, fraction: f32 },
+    /// The direction to the child, and the hinge there, whose far end is a joint.
+    Upper { child: usize, end: usize },
+    /// The direction to the child, and the hinge of the joint above.
+    Lower { child: usize },
+    /// The direction to the child, if there is one, and a mark.
+    Marked { child: Option<usize>, mark: Mark },
+    /// The direction to the child, with the least twist from the parent.
+    Aim { child: usize },
+    /// The direction to the child, and that to a second one, which is to the side of it.
+    Pair { child: usize, second: usize },
+    /// The rotation of the parent.
+    Follow,
+}
+
+#[derive(Debug)]
+pub(super) struct Rules {
+    pub(super) of: Vec<Rule>,
+    /// The joint that the hips are, or else the root.
+    pub(super) hips: usize,
+}
+
+impl Rules {
+    pub(super) fn new(set: &JointSet, points: &Points) -> Self {
+        let root = set.joints.iter().position(|joint| joint.parent.is_none()).unwrap_or(0);
+        let hips = set.joint(Bone::Hips).unwrap_or(root);
+        let mut of: Vec<Rule> = (0..set.joints.len()).map(|joint| plain(set, joint)).collect();
+        for (joint, rule) in of.iter_mut().enumerate() {
+            if let Rule::Aim { child } = *rule
+                && let Some(second) = beside(set, points, joint, child)
+            {
+                *rule = Rule::Pair { child, second };
+            }
+        }
+        if let Some(rule) = trunk(set, points, hips, [Bone::LeftUpperLeg, Bone::LeftShoulder]) {
+            of[hips] = rule;
+        }
+        let chest = chest(set).filter(|chest| *chest != hips);
+        if let Some((chest, rule)) = chest.and_then(|chest| {
+            Some((
+                chest,
+                trunk(set, points, chest, [Bone::LeftShoulder, Bone::LeftUpperArm])?,
+            ))
+        }) {
+            of[chest] = rule;
+            share_twist(set, &mut of, hips, chest);
+        }
+        Self { of, hips }
+    }
+}
+
+/// The child of a joint that is farthest to the side of another, where one is far enough.
+fn beside(set: &JointSet, points: &Points, joint: usize, child: usize) -> Option<usize> {
+    /// Degrees from which two directions tell a roll.
+    const LEAST: f32 = 10.0;
+    let angle = |second: &usize| {
+        points.median(|frame| {
+            let first = rest::vector(points, joint, child, frame).normalize_or_zero();
+            let second = rest::vector(points, joint, *second, frame).normalize_or_zero();
+            first.cross(second).length().asin().to_degrees()
+        })
+    };
+    let others = set.children(joint).into_iter().filter(|other| *other != child);
+    let angles = others.map(|other| (other, angle(&other)));
+    let most = angles.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (most.1 >= LEAST).then_some(most.0)
+}
+
+/// The joint that both arms hang on.
+fn chest(set: &JointSet) -> Option<usize> {
+    let parent = |bone: Bone| set.joints[set.joint(bone)?].parent;
+    [
+        [Bone::LeftShoulder, Bone::RightShoulder],
+        [Bone::LeftUpperArm, Bone::RightUpperArm],
+    ]
+    .into_iter()
+    .find_map(|[left, right]| parent(left).filter(|chest| parent(right) == Some(*chest)))
+}
+
+/// The rule of a joint with a child on either side, of the first of these bones that both have.
+fn trunk(set: &JointSet, points: &Points, joint: usize, sides: [Bone; 2]) -> Option<Rule> {
+    /// Two joints nearer to each other than this fraction of the line across have no direction.
+    const NEAR: f32 = 0.1;
+    let child = |bone: Bone| set.joint(bone).filter(|child| set.joints[*child].parent == Some(joint));
+    let pair = |bone: Bone| Some((child(bone)?, child(bone.on(Side::Right))?));
+    let (left, right) = sides.into_iter().find_map(pair)?;
+    let trunk = [Bone::Spine, Bone::Chest, Bone::UpperChest, Bone::Neck, Bone::Head];
+    let above = trunk.into_iter().find_map(child);
+    let is_far = |above: &usize| rest::length(points, joint, *above) > NEAR * rest::length(points, right, left);
+    let up = match (above.filter(is_far), set.joints[joint].parent) {
+        (Some(above), _) => Some((joint, above)),
+        (None, Some(parent)) => Some((parent, joint)),
+        // Hips that are above the joints of the legs say where up is, however the spine bends.
+        (None, None) => {
+            let above = points.median(|frame| {
+                let [own, left, right] = [joint, left, right].map(|joint| points.tracks[joint][frame]);
+                own.distance(left.midpoint(right)) / left.distance(right).max(f32::MIN_POSITIVE)
+            });
+            let far = trunk.into_iter().filter_map(|bone| set.joint(bone)).find(is_far);
+            if above > NEAR { None } else { Some((joint, far?)) }
+        }
+    };
+    Some(Rule::Trunk { left, right, up })
+}
+
+/// The rule of a joint whose bone and whose children say all.
+fn plain(set: &JointSet, joint: usize) -> Rule {
+    let children = set.children(joint);
+    let bone = set.joints[joint].bone;
+    let mark = set.marks.iter().find(|mark| mark.joint == joint);
+    let child_bone = bone.and_then(next).and_then(|next| set.joint(next));
+    let child = child_bone
+        .filter(|child| children.contains(child))
+        .or(match children.as_slice() {
+            [only] => Some(*only),
+            // The middle finger, or whatever is in the middle.
+            [] => None,
+            several => Some(middle(set, several)),
+        });
+    match (bone.map(|bone| bone.on(Side::Left)), child, mark) {
+        (_, child, Some(mark)) => Rule::Marked { child, mark: *mark },
+        (Some(Bone::LeftUpperArm | Bone::LeftUpperLeg), Some(child), _) => {
+            let below = set.joints[child].bone.and_then(next).and_then(|end| set.joint(end));
+            match below {
+                Some(end) => Rule::Upper { child, end },
+                None => Rule::Aim { child },
+            }
+        }
+        (Some(Bone::LeftLowerArm | Bone::LeftLowerLeg), Some(child), _) => Rule::Lower { child },
+        (_, Some(child), _) => Rule::Aim { child },
+        (_, None, _) => Rule::Follow,
+    }
+}
+
+fn middle(set: &JointSet, children: &[usize]) -> usize {
+    let is_middle = |child: &&usize| {
+        let bone = set.joints[**child].bone.map(|bone| bone.on(Side::Left));
+        bone == Some(Bone::LeftMiddleProximal) || set.joints[**child].name.to_lowercase().contains("middle")
+    };
+    children.iter().find(is_middle).copied().unwrap_or(children[0])
+}
+
+/// The bone at the end of a bone.
+fn next(bone: Bone) -> Option<Bone> {
+    let next = match bone.on(Side::Left) {
+        Bone::Neck => return Some(Bone::Head),
+        Bone::LeftUpperArm => Bone::LeftLowerArm,
+        Bone::LeftLowerArm => Bone::LeftHand,
+        Bone::LeftUpperLeg => Bone::LeftLowerLeg,
+        Bone::LeftLowerLeg => Bone::LeftFoot,
+        Bone::LeftFoot => Bone::LeftToes,
+        _ => return None,
+    };
+    Some(bone.side().map_or(next, |side| next.on(side)))
+}
+
+/// Gives the joints between hips and chest their fractions of the twist between them.
+fn share_twist(set: &JointSet, of: &mut [Rule], hips: usize, chest: usize) {
+    let parents = std::iter::successors(set.joints[chest].parent, |joint| set.joints[*joint].parent);
+    let between: Vec<usize> = parents.take_while(|joint| *joint != hips).collect();
+    let parts = between.len() as f32 + 1.0;
+    for (place, joint) in between.iter().rev().enumerate() {
+        let fraction = (place as f32 + 1.0) / parts;
+        let child = std::iter::successors(Some(chest), |above| set.joints[*above].parent)
+            .find(|above| set.joints[*above].parent == Some(*joint));
+        if let Some(child) = child {
+            of[*joint] = Rule::Spine { child, chest, fraction };
+        }
+    }
+}
