@@ -136,17 +136,28 @@ fn bones(body: &Body) -> Vec<Placed> {
 
 /// Where the bones are in the T-pose, in its axes, from the hips.
 fn t_pose(body: &Body, bones: &[Placed]) -> BTreeMap<Bone, Vec3> {
-    let mut places = BTreeMap::new();
-    for &Placed { bone, joint, parent } in bones {
-        let place = parent.and_then(|parent| {
-            let above = body.joint(parent)?;
-            let end = joint.or_else(|| body.next(parent, above)).unwrap_or(above);
-            let way = body.position(end) - body.position(above);
-            Some(places.get(&parent).copied().unwrap_or(Vec3::ZERO) + body.to_frame(parent, way))
-        });
-        places.insert(bone, place.unwrap_or(Vec3::ZERO));
+    /// A bone that the source lacks begins at another node, and turns with the bone above it.
+    #[derive(Clone, Copy)]
+    struct Begin {
+        node: NodeId,
+        turns_with: Bone,
     }
-    places
+    let (mut positions, mut begins) = (BTreeMap::new(), BTreeMap::<Bone, Begin>::new());
+    for &Placed { bone, joint, parent } in bones {
+        let above = parent.and_then(|parent| Some((parent, *begins.get(&parent)?)));
+        let Some((parent, above)) = above else {
+            positions.insert(bone, Vec3::ZERO);
+            begins.extend(joint.map(|node| (bone, Begin { node, turns_with: bone })));
+            continue;
+        };
+        let end = || body.next(above.turns_with, above.node).unwrap_or(above.node);
+        let node = joint.unwrap_or_else(end);
+        let offset = body.to_frame(above.turns_with, body.position(node) - body.position(above.node));
+        positions.insert(bone, positions[&parent] + offset);
+        let turns_with = joint.map_or(above.turns_with, |_| bone);
+        begins.insert(bone, Begin { node, turns_with });
+    }
+    positions
 }
 
 fn lowest_ankle(t_pose: &BTreeMap<Bone, Vec3>) -> f32 {

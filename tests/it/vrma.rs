@@ -379,6 +379,19 @@ fn a_character_moves_by_the_animation_as_by_its_source() {
 }
 
 /// It is glTF with joints, so it becomes what glTF becomes.
+/// VRM requires feet, and this file lacks one: it is made between the shin and the toes, which stay where they are.
+#[test]
+fn toes_without_a_foot_stay_where_they_are() {
+    let whole = written(&motion("real/cmu_12_01_walk.bvh"));
+    let (mut json, _) = parts(&whole);
+    let bones = &mut json["extensions"]["VRMC_vrm_animation"]["humanoid"]["humanBones"];
+    assert!(bones.as_object_mut().unwrap().remove("leftFoot").is_some());
+    assert!(bones.get("leftToes").is_some());
+    let without = read(&with_json(&whole, &json));
+    let verified = verify(&without, &written(&without)).unwrap();
+    assert!(verified.is_within(1e-4), "{verified:?}");
+}
+
 #[test]
 fn an_animation_becomes_bvh_and_glb() {
     let scene = read(&written(&motion("real/cmu_short.bvh")));
