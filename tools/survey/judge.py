@@ -88,8 +88,10 @@ def defects(mocap, rng, folder, count, sample):
     truth, number = {}, 0
     kinds = list(KINDS)
     tries = 0
-    while number < count and tries < 20 * count:
+    while number < count:
         tries += 1
+        if tries > 20 * count:
+            sys.exit(f"only {number} of {count} defects can be planted")
         kind = kinds[number % len(kinds)]
         name = rng.choice(list(CLEAN))
         metres, first, last = CLEAN[name]
@@ -176,8 +178,10 @@ def twins(mocap, rng, folder, count, sample):
                 bases.append(base)
     reasons = {}
     tries = 0
-    while number < count and tries < 20 * count:
+    while number < count:
         tries += 1
+        if tries > 20 * count:
+            sys.exit(f"only {number} of {count} twins can be planted")
         kind, index = kinds[number % len(kinds)], rng.randrange(len(bases))
         clip = bases[index].copy()
         try:

@@ -161,10 +161,10 @@ class Planted(Exception):
     """A clip in which a kind cannot be planted."""
 
 
-def span(rng, bvh, shortest, longest, margin=0.15):
+def span(rng, bvh, shortest, longest, margin=0.15, most=0.33):
     rate = 1 / bvh.frame_time
     # What holds for half of a clip or longer is what is usual in it.
-    longest = min(longest, 0.33 * len(bvh.rows) / rate)
+    longest = min(longest, most * len(bvh.rows) / rate)
     if longest < shortest:
         raise Planted
     length = round(rng.uniform(shortest, longest) * rate)
@@ -492,7 +492,7 @@ def other_skeleton(rng, bvh):
 
 
 def piece(rng, bvh):
-    start, end = span(rng, bvh, 2.1, max(2.1, 0.8 * len(bvh.rows) * bvh.frame_time), 0)
+    start, end = span(rng, bvh, 2.1, 0.8 * len(bvh.rows) * bvh.frame_time, 0, 0.8)
     bvh.rows = bvh.rows[start:end]
 
 
