@@ -35,6 +35,10 @@ mod rows;
 #[cfg(feature = "arrow")]
 pub mod table;
 mod timeline;
+#[cfg_attr(
+    not(feature = "npz"),
+    expect(dead_code, reason = "files of training code are archives of NumPy")
+)]
 mod trainers;
 
 use serde::Serialize;

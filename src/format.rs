@@ -31,6 +31,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "npz")]
 pub(crate) use self::array_files::SMPL_ROOT;
 pub use self::option::WriteOption;
 pub(crate) use self::option::words;

@@ -12,6 +12,10 @@
 //!
 //! The rest pose is a T-pose without rotations, facing +Z, as that of VRM and of SMPL.
 
+#[cfg_attr(
+    not(feature = "npz"),
+    expect(dead_code, reason = "HumanML3D is written as an archive of NumPy")
+)]
 pub(crate) mod humanml3d;
 mod points;
 mod rest;

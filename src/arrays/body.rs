@@ -254,7 +254,7 @@ impl BodyArrays {
         let (mut joints, mut global, mut local) = (Vec::new(), Vec::new(), Vec::new());
         for frame in 0..self.frames {
             let (world, places) = self.posed(frame);
-            joints.extend(places.iter().flat_map(|place| place.to_array()));
+            joints.extend(places.iter().flat_map(glam::DVec3::to_array));
             global.extend(world.iter().flat_map(|rotation| matrix(*rotation)));
             local.extend((0..BODY_JOINTS).flat_map(|joint| matrix(DQuat::from_scaled_axis(self.vector(frame, joint)))));
         }

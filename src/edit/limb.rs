@@ -191,6 +191,15 @@ impl LimbChain {
         }
     }
 
+    /// The ball of goals that the tip can come to in a pose: its centre and its radius.
+    pub(super) fn reach(&self, pose: &Pose) -> (Vec3, f32) {
+        let last = if self.is_arm { self.tip } else { self.end };
+        let joints = [self.start, self.middle, last].map(|node| pose.position(node));
+        let carried = pose.position(self.tip) - joints[2];
+        let radius = joints[0].distance(joints[1]) + joints[1].distance(joints[2]);
+        (joints[0] + carried, radius)
+    }
+
     /// The rotation of the trunk that carries the limb, from the frame of the T-pose to the world.
     pub(super) fn trunk(&self, pose: &Pose) -> Quat {
         let (joint, frame_to_joint) = self.trunk;

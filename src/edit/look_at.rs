@@ -136,12 +136,14 @@ impl LookAt {
             if (window.first..=window.last).contains(&frame) {
                 report.frames += 1;
                 let to = at - gaze.eyes(&pose);
-                let off = to.angle_between(gaze.direction(&pose));
+                let direction = gaze.direction(&pose).normalize_or_zero();
                 if seen.is_beyond {
                     report.beyond += 1;
-                    report.largest_angle = report.largest_angle.max(off.to_degrees());
+                    let angle = to.angle_between(direction).to_degrees();
+                    report.largest_angle = report.largest_angle.max(angle);
                 } else {
-                    report.farthest = report.farthest.max(to.length() * off.sin() * metres);
+                    // Not by the angle, whose cosine is too coarse for small ones.
+                    report.farthest = report.farthest.max(to.cross(direction).length() * metres);
                 }
             }
         }

@@ -25,9 +25,9 @@ use crate::scene::Scene;
 
 step! {
     /// Holds a hand or a foot where it touches: at its mean position in the frame of what it touches, which may move
-    /// and rotate, in a given part of the motion, or in every part in which it is near and slow beside it. Two bones
-    /// are turned as by [`Reach`](crate::edit::Reach); everything else stays. Feet on the floor are for
-    /// [`FootLock`](crate::edit::FootLock), which lets them roll.
+    /// and rotate, or next to it where the limb is too short for that. It is held in a given part of the motion, or in
+    /// every part in which it is near and slow beside it. Two bones are turned as by [`Reach`](crate::edit::Reach);
+    /// everything else stays. Feet on the floor are for [`FootLock`](crate::edit::FootLock), which lets them roll.
     ///
     /// ```
     /// use mocap::edit::{Limb, Pin, ReachTarget, Step, StepInput};
@@ -87,7 +87,7 @@ impl Step for Pin {
         for window in self.windows(scene, input.animation, &frames, &touching)? {
             let inside = window.first..window.last + 1;
             let was = Touching::new(scene, &frames, &chain, target, inside.clone(), metres);
-            let middle = was.mean();
+            let middle = within_reach(was.mean(), scene, &frames, &chain, target, inside.clone());
             let goal = |pose: &Pose| target.to_world(pose).transform_point3(middle);
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, metres, goal);
@@ -136,6 +136,42 @@ impl Pin {
         let touches = rule.at_rest(touching.samples(frames.rate), frames.rate);
         Ok(Window::of_runs(&touches, self.blend * frames.rate))
     }
+}
+
+/// The point next to `wanted`, in the frame of what is touched, that the limb can reach in all frames of a part, if
+/// there is one: each frame has a ball of such points, and balls are convex, so that projections onto one after the
+/// other end in all of them (Bregman 1965).
+fn within_reach(
+    wanted: Vec3,
+    scene: &Scene,
+    frames: &Frames,
+    chain: &LimbChain,
+    target: Found,
+    of_frames: Range<usize>,
+) -> Vec3 {
+    const ROUNDS: usize = 200;
+    /// Of the length of the limb: it need not be stretched wholly.
+    const STRETCHED: f32 = 0.9999;
+    let mut pose = Pose::rest(scene);
+    let balls: Vec<(Vec3, f32)> = of_frames
+        .map(|frame| {
+            frames.pose(frame, &mut pose);
+            let (centre, radius) = chain.reach(&pose);
+            (target.to_world(&pose).inverse().transform_point3(centre), radius * STRETCHED)
+        })
+        .filter(|(centre, _)| centre.is_finite())
+        .collect();
+    let mut at = wanted;
+    for _ in 0..ROUNDS {
+        let before = at;
+        for (centre, radius) in &balls {
+            at = *centre + (at - *centre).clamp_length_max(*radius);
+        }
+        if at == before {
+            break;
+        }
+    }
+    at
 }
 
 /// Where the limb is in the frame of what it touches, in units of the scene.

@@ -10,7 +10,7 @@ use super::ticks::{Ticks, ticks};
 use super::track::{Track, whole};
 use super::watched::{Seen, Watched};
 use crate::error::{Code, Diagnostic, Result};
-use crate::figure::{Humanoid, HumanoidBone as Bone};
+use crate::figure::{Confidence, Humanoid, HumanoidBone as Bone, HumanoidJoint, humanoid};
 use crate::pose::{Binding, Pose};
 use crate::scene::{Animation, AppliedStep, Channel, Keys, Node, NodeId, Scene, UpAxis};
 
@@ -53,7 +53,8 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
             .help("convert the scene before: Conversion::new().apply(&mut scene)")
             .into());
     }
-    let body = Body::new(scene, known, "source")?;
+    let known = with_feet(scene, known.unwrap_or_else(|| humanoid(scene)));
+    let body = Body::new(scene, Some(known), "source")?;
     let mut missing = body.figure.humanoid.missing();
     missing.retain(|bone| !ENDS.contains(bone) || bone.parent().is_none_or(|above| body.joint(above).is_none()));
     if !missing.is_empty() {
@@ -108,6 +109,28 @@ pub fn vrm_humanoid(scene: &Scene, known: Option<Humanoid>) -> Result<Scene> {
         lift: f64::from(lift),
     });
     Ok(made)
+}
+
+/// The bones with the feet that they lack: the joint between a shin and the toes is one, whatever its name.
+fn with_feet(scene: &Scene, mut bones: Humanoid) -> Humanoid {
+    for [shin, foot, toes] in [
+        [Bone::LeftLowerLeg, Bone::LeftFoot, Bone::LeftToes],
+        [Bone::RightLowerLeg, Bone::RightFoot, Bone::RightToes],
+    ] {
+        let (Some(shin), Some(toes)) = (bones.joint(shin), bones.joint(toes)) else {
+            continue;
+        };
+        let between = scene.nodes[toes.index()].parent.filter(|joint| *joint != shin);
+        if let Some(joint) = between.filter(|_| bones.joint(foot).is_none()) {
+            let found = HumanoidJoint {
+                joint,
+                confidence: Confidence::Likely,
+                reason: "it is between the shin and the toes".to_owned(),
+            };
+            bones.bones.insert(foot, found);
+        }
+    }
+    bones
 }
 
 /// A bone in the order of nodes.

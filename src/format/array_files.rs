@@ -22,6 +22,7 @@ mod proportions;
 
 use self::ndarray::{Bytes, Entries, NdArray};
 use self::npy::Npy;
+#[cfg(feature = "npz")]
 pub(crate) use self::proportions::SMPL_ROOT;
 use crate::error::{Code, Diagnostic, Result};
 use crate::format::warnings::Warnings;

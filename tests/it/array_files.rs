@@ -263,7 +263,7 @@ fn positions_alone_are_points() {
 }
 
 /// What NumPy prints of the last point of `points_fortran.npy`.
-const LAST_POINT: [f32; 3] = [0.6918478608131409, 2.555666923522949, 0.4346778094768524];
+const LAST_POINT: [f32; 3] = [0.691_847_86, 2.555_667, 0.434_677_8];
 
 fn error(bytes: &[u8], name: &str) -> mocap::Error {
     Importer::new().read(bytes, name).unwrap_err()

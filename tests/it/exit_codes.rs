@@ -72,8 +72,8 @@ const CASES: &[Case] = &[
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
-/// Commands that take no motion.
-const OTHERS: &[&str] = &["formats", "merge-manifest"];
+/// Commands that take no motion of the table's; `solve` is `convert` for positions.
+const OTHERS: &[&str] = &["formats", "merge-manifest", "solve"];
 
 impl Case {
     fn name(&self) -> &str {

@@ -198,6 +198,7 @@ fn given(option: WriteOption) -> String {
         WriteOption::OutUp => "z",
         WriteOption::Rest => "frame:1",
         WriteOption::Names => "unreal",
+        WriteOption::BoneAxis => "y",
         _ => "",
     };
     format!("--{option} {value}").trim_end().to_owned()

@@ -52,6 +52,7 @@ const CASES: &[Case] = &[
     one("edit walk.bvh -o out.glb --step mirror --contacts out.json --force"),
     many("edit clips -o out/ --step mirror", &[]),
     one("clean walk.bvh -o out.glb --report out.json --force"),
+    one("survey walk.bvh -o out.json --html out.html"),
     one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),

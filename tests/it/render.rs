@@ -126,8 +126,8 @@ fn sizes_and_rates_that_cannot_be_are_refused() {
     assert_eq!(
         codes,
         [
-            "limit-exceeded",
-            "limit-exceeded",
+            "invalid-value",
+            "invalid-value",
             "invalid-value",
             "invalid-value",
             "limit-exceeded"

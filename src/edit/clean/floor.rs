@@ -155,8 +155,9 @@ impl Feet {
         let velocity = |frame: usize| (track[frame + half] - track[frame - half]) * self.rate / (2 * half) as f64;
         let mut found = vec![None; self.frames];
         let mut from = half;
-        for frame in half..self.frames.saturating_sub(half) {
-            let stands = velocity(frame).length() < 0.5 * SLOW && track[frame].z < level + LOW;
+        let inner = self.frames.saturating_sub(half);
+        for (frame, at) in track.iter().enumerate().take(inner).skip(half) {
+            let stands = velocity(frame).length() < 0.5 * SLOW && at.z < level + LOW;
             let end = if stands { frame + 1 } else { frame };
             let is_last = frame + half + 1 >= self.frames;
             if (!stands || is_last) && end > from + least {

@@ -33,7 +33,8 @@ pub(super) fn follow(work: &mut Work<'_>, noisy: &Frames, bank: &Bank) {
         .collect();
     let skeleton = Skeleton::new(work, &nodes);
     let mut pose = Pose::rest(work.scene);
-    for frame in 0..work.frames.len() {
+    let frames = 0..work.frames.len();
+    for frame in frames {
         work.frames.pose(frame, &mut pose);
         let mut places: Vec<Vec3> = nodes.iter().map(|node| pose.position(*node)).collect();
         let mut turns: Vec<Quat> = nodes
@@ -67,7 +68,7 @@ fn smoothed(track: Vec<Vec3>, work: &Work<'_>, bank: &Bank) -> Vec<Vec3> {
     let values: Vec<DVec3> = track.iter().map(|place| place.as_dvec3()).collect();
     let is_noise = |noise: f64| noise * f64::from(work.metres) >= LEAST_DISTANCE;
     match without_noise::<Positions>(&values, &work.missing, work.frames.rate, bank, is_noise) {
-        Some((smoothed, _)) => smoothed.into_iter().map(|place| place.as_vec3()).collect(),
+        Some((smoothed, _)) => smoothed.into_iter().map(glam::DVec3::as_vec3).collect(),
         None => track,
     }
 }

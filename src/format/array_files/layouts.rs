@@ -32,11 +32,10 @@ pub(super) fn scene(
     let motion = match () {
         () if entries.get("posed_joints").is_some() => kimodo::motion(&reader)?,
         () if entries.get("dof_pos").is_some() || entries.get("qpos").is_some() => {
-            return Err(
+            return Err(Box::new(
                 refused("the arrays are the motion of a robot, which has no body here", entries)
                     .help("retarget the human motion that it was made from"),
-            )
-            .map_err(Box::new);
+            ));
         }
         () if smpl::is_poses(entries) => smpl::of_poses(&reader)?,
         () => match smpl::dictionary(entries) {

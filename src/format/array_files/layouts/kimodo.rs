@@ -47,10 +47,11 @@ pub(super) fn motion(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
     let (_, matrices) = reader.numbers(name, Some(frames), &[count, 3, 3])?;
     let mut global = rotations(&matrices, count);
     if is_local {
-        for joint in 0..count {
-            if let Some(parent) = joints[joint].parent {
-                for frame in 0..frames {
-                    global[joint][frame] = global[parent][frame] * global[joint][frame];
+        for (joint, described) in joints.iter().enumerate() {
+            if let Some(parent) = described.parent {
+                let (above, own) = global.split_at_mut(joint);
+                for (rotation, above) in own[0].iter_mut().zip(&above[parent]) {
+                    *rotation = *above * *rotation;
                 }
             }
         }

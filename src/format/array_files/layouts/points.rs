@@ -65,7 +65,7 @@ pub(super) fn of_humanml3d(
     };
     let (frames, rows) = reader.numbers_of("of the file", array, None, &[humanml3d::NUMBERS])?;
     let joints = humanml3d::joints(&rows);
-    let numbers: Vec<f64> = joints.iter().flatten().flat_map(|place| place.to_array()).collect();
+    let numbers: Vec<f64> = joints.iter().flatten().flat_map(glam::DVec3::to_array).collect();
     of_numbers(reader, (frames, humanml3d::JOINTS), &numbers, format, warnings).map(Some)
 }
 

@@ -32,7 +32,7 @@ pub(super) fn of_poses(reader: &Reader<'_, '_>) -> Result<Motion, Failure> {
         return Err(missing(name, entries));
     };
     let width: usize = array.shape.iter().skip(1).product();
-    let joints = skeletons::smpl(width / 3).filter(|_| width % 3 == 0);
+    let joints = skeletons::smpl(width / 3).filter(|_| width.is_multiple_of(3));
     let Some(joints) = joints else {
         return Err(Box::new(
             Diagnostic::new(Code::RowLength, format!("the array {name} is that of no body of SMPL")).expected_found(
@@ -225,7 +225,7 @@ fn set_root(reader: &Reader<'_, '_>, motion: &mut Motion, name: Option<&str>, fr
     let count = motion.joints.len();
     if let Some(rest) = reader.entries.get(REST_JOINTS) {
         let (_, numbers) = reader.numbers_of(REST_JOINTS, rest, Some(count), &[3])?;
-        motion.rest = places(&numbers).into_iter().map(|place| place.as_vec3()).collect();
+        motion.rest = places(&numbers).into_iter().map(glam::DVec3::as_vec3).collect();
         root = motion.rest.first().copied().unwrap_or_default();
     }
     motion.root.iter_mut().for_each(|place| *place += root.as_dvec3());
