@@ -12,6 +12,7 @@ pub(crate) mod info;
 mod made;
 mod many;
 pub(crate) mod merge_manifest;
+mod own;
 #[cfg(feature = "parquet")]
 pub(crate) mod pack;
 pub(crate) mod plot;

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
-use mocap::job::{Reading, SourceMap, SourceSpace};
+use mocap::job::Job;
 
-use super::batch::is_folder;
-use super::{ForceArgs, InputArgs, OutputFormat, PrintJobArgs, SpreadArgs, WriteArgs};
+use super::OwnArgs;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -16,22 +15,11 @@ pub(crate) struct EditArgs {
     /// motions to change, folders and wildcards
     #[arg(required = true, value_name = "IN")]
     pub(crate) inputs: Vec<PathBuf>,
-    /// The file to write, in any format of mocap formats, or - for standard output. If it is a folder, or ends in /,
-    /// each motion gets a file of its own in it, beside a manifest
-    #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
-    /// Format of standard output, or of the outputs in a folder [default: glb]
-    #[arg(long, value_name = "FORMAT")]
-    pub(crate) to: Option<OutputFormat>,
     /// A motion that steps join, blend or layer with each motion; once for each
     #[arg(long, value_name = "FILE")]
     pub(crate) with: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) steps: Steps,
-    /// Frames per second of the motions before the first step, at the same speed; for an input that states no valid
-    /// rate, its rate. The step resample does it later
-    #[arg(long, value_name = "RATE", value_parser = Reading::parse_rate)]
-    pub(crate) fps: Option<f64>,
     /// Write when feet and hands are at rest in the changed motion: .json or .npz
     #[arg(long, value_name = "FILE")]
     pub(crate) contacts: Option<PathBuf>,
@@ -44,34 +32,20 @@ pub(crate) struct EditArgs {
     /// Print what each step changed as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Compare the written file with its source, as `mocap verify` does
-    #[arg(long)]
-    pub(crate) verify: bool,
     #[command(flatten)]
-    pub(crate) force: ForceArgs,
-    /// Skip motions that were changed in the same steps, according to the manifest, and are unchanged
-    #[arg(long)]
-    pub(crate) resume: bool,
-    #[command(flatten)]
-    pub(crate) write: WriteArgs,
-    #[command(flatten)]
-    pub(crate) source: SourceSpace,
-    #[command(flatten)]
-    pub(crate) map: SourceMap,
-    #[command(flatten)]
-    pub(crate) read: Reading,
-    #[command(flatten)]
-    pub(crate) many: InputArgs,
-    #[command(flatten)]
-    pub(crate) spread: SpreadArgs,
-    #[command(flatten)]
-    pub(crate) print: PrintJobArgs,
+    pub(crate) own: OwnArgs,
 }
 
 impl EditArgs {
-    /// Whether the output is a folder, with an output of each motion.
-    pub(crate) fn is_many(&self) -> bool {
-        is_folder(&self.output)
+    /// The job, with an output of the format of `extension`; contacts and curves, which are drawn beside it, are no
+    /// part of it.
+    pub(crate) fn job(&self, extension: &str) -> Job {
+        let (motions, others) = self.inputs.split_at(match self.own.is_many() {
+            true => self.inputs.len(),
+            false => 1,
+        });
+        let with = [others, &self.with].concat();
+        self.own.job(motions, with, self.steps.0.clone(), extension)
     }
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mocap::convert::{FirstFrame, RootMotion};
+use mocap::convert::RootMotion;
 use mocap::job::{Job, Onto, RobotFormat, SourceMap, SourceSpace, Sources};
 
-use super::{CleanArgs, ConvertArgs, EditArgs, RetargetArgs, RobotArgs};
+use super::{ConvertArgs, RetargetArgs, RobotArgs};
 
 /// What two switches mean.
 pub(super) fn root_motion(in_place: bool, root_motion: bool) -> RootMotion {
@@ -25,46 +25,6 @@ impl ConvertArgs {
         job.source.frames = self.change.frames.clone();
         job.source.frames.root = root_motion(self.change.in_place, self.change.root_motion);
         self.write.fill(&mut job.write, output, extension);
-        job.write.force = self.force.force;
-        job.write.verify = self.verify;
-        job
-    }
-}
-
-impl EditArgs {
-    /// The job, with an output of the format of `extension`; contacts and curves, which are drawn beside it, are no
-    /// part of it.
-    pub(crate) fn job(&self, extension: &str) -> Job {
-        let mut job = Job::new();
-        job.read = self.read.clone();
-        let (motions, others) = self.inputs.split_at(match self.is_many() {
-            true => self.inputs.len(),
-            false => 1,
-        });
-        job.source = sources(motions, &self.source, &self.map);
-        job.source.with = [others, &self.with].concat();
-        // A rest pose before the motion is no part of it: a filter or a seam would mix it in.
-        job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
-        job.source.frames.fps = self.fps;
-        job.steps.clone_from(&self.steps.0);
-        self.write.fill(&mut job.write, &self.output, extension);
-        job.write.force = self.force.force;
-        job.write.verify = self.verify;
-        job
-    }
-}
-
-impl CleanArgs {
-    /// The job, with an output of the format of `extension`.
-    pub(crate) fn job(&self, extension: &str) -> Job {
-        let mut job = Job::new();
-        job.read = self.read.clone();
-        job.source = sources(&self.inputs, &self.source, &self.map);
-        // A rest pose before the motion is no part of it.
-        job.source.frames.drop_first_frame = FirstFrame::DropRestPose;
-        job.source.frames.fps = self.fps;
-        job.steps = vec![self.step().into()];
-        self.write.fill(&mut job.write, &self.output, extension);
         job.write.force = self.force.force;
         job.write.verify = self.verify;
         job

@@ -11,36 +11,23 @@ use mocap::scene::Scene;
 
 use super::plot::joints_named;
 use super::{
-    MANY, ONE_OUTPUT, check_json, extension, made, many, output_format, print_json, run, short_name, unknown_extension,
-    verify, write_drawing, write_output,
+    check_json, extension, made, own, print_json, short_name, unknown_extension, verify, write_drawing, write_output,
 };
-use crate::args::{EditArgs, Given, OutputFormat, refuse_options};
+use crate::args::{EditArgs, Given};
 use crate::report::Voice;
 use crate::{Failure, streams};
 
 pub(crate) fn run(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     check_beside(args, given)?;
-    let to = args.to.map(|format| format.extension);
-    let format = match args.is_many() {
-        true => to.unwrap_or("glb").to_owned(),
-        false => output_format(&args.output, to, "glb")?,
-    };
-    let job = args.job(&format);
-    if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(&format)) {
-        refuse_options(given, |option| format.row().refusal(option, format.extension))?;
+    match own::begin(&args.own, given, |extension| args.job(extension))? {
+        Some(job) => one(args, given, &job),
+        None => Ok(()),
     }
-    if args.print.print_job {
-        return run::print(&job);
-    }
-    if args.is_many() {
-        return many::run(&job, given, &args.many, &args.spread, args.resume);
-    }
-    one(args, given, &job)
 }
 
 /// Refuses outputs beside the motion that cannot be made.
 fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
-    check_json(args.json, &args.output)?;
+    check_json(args.json, &args.own.output)?;
     if let Some(file) = &args.contacts
         && !["json", "npz"].contains(&extension(file).as_str())
     {
@@ -54,14 +41,11 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
-    match (args.is_many(), args.print.print_job) {
-        (true, _) => given.refuse(
-            &["contacts", "curves", "json"],
-            "it is of one motion; name a file, not a folder",
-        ),
-        (false, true) => given.refuse(&["contacts", "curves"], "it is no part of a job; leave it out"),
-        (false, false) => given.refuse(MANY, ONE_OUTPUT),
-    }
+    let of_one = (
+        ["contacts", "curves", "json"].as_slice(),
+        "it is of one motion; name a file, not a folder",
+    );
+    own::refuse_beside(&args.own, given, of_one, &["contacts", "curves"])
 }
 
 fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
@@ -78,7 +62,7 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
         said => Voice::Aloud.hear(said),
     };
     let (_, mut made) = made::make(job, given, None, &policy, &mut hear)?;
-    made::tell(&made.written, &args.output, &mut Voice::Aloud);
+    made::tell(&made.written, &args.own.output, &mut Voice::Aloud);
     let Some(scene) = made.scene.take() else { return Ok(()) };
     let found = match &args.contacts {
         Some(file) => Some((
@@ -91,7 +75,7 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    streams::save(&mut made.written, &args.output, &policy)?;
+    streams::save(&mut made.written, &args.own.output, &policy)?;
     if let Some((file, bytes)) = found {
         write_output(&policy, file, &bytes)?;
     }
@@ -101,7 +85,7 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     if args.json {
         print_json(&reports)?;
     }
-    match args.verify {
+    match args.own.verify {
         true => verify::output(job, Some(scene)),
         false => Ok(()),
     }
@@ -132,7 +116,7 @@ fn draw(args: &EditArgs, scene: &Scene, last: Option<&EditReport>, file: &Path) 
         _ => Vec::new(),
     };
     let options = PlotOptions::new().marked_frames(marked_frames);
-    let name = short_name(&args.output);
+    let name = short_name(&args.own.output);
     let clip = Clip { name: &name, scene };
     write_drawing(
         &Drawing::plot(&clip, &joints_named(scene, &args.joint)?, &options),

@@ -1,0 +1,45 @@
+//! What the commands have in common that change motions on their own skeletons: `mocap edit` and `mocap clean`.
+
+use std::path::Path;
+
+use mocap::job::Job;
+
+use super::{MANY, ONE_OUTPUT, many, output_format, run};
+use crate::Failure;
+use crate::args::{Given, OutputFormat, OwnArgs, refuse_options};
+
+/// Does a job into a folder, or prints it. Returns the job of one output, which is still to be done. `job` makes it for
+/// the extension of the output.
+pub(super) fn begin(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job) -> Result<Option<Job>, Failure> {
+    let to = args.to.map(|format| format.extension);
+    let format = match args.is_many() {
+        true => to.unwrap_or("glb").to_owned(),
+        false => output_format(&args.output, to, "glb")?,
+    };
+    let job = job(&format);
+    if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(&format)) {
+        refuse_options(given, |option| format.row().refusal(option, format.extension))?;
+    }
+    if args.print.print_job {
+        return run::print(&job).map(|()| None);
+    }
+    if args.is_many() {
+        return many::run(&job, given, &args.many, &args.spread, args.resume).map(|()| None);
+    }
+    Ok(Some(job))
+}
+
+/// Refuses what is of one motion where there are many, and the other way round. `beside` are the outputs beside the
+/// motion, which are no part of a job.
+pub(super) fn refuse_beside(
+    args: &OwnArgs,
+    given: &Given,
+    (of_one, why): (&'static [&'static str], &str),
+    beside: &'static [&'static str],
+) -> Result<(), Failure> {
+    match (args.is_many(), args.print.print_job) {
+        (true, _) => given.refuse(of_one, why),
+        (false, true) => given.refuse(beside, "it is no part of a job; leave it out"),
+        (false, false) => given.refuse(MANY, ONE_OUTPUT),
+    }
+}
