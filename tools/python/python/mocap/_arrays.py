@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,7 +89,9 @@ def _npz(
         arrays["offsets"] = offsets
         arrays["header"] = np.array(json.dumps(header))
     out = io.BytesIO()
-    np.savez(out, **arrays)
+    # Its stubs take the names of arrays for its own options.
+    save: Callable[..., None] = np.savez
+    save(out, **arrays)
     return out.getvalue()
 
 
