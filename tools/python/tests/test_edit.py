@@ -40,6 +40,12 @@ def test_the_program_does_the_same(program: Path, walk: Path, clip: mocap.Scene,
         (edit.in_between, {"every": 10, "keys": [5, 7], "interpolation": "slerp"}),
         (edit.fill, {"longest": 0.2}),
         (edit.mirror, {}),
+        (edit.reach, {"to": (0.3, 1.2, 0.5), "limb": "left-hand", "range": "0.2..0.4", "ease_in": 0.1}),
+        (edit.pin, {"to": "hips", "limb": "right-hand", "range": "0.5..0.7"}),
+        (edit.look_at, {"at": (1, 1.5, 9), "neck": 0.5}),
+        (edit.turn, {"by": 90}),
+        (edit.clean, {"contacts": False}),
+        (edit.ground, {}),
     ]:
         scene, report = function(scene, **options)
         reports.append(report)
@@ -54,6 +60,12 @@ def test_the_program_does_the_same(program: Path, walk: Path, clip: mocap.Scene,
         "in-between:every=10,keys=5+7,interpolation=slerp",
         "fill:longest=0.2",
         "mirror",
+        "reach:to=0.3/1.2/0.5,limb=left-hand,range=0.2..0.4,ease-in=0.1",
+        "pin:to=hips,limb=right-hand,range=0.5..0.7",
+        "look-at:at=1/1.5/9,neck=0.5",
+        "turn:by=90",
+        "clean:contacts=false",
+        "ground",
     ]
     command = [program, "edit", walk, "-o", tmp_path / "there.glb", "--json"]
     command += [word for step in steps for word in ("--step", step)]
