@@ -139,6 +139,8 @@ const char *mocap_error_text(void);
  - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
    metres, +Y up.
  - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.
+ - Arrays of bodies (NumPy's `.npz` and `.npy`, PyTorch's `.pt` and `.pth`, pickles `.pkl` and `.pickle`), in layouts
+   that are known by their names or shapes; lengths in metres. Nothing of a file is run.
  - Robots (URDF `.urdf`, MJCF `.mjcf`): the skeleton alone.
 
  3ds Max `.bip` is refused, with advice on what to export instead.
