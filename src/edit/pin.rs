@@ -87,7 +87,8 @@ impl Step for Pin {
         for window in self.windows(scene, input.animation, &frames, &touching)? {
             let inside = window.first..window.last + 1;
             let was = Touching::new(scene, &frames, &chain, target, inside.clone(), metres);
-            let middle = within_reach(was.mean(), scene, &frames, &chain, target, inside.clone());
+            let changed = window.frames(frames.len()).map(|(frame, _)| frame);
+            let middle = within_reach(was.mean(), scene, &frames, &chain, target, changed);
             let goal = |pose: &Pose| target.to_world(pose).transform_point3(middle);
             let before = frames.clone();
             let held = hold(scene, &mut frames, &chain, &window, metres, goal);
@@ -138,16 +139,16 @@ impl Pin {
     }
 }
 
-/// The point next to `wanted`, in the frame of what is touched, that the limb can reach in all frames of a part, if
-/// there is one: each frame has a ball of such points, and balls are convex, so that projections onto one after the
-/// other end in all of them (Bregman 1965).
+/// The point next to `wanted`, in the frame of what is touched, that the limb can reach in all frames of a part and
+/// around it, if there is one: each frame has a ball of such points, and balls are convex, so that projections onto one
+/// after the other end in all of them (Bregman 1965).
 fn within_reach(
     wanted: Vec3,
     scene: &Scene,
     frames: &Frames,
     chain: &LimbChain,
     target: Found,
-    of_frames: Range<usize>,
+    of_frames: impl Iterator<Item = usize>,
 ) -> Vec3 {
     const ROUNDS: usize = 200;
     /// Of the length of the limb: it need not be stretched wholly.
