@@ -87,6 +87,8 @@ pub struct RobotReport {
     pub share_floating: Option<f64>,
     /// The fraction of frames in which the hips of the source lie: the up axis of the file may be another.
     pub share_lying: f64,
+    /// The passes that made it. Of two the first alone is kept where the second would move limbs or feet farther away.
+    pub passes: u8,
     /// Parts of the robot that its file does not show, and that were guessed.
     pub guessed: Vec<String>,
     /// What the verdict depends on, each with its bounds: the worst decides.
@@ -94,6 +96,20 @@ pub struct RobotReport {
     /// Whether the motion is good enough to use unchanged: the worst of `criteria`; poor where no limb could be
     /// compared.
     pub verdict: Verdict,
+}
+
+/// How much farther limbs may be off after the second pass, in degrees in the mean: what it takes for smoothness.
+const FARTHER: f64 = 2.0;
+
+/// How much faster soles may slide after the second pass, in metres a second.
+const FASTER: f64 = 0.05;
+
+impl RobotReport {
+    /// Whether limbs or feet are clearly farther from those of the source than in `other`.
+    pub(super) fn is_worse_than(&self, other: &Self) -> bool {
+        let slide = |report: &Self| report.skate.unwrap_or(0.0);
+        self.mean_degrees > other.mean_degrees + FARTHER || slide(self) > slide(other) + FASTER
+    }
 }
 
 /// What was measured of a motion besides its joints.
@@ -162,6 +178,7 @@ pub(super) fn report(robot: &Robot, motion: &RobotMotion, seen: Seen) -> RobotRe
         share_of_jumps: seen.jumps,
         share_floating,
         share_lying: seen.lying,
+        passes: 1,
         guessed: seen.guessed,
         criteria,
         verdict,

@@ -156,16 +156,36 @@ impl RobotRetargeter {
         let mut goals = Vec::new();
         let mut motion = self.follow(&held, animation, contacts, &mut goals);
         let steps = Steps::new(&self.kinematics, &self.twin, &goals, motion.fps);
-        if self.options.passes > 1 {
-            self.second_pass(&mut goals, &steps, &mut motion);
+        let first = self.judged(source, animation, motion.clone(), &goals, &steps);
+        if self.options.passes < 2 {
+            return Ok(first);
         }
+        self.second_pass(&mut goals, &steps, &mut motion);
+        let mut second = self.judged(source, animation, motion, &goals, &steps);
+        second.1.passes = 2;
+        Ok(if second.1.is_worse_than(&first.1) {
+            first
+        } else {
+            second
+        })
+    }
+
+    /// A motion on its floor, and its report.
+    fn judged(
+        &self,
+        source: &Scene,
+        animation: &Animation,
+        mut motion: RobotMotion,
+        goals: &[Goals],
+        steps: &Steps,
+    ) -> (RobotMotion, RobotReport) {
         self.lift(&mut motion);
         let measured = self.measured(&motion);
         let as_twin = measured.as_twin();
         let found = self.retargeter.measure(source, animation, &self.twin.scene, &as_twin);
         let (heights, skate) = (measured.sole_heights(), measured.sole_speed());
         let collisions = self.collisions.measure(&self.kinematics, &motion);
-        let (roll, lying) = measured.roll(&self.following, &goals);
+        let (roll, lying) = measured.roll(&self.following, goals);
         let seen = Seen {
             found,
             skate,
@@ -178,7 +198,7 @@ impl RobotRetargeter {
             guessed: self.twin.guessed.clone(),
         };
         let report = report::report(&self.robot, &motion, seen);
-        Ok((motion, report))
+        (motion, report)
     }
 
     /// Solves the frames of each window together.

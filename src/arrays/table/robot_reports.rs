@@ -110,6 +110,7 @@ pub fn robot_reports(clips: &[RobotClip<'_>]) -> RecordBatch {
         ("share_of_jumps", numbers(&|report| Some(report.share_of_jumps))),
         ("share_floating", numbers(&|report| report.share_floating)),
         ("share_lying", numbers(&|report| Some(report.share_lying))),
+        ("passes", numbers(&|report| Some(f64::from(report.passes)))),
         ("guessed", texts(&|report| report.guessed.join("; "))),
         ("criteria", criteria),
     ];
