@@ -158,7 +158,10 @@ fn within_reach(
         .map(|frame| {
             frames.pose(frame, &mut pose);
             let (centre, radius) = chain.reach(&pose);
-            (target.to_world(&pose).inverse().transform_point3(centre), radius * STRETCHED)
+            (
+                target.to_world(&pose).inverse().transform_point3(centre),
+                radius * STRETCHED,
+            )
         })
         .filter(|(centre, _)| centre.is_finite())
         .collect();
