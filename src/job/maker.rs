@@ -14,12 +14,12 @@ use crate::convert::{Conversion, FirstFrame};
 use crate::edit::EditStep;
 use crate::error::{Code, Diagnostic, Error, Result};
 use crate::export::is_at_rest_for;
-use crate::figure::{Figure, Humanoid, HumanoidMap};
+use crate::figure::{Figure, Humanoid, HumanoidMap, humanoid};
 use crate::files::ReplacePolicy;
 use crate::format::{FormatInfo, WriteOption, Written};
 use crate::import::{Importer, MemoryFile};
 use crate::process::{self, SkeletonMesh};
-use crate::retargeting::{Report, Retargeting};
+use crate::retargeting::{Report, Retargeting, SourceMotion};
 use crate::scene::{AppliedStep, Assumption, Scene, Topic, UpAxis};
 
 /// A job whose options go together and whose files beside the motions are read: it makes an output of any motions.
@@ -67,8 +67,6 @@ pub struct Made {
     pub scene: Option<Scene>,
     /// Which joints of [`scene`](Self::scene) are which bones, as they were found when it was read.
     pub humanoid: Option<Humanoid>,
-    /// What the files of the motions do not state, with reasons.
-    pub assumptions: Vec<Assumption>,
     /// How well each motion is the same on the other body.
     pub clips: Vec<Report>,
     /// The motions of several for one output that could not be put on the other body, and why.
@@ -167,27 +165,28 @@ impl<'a> Maker<'a> {
             Some(target) => self.make_onto(target.clone(), motions, output, hear),
             None => {
                 let motion = one(motions)?;
-                self.make_of(self.import(motion, hear)?, motion, output, hear)
+                let source = self.prepare(self.import(motion, hear)?, motion, hear)?;
+                self.make_of(source, motion, output, hear)
             }
         }
     }
 
-    /// Makes the output of one motion, which [`import`](Self::import) has read.
+    /// Makes the output of one motion, which [`prepare`](Self::prepare) has made ready.
     ///
     /// # Errors
-    /// As [`make`](Self::make).
-    pub fn make_of(&self, mut scene: Scene, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
+    /// Those of the steps, of [`Retargeting`] and of [`Exporter::write_as`](crate::Exporter::write_as), with the file.
+    pub fn make_of(&self, source: SourceMotion, motion: &Path, output: &Path, hear: Hear<'_>) -> Result<Made> {
         if let Some(target) = &self.target {
             let mut target = target.clone();
-            self.add(scene, motion, &mut target, hear)
-                .map_err(|error| error.with_path(motion))?;
+            self.add(source, motion, &mut target, hear)?;
             return self.made_onto(target, output);
         }
-        let humanoid = self.change(&mut scene, motion, hear)?;
+        let SourceMotion { mut scene, bones, .. } = source;
+        let bones = bones.unwrap_or_else(|| humanoid(&scene));
+        let humanoid = self.change(&mut scene, bones, motion, hear)?;
         let written = self.write(&mut scene, &humanoid, output);
         Ok(Made {
             written: written.map_err(|error| error.with_path(motion))?,
-            assumptions: scene.metadata.assumptions.clone(),
             scene: Some(scene),
             humanoid: Some(humanoid),
             clips: Vec::new(),
@@ -228,11 +227,32 @@ impl<'a> Maker<'a> {
         Ok(scene)
     }
 
-    /// Brings a motion on its own skeleton into the unit, the axes and the frames of the output, and does the steps.
-    /// Returns its bones.
-    fn change(&self, scene: &mut Scene, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
+    /// Brings a motion that [`import`](Self::import) has read into the unit, the axes and the frames in which the steps
+    /// change it, and finds its bones.
+    ///
+    /// # Errors
+    /// As [`Conversion::apply`], and where the bones that are stated are none of its joints, with the file.
+    pub fn prepare(&self, mut scene: Scene, motion: &Path, hear: Hear<'_>) -> Result<SourceMotion> {
+        let prepared = match &self.target {
+            Some(target) => {
+                self.job.source.space.state(&mut scene);
+                target
+                    .prepare(scene)
+                    .inspect(|source| say_all(&source.assumptions, hear))
+            }
+            None => self.convert(&mut scene, hear).map(|bones| {
+                let assumptions = scene.metadata.assumptions.clone();
+                let mut source = SourceMotion::converted(scene);
+                (source.bones, source.assumptions) = (Some(bones), assumptions);
+                source
+            }),
+        };
+        prepared.map_err(|error| error.with_path(motion))
+    }
+
+    /// Does the steps on a motion that goes on its own skeleton, and what the format needs. Returns its bones.
+    fn change(&self, scene: &mut Scene, found: Humanoid, motion: &Path, hear: Hear<'_>) -> Result<Humanoid> {
         let in_file = |error: Error| error.with_path(motion);
-        let found = self.convert(scene, hear).map_err(in_file)?;
         let humanoid = self.apply_steps(scene, found, hear).map_err(in_file)?;
         if let Some(axis) = self.job.write.along_bone() {
             axis.turn_frames(scene, humanoid.clone(), &self.bones)
@@ -309,17 +329,8 @@ impl<'a> Maker<'a> {
 
     /// A second motion of a step, as the first is when steps begin.
     fn import_second(&self, file: &Path, hear: Hear<'_>) -> Result<Scene> {
-        let mut scene = self.import(file, hear)?;
-        match &self.target {
-            None => drop(self.convert(&mut scene, hear).map_err(|error| error.with_path(file))?),
-            Some(target) => {
-                self.job.source.space.state(&mut scene);
-                let source = target.prepare(scene).map_err(|error| error.with_path(file))?;
-                say_all(&source.assumptions, hear);
-                scene = source.scene;
-            }
-        }
-        Ok(scene)
+        let scene = self.import(file, hear)?;
+        Ok(self.prepare(scene, file, hear)?.scene)
     }
 
     fn is_onto_robot(&self) -> bool {

@@ -9,9 +9,8 @@ use crate::figure::humanoid;
 use crate::format::Written;
 use crate::job::form::Form;
 use crate::job::names;
-use crate::job::said::{Hear, Said, say_all};
-use crate::retargeting::Retargeting;
-use crate::scene::Scene;
+use crate::job::said::{Hear, Said};
+use crate::retargeting::{Retargeting, SourceMotion};
 
 impl Maker<'_> {
     /// Motions on another body.
@@ -27,8 +26,10 @@ impl Maker<'_> {
         }
         let mut left_out = Vec::new();
         for motion in motions {
-            let scene = self.import(motion, hear);
-            let added = scene.and_then(|scene| self.add(scene, motion, &mut target, hear));
+            let source = self
+                .import(motion, hear)
+                .and_then(|scene| self.prepare(scene, motion, hear));
+            let added = source.and_then(|source| self.add(source, motion, &mut target, hear));
             if let Err(error) = added {
                 let error = error.with_path(motion);
                 // One bad file of many is no reason to make nothing of the others.
@@ -48,10 +49,8 @@ impl Maker<'_> {
             target.name_clips(names)?;
         }
         let written = self.write_onto(&target, output)?;
-        let assumptions = target.sources().flat_map(|source| source.assumptions.iter().cloned());
         Ok(Made {
             written,
-            assumptions: assumptions.collect(),
             scene: None,
             humanoid: None,
             left_out: Vec::new(),
@@ -60,15 +59,19 @@ impl Maker<'_> {
     }
 
     /// Puts the motions of a file on the target.
-    pub(super) fn add(&self, mut scene: Scene, motion: &Path, target: &mut Retargeting, hear: Hear<'_>) -> Result<()> {
-        self.job.source.space.state(&mut scene);
-        let mut source = target.prepare(scene)?;
-        say_all(&source.assumptions, hear);
+    pub(super) fn add(
+        &self,
+        mut source: SourceMotion,
+        motion: &Path,
+        target: &mut Retargeting,
+        hear: Hear<'_>,
+    ) -> Result<()> {
+        let in_file = |error: Error| error.with_path(motion);
         if let Some(bones) = source.bones.take() {
-            source.bones = Some(self.apply_steps(&mut source.scene, bones, hear)?);
+            source.bones = Some(self.apply_steps(&mut source.scene, bones, hear).map_err(in_file)?);
         }
         let name = motion.file_stem().unwrap_or(motion.as_os_str()).to_string_lossy();
-        if target.add(source.named(name))?.is_rest_pose_left_out {
+        if target.add(source.named(name)).map_err(in_file)?.is_rest_pose_left_out {
             let file = motion.display();
             hear(Said::Note(&format!(
                 "{file}: the first frame, a rest pose, is left out"

@@ -222,9 +222,9 @@ impl OfJob<'_> {
             with_up = self.maker.clone().up(*up);
             maker = &with_up;
         }
-        let made = maker.make_of(scene, file, &output.path, hear)?;
+        let source = maker.prepare(scene, file, hear)?;
         let is_space = |guess: &&Assumption| matches!(guess.topic, Topic::Unit | Topic::Up);
-        let mut guesses = Vec::from_iter(made.assumptions.iter().filter(is_space).cloned());
+        let mut guesses = Vec::from_iter(source.assumptions.iter().filter(is_space).cloned());
         let is_unsure = |guess: &Assumption| guess.topic == Topic::Up && guess.confidence != Some(Confidence::Sure);
         if self.axes.is_none() && guesses.iter().any(is_unsure) {
             return Ok(None);
@@ -235,7 +235,7 @@ impl OfJob<'_> {
             guesses.push(told);
         }
         (record.skeleton, record.guesses) = (Some(skeleton), guesses);
-        Ok(Some(made))
+        maker.make_of(source, file, &output.path, hear).map(Some)
     }
 
     /// Writes an output, and compares it with its source where the job asks for that.
