@@ -16,11 +16,13 @@ mod mimic;
 mod mjcf;
 pub(crate) mod numbers;
 mod option;
+pub(crate) mod points;
 mod provenance;
 pub(crate) mod read_back;
 mod sidecar;
 pub(crate) mod text;
 mod texture;
+mod trc;
 mod urdf;
 pub(crate) mod warnings;
 mod written;
@@ -120,7 +122,7 @@ impl FormatInfo {
     ///
     /// ```
     /// let known = mocap::FormatInfo::written_extensions();
-    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .fbx or .mclip");
+    /// assert_eq!(known, ".bvh, .vrma, .glb, .gltf, .trc, .fbx or .mclip");
     /// ```
     pub fn written_extensions() -> String {
         let written = FORMATS.iter().filter(|row| row.writes());
@@ -183,6 +185,7 @@ pub const FORMATS: &[FormatInfo] = &[
     gltf::FORMAT,
     asf_amc::FORMAT,
     c3d::FORMAT,
+    trc::FORMAT,
     fbx::FORMAT,
     mclip::FORMAT,
     bip::FORMAT,

@@ -251,7 +251,7 @@ impl Verifier {
         let theirs = output.skeleton(None)?;
         let pairs = Pairs::new(&ours, &theirs)?;
         let change = match &provenance {
-            Some(_) => Change::recorded(steps),
+            Some(_) => Change::recorded(steps).in_unit_of(output.written_unit()),
             None => Change::guessed(
                 &Skeleton::of_scene(source, Some(0)),
                 &output.skeleton(Some(0))?,
@@ -286,6 +286,11 @@ impl Verifier {
                 change.has_root_motion,
                 &mut verification.findings,
             ),
+        }
+        if output.is_of_points() {
+            verification
+                .findings
+                .retain(|found| found.kind != FindingKind::MovedJoint);
         }
         if let Some(skinned) = output.skinned() {
             let own_meshes = Importer::new()

@@ -52,8 +52,8 @@ impl ReplacePolicy {
     /// Extensions, in lower case, of files that may be somebody's source: those of all formats that are read, and of
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
-        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "fbx", "bip", "urdf", "mjcf", "mclip", "npz", "npy",
-        "pt", "pth", "pkl", "pickle",
+        "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "bip", "urdf", "mjcf", "mclip", "npz",
+        "npy", "pt", "pth", "pkl", "pickle",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that

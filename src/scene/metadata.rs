@@ -79,6 +79,8 @@ formats! {
     AsfAmc "asf-amc"
     /// C3D, markers over time:
     C3d "c3d"
+    /// TRC, markers over time in text:
+    Trc "trc"
     /// Autodesk FBX:
     Fbx "fbx"
     /// Biped of 3ds Max:

@@ -130,6 +130,12 @@ impl Change {
         }
     }
 
+    /// Lengths of the file are in a unit of so many metres, instead of in metres.
+    pub(super) fn in_unit_of(mut self, metres: Option<f64>) -> Self {
+        self.metres_per_unit /= metres.unwrap_or(1.0);
+        self
+    }
+
     /// What was done, step by step.
     pub(super) fn recorded(steps: &[AppliedStep]) -> Self {
         let mut change = Self::none();

@@ -152,7 +152,7 @@ impl<'a> Output<'a> {
     pub(super) fn names_clips(&self) -> bool {
         !matches!(
             self.format(),
-            Some(Format::Bvh | Format::AsfAmc | Format::C3d | Format::Bip | Format::Mclip)
+            Some(Format::Bvh | Format::AsfAmc | Format::C3d | Format::Trc | Format::Bip | Format::Mclip)
         )
     }
 
@@ -180,6 +180,17 @@ impl<'a> Output<'a> {
     pub(super) fn stated_unit(&self, source: &Scene) -> Option<f64> {
         let Self::Scene(scene, _) = self else { return None };
         scene.metadata.metres_per_unit.map(|metres| metres_of(source) / metres)
+    }
+
+    /// Metres in a unit of the file, where its writer converts metres to a unit that readers keep.
+    pub(super) fn written_unit(&self) -> Option<f64> {
+        let Self::Scene(scene, _) = self else { return None };
+        scene.metadata.metres_per_unit.filter(|_| self.is_of_points())
+    }
+
+    /// Whether the format has points, which have no parents.
+    pub(super) fn is_of_points(&self) -> bool {
+        self.format() == Some(Format::Trc)
     }
 
     /// Metres in a unit of the file: what the file says, else the unit of the source.

@@ -96,6 +96,7 @@ mod solve;
 mod streams;
 mod survey;
 mod threads;
+mod trc;
 mod validate;
 mod verify;
 mod vrma;

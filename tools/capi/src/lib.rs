@@ -82,6 +82,7 @@ pub extern "C" fn mocap_error_text() -> *const c_char {
 ///
 /// - BVH (`.bvh`) and Acclaim (`.amc` with its `.asf` beside it, or `.asf` alone): lengths in the file's unit.
 /// - C3D (`.c3d`): markers, each a node; lengths in the file's unit, +Y up.
+/// - TRC (`.trc`): markers, each a node; lengths in the file's unit, its axes.
 /// - glTF 2.0 (`.glb`, `.gltf`), VRM animations (`.vrma`) and FBX (`.fbx`): the skeleton and its animations; lengths in
 ///   metres, +Y up.
 /// - Packed clips (`.mclip`): the skeleton and its animation; lengths in metres.

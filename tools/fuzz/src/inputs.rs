@@ -11,7 +11,8 @@ use mocap::verify::Verifier;
 use mocap::{Importer, Result, Scene, SkeletonMesh};
 
 use self::words::{
-    ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, NPZ_WORDS, ROBOT_WORDS, VRMA_WORDS,
+    ACCLAIM_WORDS, BVH_WORDS, C3D_WORDS, CSV_WORDS, FBX_WORDS, GLTF_WORDS, NPZ_WORDS, ROBOT_WORDS, TRC_WORDS,
+    VRMA_WORDS,
 };
 
 /// Bytes of the motion for testing skeletons: the first frames of a walk.
@@ -119,6 +120,20 @@ pub(crate) const C3D: Input = Input {
     factor: 1024,
     outputs: Outputs::Usual,
     read: |bytes, importer| importer.clone().format(mocap::Format::C3d).read(bytes, "fuzz.c3d"),
+};
+
+/// A TRC file.
+pub(crate) const TRC: Input = Input {
+    name: "trc",
+    folders: &[],
+    longest_seed: 16 << 10,
+    cut: true,
+    made: made::trc,
+    words: TRC_WORDS,
+    base: 1 << 20,
+    factor: 1024,
+    outputs: Outputs::Usual,
+    read: |bytes, importer| importer.clone().format(mocap::Format::Trc).read(bytes, "fuzz.trc"),
 };
 
 /// An FBX file.
@@ -272,7 +287,7 @@ pub(crate) const CSV: Input = Input {
 
 /// All of them.
 pub const FORMATS: &[&Input] = &[
-    &BVH, &ASF, &AMC, &C3D, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT, &CSV, &FBX_OUT,
+    &BVH, &ASF, &AMC, &C3D, &TRC, &FBX, &GLB, &GLTF, &VRMA, &MCLIP, &URDF, &MJCF, &NPZ, &NPY, &PKL, &PT, &CSV, &FBX_OUT,
 ];
 
 impl Input {

@@ -26,7 +26,7 @@ pub(crate) enum Contents {
 const HEAD: usize = 64 << 10;
 
 /// Extensions of the formats that are read here, without glTF's and FBX's.
-const MOTION: [&str; 5] = ["bvh", "asf", "amc", "c3d", "bip"];
+const MOTION: [&str; 6] = ["bvh", "asf", "amc", "c3d", "trc", "bip"];
 
 /// # Safety
 /// What the input and the handlers point to is what their types say.

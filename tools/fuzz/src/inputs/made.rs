@@ -40,6 +40,15 @@ pub(super) fn mclip() -> Vec<Vec<u8>> {
     seeds.into_iter().map(packed).collect()
 }
 
+/// Markers with gaps, separated by tabs and by blanks.
+pub(super) fn trc() -> Vec<Vec<u8>> {
+    let header = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n60\t2\t2\tmm\n\
+        Frame#\tTime\tR.ASIS\t\t\tV Sacral\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n";
+    let tabs = format!("{header}1\t0\t1\t2\t3\t4\t5\t6\n2\t0.02\t\t\t\t4\t5\t6.5\n");
+    let blanks = "PathFileType 4\nDataRate NumFrames NumMarkers Units\n0 2 1 m\nFrame# Time A\n1 0 1 2 3\n2 .1 0 0 0\n";
+    vec![tabs.into_bytes(), blanks.as_bytes().to_vec()]
+}
+
 /// Scenes with and without a motion, a skin, a texture.
 pub(super) fn scenes() -> Vec<Vec<u8>> {
     let files = [

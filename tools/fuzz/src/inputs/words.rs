@@ -64,6 +64,26 @@ pub(super) const ACCLAIM_WORDS: &[&str] = &[
 ];
 
 /// As above.
+pub(super) const TRC_WORDS: &[&str] = &[
+    "PathFileType",
+    "DataRate",
+    "NumFrames",
+    "NumMarkers",
+    "Units",
+    "Frame#",
+    "Time",
+    "X1",
+    "mm",
+    "NaN",
+    "1e30",
+    "0",
+    "\t",
+    "\t\t\t",
+    "\n",
+    " ",
+];
+
+/// As above.
 pub(super) const C3D_WORDS: &[&str] = &[
     "POINT",
     "USED",
