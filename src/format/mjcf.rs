@@ -8,6 +8,7 @@
 //!   <worldbody>
 //!     <body name pos quat | euler | axisangle | xyaxes | zaxis childclass>
 //!       <inertial> <joint type pos axis range> | <freejoint>, <geom type size pos ... | fromto>
+//!       <frame pos quat ... childclass> <joint>, <geom>, <body> ...
 //!       <body> ...
 //!   <equality> <joint joint1 joint2 polycoef>
 //! ```
@@ -16,16 +17,21 @@
 //! gets a link for each, and a ball joint becomes three hinges about X, Y and Z. Attributes that an element lacks come
 //! from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are degrees
 //! unless the compiler says `radian`. Quaternions are `w x y z`.
+//!
+//! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main one,
+//! stand there instead. What stands in a `<frame>` is placed by it.
 
 mod attributes;
 mod body;
 mod equality;
+mod frame;
+mod include;
 
 use glam::DVec3;
 
 use self::attributes::Settings;
 use self::body::Bodies;
-use super::text::quote;
+use self::frame::{Inner, within};
 use super::warnings::Warnings;
 use super::xml::{self, Element};
 use super::{Failure, FormatInfo, ReadOptions, Source};
@@ -62,25 +68,20 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 /// The robot of a file: the first body that has a free joint, else the first one.
 pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
     let text = xml::text(source.bytes)?;
-    let document = xml::parse(&text, "mujoco", limits)?;
-    let root = Element::root(&document);
-    if let Some(include) = root.child("include") {
-        let message = "the model includes another file, which is not read";
-        let file = include.attribute("file").unwrap_or_default();
-        return Err(Box::new(
-            include
-                .diagnostic(Code::UnreadExtension, message)
-                .expected_found(
-                    "a model in one file",
-                    format!("<include file={}>", quote(file.as_bytes())),
-                )
-                .help("name the file with the robot itself, or save the model as one file (mj_saveLastXML)"),
-        ));
-    }
+    let included = include::texts(source, &text, limits)?;
+    let (document, included) = (
+        xml::parse(&text, &["mujoco"], limits)?,
+        include::parse(&included, limits)?,
+    );
+    let root = Element::root_with(&document, &included);
     let settings = Settings::read(&root, limits)?;
-    let worlds: Vec<_> = root.all("worldbody").collect();
-    let bodies: Vec<_> = worlds.iter().flat_map(|world| world.all("body")).collect();
-    let is_free = |body: &&Element<'_, '_>| {
+    let mut bodies = Vec::new();
+    for world in root.all("worldbody") {
+        let inner = within(world, world.attribute("childclass"), &settings, limits)?;
+        bodies.extend(inner.into_iter().filter(|inner| inner.element.name() == "body"));
+    }
+    let is_free = |body: &&Inner<'_, '_>| {
+        let body = body.element;
         let free = |joint: Element<'_, '_>| joint.attribute("type") == Some("free");
         body.child("freejoint").is_some() || body.all("joint").any(free)
     };
@@ -92,7 +93,7 @@ pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Wa
     if bodies.len() > 1 {
         warnings.push(Code::SeveralRoots, || {
             let message = format!("the world has {} bodies: one was read", bodies.len());
-            base.diagnostic(Code::SeveralRoots, message)
+            base.element.diagnostic(Code::SeveralRoots, message)
         });
     }
     let mut links = Bodies::new(source, limits, &settings, &text).read(*base, warnings)?;

@@ -55,7 +55,7 @@ fn read(source: &Source<'_>, options: &ReadOptions) -> Result<Scene> {
 /// The robot of a file.
 pub(super) fn read_robot(source: &Source<'_>, limits: &Limits, warnings: &mut Warnings) -> Result<Robot, Failure> {
     let text = xml::text(source.bytes)?;
-    let document = xml::parse(&text, "robot", limits)?;
+    let document = xml::parse(&text, &["robot"], limits)?;
     let root = Element::root(&document);
     let reader = Reader {
         source,
@@ -132,7 +132,7 @@ impl Reader<'_> {
                     None => None,
                 },
                 shapes: shapes.filter_map(Result::transpose).collect::<Result<_, _>>()?,
-                line: self.lines.line(element.offset()),
+                line: self.lines.line(element.offset().unwrap_or_default()),
                 ..RobotLink::default()
             });
         }

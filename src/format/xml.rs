@@ -48,8 +48,8 @@ pub(super) fn begins_with(bytes: &[u8], name: &str) -> bool {
     })
 }
 
-/// The tree of a file, whose outermost element must be `root`.
-pub(super) fn parse<'a>(text: &'a str, root: &str, limits: &Limits) -> Result<Document<'a>, Failure> {
+/// The tree of a file, whose outermost element must be one of `roots`.
+pub(super) fn parse<'a>(text: &'a str, roots: &[&str], limits: &Limits) -> Result<Document<'a>, Failure> {
     check_depth(text, limits)?;
     let most = limits.max_nodes.saturating_mul(ELEMENTS_PER_NODE);
     let options = ParsingOptions {
@@ -76,8 +76,9 @@ pub(super) fn parse<'a>(text: &'a str, root: &str, limits: &Limits) -> Result<Do
         }
     })?;
     let found = document.root_element().tag_name().name();
-    if found != root {
+    if !roots.contains(&found) {
         let element = Element::root(&document);
+        let root = roots.join("> or <");
         return Err(Box::new(
             element
                 .diagnostic(Code::MissingKeyword, format!("the outermost element is not <{root}>"))
@@ -134,17 +135,81 @@ fn quote_name(name: &str) -> String {
     quote(name.as_bytes()).trim_matches('"').to_owned()
 }
 
+/// A file whose elements stand where `<include file="NAME">` names it.
+pub(super) struct IncludedFile<'input> {
+    pub(super) name: String,
+    pub(super) document: Document<'input>,
+}
+
 /// An element of a file.
 #[derive(Clone, Copy)]
 pub(super) struct Element<'a, 'input> {
     node: Node<'a, 'input>,
+    /// The files that may be included.
+    included: &'a [IncludedFile<'input>],
+    /// That in which the element stands, where it is not the main one.
+    file: Option<&'a IncludedFile<'input>>,
+}
+
+/// The children of an element, those of included files too.
+struct Children<'a, 'input> {
+    open: Vec<(roxmltree::Children<'a, 'input>, Option<&'a IncludedFile<'input>>)>,
+    included: &'a [IncludedFile<'input>],
+}
+
+impl<'a, 'input> Iterator for Children<'a, 'input> {
+    type Item = Element<'a, 'input>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let (nodes, file) = self.open.last_mut()?;
+            let file = *file;
+            let Some(node) = nodes.next() else {
+                self.open.pop();
+                continue;
+            };
+            let element = Element {
+                node,
+                included: self.included,
+                file,
+            };
+            match element.includes() {
+                Some(inner) => self.open.push((inner.document.root_element().children(), Some(inner))),
+                None if node.is_element() => return Some(element),
+                None => {}
+            }
+        }
+    }
 }
 
 impl<'a, 'input> Element<'a, 'input> {
     pub(super) fn root(document: &'a Document<'input>) -> Self {
+        Self::root_with(document, &[])
+    }
+
+    /// The outermost element of a file that may include others.
+    pub(super) fn root_with(document: &'a Document<'input>, included: &'a [IncludedFile<'input>]) -> Self {
         Self {
             node: document.root_element(),
+            included,
+            file: None,
         }
+    }
+
+    /// The file that it includes.
+    fn includes(&self) -> Option<&'a IncludedFile<'input>> {
+        let name = match self.node.is_element() && self.name() == "include" {
+            true => self.attribute("file")?,
+            false => return None,
+        };
+        self.included.iter().find(|file| file.name == name)
+    }
+
+    /// Every element at or below this one, in the order of the file.
+    pub(super) fn descendants(&self) -> impl Iterator<Item = Self> + use<'a, 'input> {
+        let this = *self;
+        let elements = self.node.descendants().filter(Node::is_element);
+        elements.map(move |node| Self { node, ..this })
     }
 
     pub(super) fn name(&self) -> &'a str {
@@ -152,8 +217,10 @@ impl<'a, 'input> Element<'a, 'input> {
     }
 
     pub(super) fn children(&self) -> impl Iterator<Item = Self> + use<'a, 'input> {
-        let elements = self.node.children().filter(Node::is_element);
-        elements.map(|node| Self { node })
+        Children {
+            open: vec![(self.node.children(), self.file)],
+            included: self.included,
+        }
     }
 
     /// The children of this name.
@@ -187,32 +254,38 @@ impl<'a, 'input> Element<'a, 'input> {
             .map(|attribute| (attribute.name(), attribute.value()))
     }
 
-    /// Where it begins in the text.
-    pub(super) fn offset(&self) -> usize {
-        self.node.range().start
-    }
-
-    fn location(&self) -> Location {
-        let text = self.node.document().input_text();
-        let start = self.node.range().start;
-        // The bracket and the name.
-        locate(text, start, 1 + self.name().len())
+    /// Where it begins in the text of the main file; `None` in another.
+    pub(super) fn offset(&self) -> Option<usize> {
+        self.file.is_none().then(|| self.node.range().start)
     }
 
     /// A diagnostic at the element, which names it.
     pub(super) fn diagnostic(&self, code: Code, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(code, message).at(self.location())
+        let start = self.node.range().start;
+        // The bracket and the name.
+        self.diagnostic_at(start, 1 + self.name().len(), code, message.into())
     }
 
     /// An error at one of its attributes.
     pub(super) fn at_attribute(&self, name: &str, code: Code, message: impl Into<String>) -> Diagnostic {
-        let text = self.node.document().input_text();
         match self.node.attribute_node(name) {
             Some(attribute) => {
                 let range = attribute.range_value();
-                Diagnostic::new(code, message).at(locate(text, range.start, range.len().max(1)))
+                self.diagnostic_at(range.start, range.len().max(1), code, message.into())
             }
             None => self.diagnostic(code, message),
+        }
+    }
+
+    fn diagnostic_at(&self, start: usize, length: usize, code: Code, message: String) -> Diagnostic {
+        let location = locate(self.node.document().input_text(), start, length);
+        match self.file {
+            None => Diagnostic::new(code, message).at(location),
+            // A location is one of the main file.
+            Some(file) => {
+                let (name, line) = (quote(file.name.as_bytes()), location.line);
+                Diagnostic::new(code, format!("{message}, in {name}, which is included, at line {line}"))
+            }
         }
     }
 

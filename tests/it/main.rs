@@ -57,6 +57,7 @@ mod jobs;
 mod kept_characters;
 mod kinematics;
 mod limits;
+mod mjcf_files;
 mod motion_steps;
 mod names;
 mod numbers;

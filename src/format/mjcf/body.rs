@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use glam::{DQuat, DVec3};
 
 use super::attributes::{Attributes, Settings};
+use super::frame::{Inner, within};
 use super::sizes;
 use crate::error::Code;
 use crate::format::mesh_bounds::mesh_bounds;
@@ -27,9 +28,8 @@ pub(super) struct Bodies<'a> {
 
 /// A body that is still to be read.
 struct Waiting<'a, 'input> {
-    body: Element<'a, 'input>,
+    body: Inner<'a, 'input>,
     parent: Option<usize>,
-    child_class: Option<&'a str>,
     depth: usize,
 }
 
@@ -45,25 +45,27 @@ impl<'a> Bodies<'a> {
         }
     }
 
-    pub(super) fn read(mut self, base: Element<'_, '_>, warnings: &mut Warnings) -> Result<Vec<RobotLink>, Failure> {
+    pub(super) fn read(mut self, base: Inner<'_, '_>, warnings: &mut Warnings) -> Result<Vec<RobotLink>, Failure> {
         let mut waiting = vec![Waiting {
             body: base,
             parent: None,
-            child_class: None,
             depth: 1,
         }];
         while let Some(next) = waiting.pop() {
+            let Inner {
+                element, child_class, ..
+            } = next.body;
             if next.depth > self.limits.max_depth {
                 let message = format!("the bodies are nested more than {} deep", self.limits.max_depth);
-                return Err(Box::new(next.body.diagnostic(Code::LimitExceeded, message)));
+                return Err(Box::new(element.diagnostic(Code::LimitExceeded, message)));
             }
-            let child_class = next.body.attribute("childclass").or(next.child_class);
-            let link = self.body(&next, child_class, warnings)?;
-            let inner: Vec<_> = next.body.all("body").collect();
+            let child_class = element.attribute("childclass").or(child_class);
+            let mut inner = within(element, child_class, self.settings, self.limits)?;
+            let link = self.body(&next, &inner, warnings)?;
+            inner.retain(|inner| inner.element.name() == "body");
             waiting.extend(inner.into_iter().rev().map(|body| Waiting {
                 body,
                 parent: Some(link),
-                child_class,
                 depth: next.depth + 1,
             }));
         }
@@ -83,11 +85,12 @@ impl<'a> Bodies<'a> {
     fn body(
         &mut self,
         waiting: &Waiting<'_, '_>,
-        child_class: Option<&str>,
+        inner: &[Inner<'_, '_>],
         warnings: &mut Warnings,
     ) -> Result<usize, Failure> {
-        let body = &waiting.body;
-        let line = self.lines.line(body.offset());
+        let body = &waiting.body.element;
+        // Of what is included, the line in this file is not known.
+        let line = body.offset().map_or(0, |offset| self.lines.line(offset));
         let unnamed = || format!("body_{}", self.links.len());
         let name = body.attribute("name").map_or_else(unnamed, str::to_owned);
         let name = body.checked_name("name", &name, self.limits)?;
@@ -98,14 +101,13 @@ impl<'a> Bodies<'a> {
                     .help("rename one of them"),
             ));
         }
-        let mut place = self.settings.of(*body, None)?.place()?;
+        let mut place = waiting.body.frame.then(&self.settings.of(*body, None)?.place()?);
         let mut joints = Vec::new();
-        for element in body
-            .children()
-            .filter(|child| matches!(child.name(), "joint" | "freejoint"))
-        {
-            let attributes = self.settings.of(element, child_class)?;
-            self.joints(&attributes, &name, waiting.parent.is_none(), &mut joints)?;
+        let of_kind =
+            |kinds: &'static [&'static str]| inner.iter().filter(|inner| kinds.contains(&inner.element.name()));
+        for inner in of_kind(&["joint", "freejoint"]) {
+            let attributes = self.settings.of(inner.element, inner.child_class)?;
+            self.joints(&attributes, &name, waiting.parent.is_none(), inner.frame, &mut joints)?;
         }
         // The base stands where its root position says, not where the model was drawn.
         if waiting.parent.is_none() {
@@ -125,12 +127,16 @@ impl<'a> Bodies<'a> {
             place = Placement::IDENTITY;
         }
         let mut shapes = Vec::new();
-        for element in body.all("geom") {
-            let attributes = self.settings.of(element, child_class)?;
-            shapes.extend(self.shape(&attributes, warnings)?);
+        for inner in of_kind(&["geom"]) {
+            let attributes = self.settings.of(inner.element, inner.child_class)?;
+            let shape = self.shape(&attributes, warnings)?;
+            shapes.extend(shape.map(|shape| RobotShape {
+                place: inner.frame.then(&shape.place),
+                ..shape
+            }));
         }
         let inertial = match body.child("inertial") {
-            Some(inertial) => Some(read_inertial(&self.settings.of(inertial, child_class)?)?),
+            Some(inertial) => Some(read_inertial(&self.settings.of(inertial, None)?)?),
             None => None,
         };
         let link = RobotLink {
@@ -149,6 +155,7 @@ impl<'a> Bodies<'a> {
         attributes: &Attributes<'_, '_>,
         body: &str,
         is_base: bool,
+        frame: Placement,
         joints: &mut Vec<RobotJoint>,
     ) -> Result<(), Failure> {
         let element = attributes.element;
@@ -163,7 +170,7 @@ impl<'a> Bodies<'a> {
             name,
             kind: JointKind::Hinge,
             origin: Placement::IDENTITY,
-            anchor: attributes.vector("pos")?.unwrap_or_default(),
+            anchor: frame.point(attributes.vector("pos")?.unwrap_or_default()),
             axis: DVec3::Z,
             limits: JointLimits::default(),
             mimic: None,
@@ -205,7 +212,7 @@ impl<'a> Bodies<'a> {
                 joints.push(RobotJoint {
                     kind: if is_hinge { JointKind::Hinge } else { JointKind::Slide },
                     limits: self.limits_of(attributes, is_hinge)?,
-                    axis,
+                    axis: frame.rotation * axis,
                     ..joint
                 });
             }
