@@ -13,6 +13,7 @@
 mod body;
 mod carrier;
 mod contacts;
+mod fit;
 mod flips;
 mod frames;
 mod frames_report;
@@ -41,6 +42,7 @@ pub use self::limb::Limb;
 pub use self::list::EditReport;
 pub use self::step::{Step, StepInfo, StepInput, StepKey, Takes};
 pub use self::target::ReachTarget;
+pub(crate) use self::value::metres;
 pub use self::warp_path::{PathFacing, PathPoint, WarpPathReport};
 pub use self::warp_time::WarpTimeReport;
 

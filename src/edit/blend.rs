@@ -4,8 +4,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::body::metres_per_unit;
 use super::carrier::Carrier;
 use super::concat::pair;
+use super::fit::Fit;
 use super::frames::{Frames, between};
 use super::pose_distance::Poses;
 use super::step::step;
@@ -17,7 +19,8 @@ use crate::scene::Scene;
 step! {
     /// Mixes with a second motion, which has the same joints. At weight 0 it is the first, at 1 the second. The two are
     /// aligned in time by dynamic time warping of their poses, so that a step meets a step, and the result is as long
-    /// as its fraction of both.
+    /// as its fraction of both. Poses that are mixed and are more than 45 degrees or 30 cm apart, wherever the figures
+    /// stand, are a warning of the scene, [`Code::PosesApart`].
     ///
     /// ```
     /// use mocap::edit::{Blend, BlendWeight, Step, StepInput};
@@ -50,7 +53,7 @@ impl Step for Blend {
     type Report = BlendReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<BlendReport> {
-        blend(scene, input.animation, input.second::<Self>()?, &self.weight)
+        blend(scene, input, input.second::<Self>()?, &self.weight)
     }
 
     fn with(&self) -> Option<usize> {
@@ -144,26 +147,18 @@ impl BlendWeight {
 /// Frames of each motion that are compared at most to align them; of longer ones only every so many are.
 const COMPARED: usize = 160;
 
-fn blend(scene: &mut Scene, animation: usize, other: &Scene, weight: &BlendWeight) -> Result<BlendReport> {
+fn blend(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, weight: &BlendWeight) -> Result<BlendReport> {
     weight.check()?;
+    let animation = input.animation;
     let (first, second) = pair(scene, animation, other)?;
     let carrier = Carrier::new(scene, &first);
     let path = align(&first, &second, &carrier);
-    // The time of the result in seconds at each point of the path.
-    let mut times = vec![0.0];
-    for pair in path.windows(2) {
-        let last = times[times.len() - 1];
-        let share = weight.at(last);
-        let (by_first, by_second) = (
-            (pair[1].0 - pair[0].0) / first.rate,
-            (pair[1].1 - pair[0].1) / second.rate,
-        );
-        times.push(last + (1.0 - share) * by_first + share * by_second);
-    }
+    let times = times(&path, weight, [first.rate, second.rate]);
     let (last_a, last_b) = ((first.len() - 1) as f64, (second.len() - 1) as f64);
     let count = (times[times.len() - 1] * first.rate + 1e-6).floor() as usize + 1;
     let mut rows: Vec<Vec<Trs>> = Vec::with_capacity(count);
     let mut piece = 0;
+    let mut fit = Fit::new(scene, &first, metres_per_unit(scene, input));
     let mut report = BlendReport {
         frames: count,
         ..BlendReport::default()
@@ -195,15 +190,32 @@ fn blend(scene: &mut Scene, animation: usize, other: &Scene, weight: &BlendWeigh
             1.0 => second.row_at(b),
             weight => {
                 let (row, other) = (first.row_at(a), second.row_at(b));
-                row.iter()
-                    .zip(&other)
-                    .map(|(a, b)| between(*a, *b, weight as f32))
-                    .collect()
+                fit.see_poses(&carrier, &row, &other, frame);
+                let pairs = row.iter().zip(&other);
+                pairs.map(|(a, b)| between(*a, *b, weight as f32)).collect()
             }
         });
     }
+    let warning = fit.warning(
+        Blend::NAME,
+        "turn one to look where the other looks, or choose motions that are alike",
+    );
     first.with_rows(rows).write_all(scene, animation);
+    scene.warnings.extend(warning);
     Ok(report)
+}
+
+/// The time of the result in seconds at each point of the path, from the rates of both motions.
+fn times(path: &[(f64, f64)], weight: &BlendWeight, rates: [f64; 2]) -> Vec<f64> {
+    let mut times = vec![0.0];
+    for pair in path.windows(2) {
+        let last = times[times.len() - 1];
+        let share = weight.at(last);
+        let by_first = (pair[1].0 - pair[0].0) / rates[0];
+        let by_second = (pair[1].1 - pair[0].1) / rates[1];
+        times.push(last + (1.0 - share) * by_first + share * by_second);
+    }
+    times
 }
 
 /// A frame that sums of times have missed by their last bits.

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::body::metres_per_unit;
 use super::carrier::{Carrier, have_the_same_joints};
+use super::fit::Fit;
 use super::frames::Frames;
 use super::inertia::{Seam, onward};
 use super::quantity::{degrees, metres};
@@ -18,7 +19,8 @@ use crate::scene::{NodeId, Scene};
 
 step! {
     /// Appends a second motion, which has the same joints. The first frame of the second is the last of the first: a
-    /// motion that is cut in two there comes back.
+    /// motion that is cut in two there comes back. Poses more than 45 degrees or 30 cm apart at the seam, and speeds
+    /// more than 1 m/s, are a warning of the scene, [`Code::PosesApart`].
     ///
     /// ```
     /// use mocap::edit::{Concat, Step, StepInput};
@@ -110,6 +112,13 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     }
     let before = [last.saturating_sub(2), last.saturating_sub(1), last].map(|frame| &*rows[frame]);
     let next = added.get(1).unwrap_or(&added[0]);
+    let mut fit = Fit::new(scene, &first, metres_per_unit(scene, input));
+    fit.see_rotations(&rows[last], &added[0], last);
+    fit.see_positions(&rows[last], &added[0], last);
+    if last > 0 && count > 1 {
+        fit.see_speeds([&rows[last - 1], &rows[last]], [&added[0], next], last);
+    }
+    let warning = fit.warning(Concat::NAME, "cut either with the step trim where they are alike");
     let seam = Seam::new([&rows[last], &onward(before)], [&added[0], next]);
     report.largest_rotation = seam.largest_rotation();
     if !seam.is_closed() {
@@ -121,6 +130,7 @@ fn concat(scene: &mut Scene, input: &StepInput<'_>, other: &Scene, options: &Con
     rows.extend(added.into_iter().skip(1));
     report.frames = rows.len();
     first.with_rows(rows).write_all(scene, animation);
+    scene.warnings.extend(warning);
     Ok(report)
 }
 

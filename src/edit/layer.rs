@@ -9,7 +9,7 @@ use super::concat::pair;
 use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::Result;
-use crate::figure::HumanoidBone;
+use crate::figure::{Humanoid, HumanoidBone};
 use crate::pose::Trs;
 use crate::scene::{NodeId, Scene};
 
@@ -35,6 +35,9 @@ impl LayerPart {
     /// Every part.
     pub const ALL: [Self; 4] = [Self::Upper, Self::Legs, Self::Arms, Self::Head];
 
+    /// Their names.
+    pub(super) const NAMES: &'static [&'static str] = &["upper", "legs", "arms", "head"];
+
     /// Its name.
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -58,6 +61,13 @@ impl LayerPart {
             Self::Head => &[&[Bone::Neck, Bone::Head]],
         }
     }
+
+    /// The joints of the part.
+    pub(super) fn joints(self, scene: &Scene, humanoid: &Humanoid) -> Vec<NodeId> {
+        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| humanoid.joint(*bone));
+        let tops = self.tops().iter().filter_map(top);
+        tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect()
+    }
 }
 
 step! {
@@ -80,7 +90,7 @@ step! {
         /// The number of the second motion among the inputs of a command, from 2. Default: the next one.
         with: Option<usize> = None, Takes::Input;
         /// The part of the body. Default: the spine and all above it.
-        part: LayerPart = LayerPart::default(), Takes::OneOf(&["upper", "legs", "arms", "head"]);
+        part: LayerPart = LayerPart::default(), Takes::OneOf(LayerPart::NAMES);
     }
 }
 
@@ -96,9 +106,7 @@ impl Step for Layer {
         let other = input.second::<Self>()?;
         let (mut frames, second) = pair(scene, input.animation, other)?;
         let figure = figure_of(scene, input.bones())?;
-        let top = |bones: &&[HumanoidBone]| bones.iter().find_map(|bone| figure.humanoid.joint(*bone));
-        let tops = self.part.tops().iter().filter_map(top);
-        let mut nodes: Vec<NodeId> = tops.flat_map(|top| and_below(scene, top).collect::<Vec<_>>()).collect();
+        let mut nodes = self.part.joints(scene, &figure.humanoid);
         nodes.retain(|node| frames.nodes().contains(node));
         let step = second.rate / frames.rate;
         let last = (second.len() - 1) as f64;

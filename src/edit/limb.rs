@@ -272,7 +272,7 @@ pub(super) struct Swivel {
 }
 
 fn tip_named(scene: &Scene, body: &Body, name: &str, end: NodeId) -> Result<NodeId> {
-    let tip = node_named(scene, body, name)?;
+    let tip = node_named(scene, name, |bone| body.joint(bone))?;
     if tip == end || body.depends_on(tip, end) {
         return Ok(tip);
     }

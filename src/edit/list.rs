@@ -29,7 +29,7 @@ macro_rules! steps {
         /// use mocap::edit::{EditStep, StepInput, StepReport};
         ///
         /// let step: EditStep = "smooth:cut-off=8".parse()?;
-        /// assert_eq!(step.to_string(), "smooth:cut-off=8.0,filter=butterworth");
+        /// assert_eq!(step.to_string(), "smooth:cut-off=8.0,ease=0.2,filter=butterworth,range=..");
         /// let same = serde_json::json!({"step": "smooth", "cut-off": 8});
         /// assert_eq!(serde_json::from_value::<EditStep>(same).unwrap(), step);
         ///
@@ -145,7 +145,7 @@ impl EditStep {
     ///
     /// let error = EditStep::from_value(&serde_json::json!({"step": "smooth", "cutoff": 8})).unwrap_err();
     /// assert_eq!(error.code().as_str(), "unknown-option");
-    /// assert_eq!(error.diagnostic().help.as_deref(), Some("did you mean cut-off?"));
+    /// assert!(error.diagnostic().help.as_deref().unwrap().starts_with("did you mean cut-off?"));
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///
@@ -167,7 +167,7 @@ impl EditStep {
     /// use mocap::edit::EditStep;
     ///
     /// let steps = EditStep::list_from_json(r#"["mirror", {"step": "smooth", "cut-off": 8}]"#)?;
-    /// assert_eq!(steps[1].to_string(), "smooth:cut-off=8.0,filter=butterworth");
+    /// assert_eq!(steps[1].to_string(), "smooth:cut-off=8.0,ease=0.2,filter=butterworth,range=..");
     /// # Ok::<(), mocap::Error>(())
     /// ```
     ///

@@ -5,17 +5,22 @@ use std::fmt;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::body::metres_per_unit;
-use super::frames::Frames;
+use super::body::{figure_of, metres_per_unit};
+use super::frames::{Frames, between};
+use super::layer::LayerPart;
 use super::quantity::{centimetres, degrees};
 use super::step::step;
+use super::target::node_named;
+use super::window::Window;
 use super::{Step, StepInput, StepKey, Takes};
+use crate::convert::TimeRange;
 use crate::error::{Code, Diagnostic, Result};
-use crate::limits::positive;
+use crate::figure::humanoid;
+use crate::limits::{not_negative, positive};
 use crate::math::quaternion::{exp, log, log_without_branches};
 use crate::math::wide;
 use crate::pose::Trs;
-use crate::scene::Scene;
+use crate::scene::{NodeId, Scene};
 
 /// A low-pass filter without a shift in time.
 ///
@@ -68,8 +73,9 @@ impl SmoothFilter {
 }
 
 step! {
-    /// Filters all rotations and positions. Rotations are averaged in the tangent space of each, so that no axis is
-    /// preferred, and a joint may rotate as far as it likes. The first and the last frame stay.
+    /// Filters rotations and positions, of all joints or of some. Rotations are averaged in the tangent space of each,
+    /// so that no axis is preferred, and a joint may rotate as far as it likes. The first and the last frame stay, and
+    /// everything outside a range and its ease.
     ///
     /// ```
     /// use mocap::edit::{Smooth, Step, StepInput};
@@ -82,12 +88,21 @@ step! {
     ///
     /// # Errors
     /// [`Code::NoMotion`] without this animation; [`Code::InvalidValue`] for a cut-off that is not above 0, or not
-    /// below half of the frame rate, where there is nothing to take out.
+    /// below half of the frame rate, where there is nothing to take out, and for a joint that is not there;
+    /// [`Code::NotHumanoid`](crate::Code::NotHumanoid) for a part of what is no humanoid.
     Smooth {
         /// The filter. Default: Butterworth.
         filter: SmoothFilter = SmoothFilter::default(), Takes::OneOf(&["butterworth", "gaussian"]);
         /// The cut-off in Hz. Default: 6, which keeps a walk.
         cut_off: f64 = 6.0, Takes::Hertz;
+        /// The part of the body. Default: everything, unless joints are named.
+        part: Option<LayerPart> = None, Takes::OneOf(LayerPart::NAMES);
+        /// Joints by their names or by those of bones, each without what is below it; with a part, they come to it.
+        joints: Vec<String> = Vec::new(), Takes::Names;
+        /// The part of the motion. Default: the whole.
+        range: TimeRange = TimeRange::default(), Takes::TimeRange;
+        /// Seconds before and after the range in which the filter comes and goes. Default: 0.2.
+        ease: f64 = 0.2, Takes::Seconds;
     }
 }
 
@@ -95,6 +110,7 @@ impl Step for Smooth {
     const NAME: &'static str = "smooth";
     const HELP: &'static str = "take fast changes out";
     const KEYS: &'static [StepKey] = Self::OPTIONS;
+    const TAKES_BONES: bool = true;
     type Report = SmoothReport;
 
     fn change(&self, scene: &mut Scene, input: &StepInput<'_>) -> Result<SmoothReport> {
@@ -128,23 +144,57 @@ impl fmt::Display for SmoothReport {
     }
 }
 
+impl Smooth {
+    /// The nodes to filter; `None` for all.
+    fn nodes(&self, scene: &Scene, input: &StepInput<'_>) -> Result<Option<Vec<NodeId>>> {
+        if self.part.is_none() && self.joints.is_empty() {
+            return Ok(None);
+        }
+        let mut nodes = match self.part {
+            Some(part) => part.joints(scene, &figure_of(scene, input.bones())?.humanoid),
+            None => Vec::new(),
+        };
+        if !self.joints.is_empty() {
+            let humanoid = input.bones().cloned().unwrap_or_else(|| humanoid(scene));
+            for name in &self.joints {
+                nodes.push(node_named(scene, name, |bone| humanoid.joint(bone))?);
+            }
+        }
+        Ok(Some(nodes))
+    }
+
+    /// The weights of the filter for frames that are reflected at the ends.
+    fn kernel(&self, frames: &Frames) -> Result<Vec<f32>> {
+        let cut_off = positive(Code::InvalidValue, "cut-off", self.cut_off)?;
+        let half = 0.5 * frames.rate;
+        if cut_off >= half {
+            let message = format!("cut-off must be above 0 and below half of the frame rate, {half} Hz, got {cut_off}");
+            return Err(Diagnostic::new(Code::InvalidValue, message).into());
+        }
+        // Reflected at the ends, a motion has twice as many frames but two.
+        let mut kernel = self.filter.kernel(cut_off.max(1e-3), frames.rate);
+        kernel.truncate(frames.len());
+        let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
+        kernel.iter_mut().for_each(|weight| *weight /= total);
+        Ok(kernel)
+    }
+}
+
 fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<SmoothReport> {
-    let cut_off = positive(Code::InvalidValue, "cut-off", options.cut_off)?;
     let animation = input.animation;
     let mut frames = Frames::new(scene, animation, &[])?;
-    if cut_off >= 0.5 * frames.rate {
-        let message = format!("cut-off must be below half of the frame rate, {} Hz", 0.5 * frames.rate);
-        return Err(Diagnostic::new(Code::InvalidValue, message).into());
-    }
-    // Reflected at the ends, a motion has twice as many frames but two.
-    let mut kernel = options.filter.kernel(cut_off.max(1e-3), frames.rate);
-    kernel.truncate(frames.len());
-    let total = 2.0 * kernel.iter().sum::<f32>() - kernel[0];
-    kernel.iter_mut().for_each(|weight| *weight /= total);
+    let kernel = options.kernel(&frames)?;
+    let nodes = options.nodes(scene, input)?;
+    let ease = not_negative(Code::InvalidValue, "ease", options.ease)?;
+    let window = Window::new(&scene.animations[animation], &frames, options.range, [ease; 2])?;
+    let weights: Vec<f32> = (0..frames.len()).map(|frame| window.weight(frame)).collect();
     let mut report = SmoothReport::default();
     let (mut rotated, mut moved) = (Vec::new(), Vec::new());
     for column in 0..frames.nodes().len() {
         let (node, track) = (frames.nodes()[column], frames.track(column));
+        if nodes.as_ref().is_some_and(|nodes| !nodes.contains(&node)) {
+            continue;
+        }
         let rotates = track.windows(2).any(|pair| pair[0].rotation != pair[1].rotation);
         let moves = track.windows(2).any(|pair| pair[0].translation != pair[1].translation);
         let mut filtered = track.clone();
@@ -155,6 +205,13 @@ fn smooth(scene: &mut Scene, input: &StepInput<'_>, options: &Smooth) -> Result<
         if moves {
             positions(&track, &kernel, &mut filtered);
             moved.push(node);
+        }
+        for ((old, new), weight) in track.iter().zip(&mut filtered).zip(&weights) {
+            match *weight {
+                0.0 => *new = *old,
+                weight if weight < 1.0 => *new = between(*old, *new, weight),
+                _ => {}
+            }
         }
         for (old, new) in track.iter().zip(&filtered) {
             let by = log(old.rotation.inverse() * new.rotation).length().to_degrees();

@@ -170,7 +170,7 @@ pub(super) const WITH: &str = "with";
 /// use mocap::edit::EditStep;
 ///
 /// let smooth = EditStep::ALL.iter().find(|step| step.name == "smooth").unwrap();
-/// assert_eq!(smooth.to_string(), "take fast changes out: filter=butterworth|gaussian, cut-off=HZ");
+/// assert!(smooth.to_string().starts_with("take fast changes out: filter=butterworth|gaussian, cut-off=HZ, "));
 /// ```
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -200,15 +200,22 @@ impl StepInfo {
 impl fmt::Display for StepInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.help)?;
-        for (place, key) in self.keys.iter().enumerate() {
-            f.write_str(if place == 0 { ": " } else { ", " })?;
-            match key.takes {
-                Takes::Moments => f.write_str(key.takes.symbol()),
-                Takes::OneOf(words) => write!(f, "{}={}", key.name(), words.join("|")),
-                takes => write!(f, "{}={}", key.name(), takes.symbol()),
-            }?;
+        match self.keys {
+            [] => Ok(()),
+            _ => write!(f, ": {}", self.keys_with_values()),
         }
-        Ok(())
+    }
+}
+
+impl StepInfo {
+    /// Its options with what each takes.
+    pub(super) fn keys_with_values(&self) -> String {
+        let key = |key: &StepKey| match key.takes {
+            Takes::Moments => key.takes.symbol().to_owned(),
+            Takes::OneOf(words) => format!("{}={}", key.name(), words.join("|")),
+            takes => format!("{}={}", key.name(), takes.symbol()),
+        };
+        self.keys.iter().map(key).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -232,6 +239,14 @@ impl StepKey {
     /// Its name in JSON and in text: the field in kebab case.
     pub fn name(&self) -> String {
         self.field.replace('_', "-")
+    }
+
+    /// The option with a value, as text.
+    pub(super) fn example(&self) -> String {
+        match self.takes {
+            Takes::Moments => self.takes.example().to_owned(),
+            takes => format!("{}={}", self.name(), takes.example()),
+        }
     }
 }
 
@@ -279,6 +294,8 @@ pub enum Takes {
     Point,
     /// The name of a node.
     Name,
+    /// Names of joints or bones.
+    Names,
     /// The number of a motion among the inputs of a command.
     Input,
 }
@@ -305,34 +322,77 @@ impl Takes {
             Self::Target => "M/M/M or NAME",
             Self::Point => "M/M/M",
             Self::Name => "NAME",
+            Self::Names => "NAME+NAME+...",
+        }
+    }
+}
+
+impl Takes {
+    /// A value of it, as text.
+    pub(super) const fn example(self) -> &'static str {
+        match self {
+            Self::Seconds | Self::Weights => "0.5",
+            Self::Metres => "0.05",
+            Self::MetresPerSecond => "0.25",
+            Self::Hertz => "8",
+            Self::Degrees => "3",
+            Self::Factor => "1.6",
+            Self::Fraction => "0.02",
+            Self::Count => "20",
+            Self::Input => "2",
+            Self::Flag => "true",
+            Self::OneOf([.., last]) => last,
+            Self::OneOf([]) => "",
+            Self::FrameRange => "20..140",
+            Self::TimeRange => "0..1.5",
+            Self::Frames => "0+30+60",
+            Self::Path => "0/0+1/2",
+            Self::Moments => "0=0,1.5=3",
+            Self::Target | Self::Point => "0.3/1.2/0.5",
+            Self::Name => "Hips",
+            Self::Names => "LeftArm+LeftForeArm",
         }
     }
 }
 
 impl fmt::Display for Takes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Seconds => "a time in seconds such as 0.5",
-            Self::Metres => "a length in metres such as 0.05",
-            Self::MetresPerSecond => "a speed in metres per second such as 0.25",
-            Self::Hertz => "a frequency in Hz such as 8",
-            Self::Degrees => "an angle in degrees such as 3",
-            Self::Factor => "a factor such as 1.6",
-            Self::Fraction => "a fraction such as 0.02",
-            Self::Count => "a whole number of frames such as 20",
-            Self::Flag => "true or false",
-            Self::OneOf(words) => return f.write_str(&words.join(" or ")),
-            Self::FrameRange => "two frames such as 20..140",
-            Self::TimeRange => "a part A..B in seconds such as 0..1.5, or in frames such as 20f..140f",
-            Self::Frames => "frames such as 0+30+60",
-            Self::Weights => "a weight from 0 to 1 such as 0.5, or a curve SECONDS:WEIGHT+... such as 0:0+1.5:1",
-            Self::Path => "points M/M+... such as 0/0+1/2, or SECONDS:M/M+... such as 0:0/0+2.5:1/2",
-            Self::Moments => "pairs of times in seconds such as 0=0,1.5=3",
-            Self::Target => "a point M/M/M in metres such as 0.3/1.2/0.5, or the name of a joint, a bone or a node",
-            Self::Point => "three lengths M/M/M in metres such as 0.3/1.2/0.5",
-            Self::Name => "the name of a joint, a bone or a node",
-            Self::Input => "the number of a motion among the inputs, 2 or more",
-        })
+        let example = self.example();
+        match self {
+            Self::Seconds => write!(f, "a time in seconds such as {example}"),
+            Self::Metres => write!(f, "a length in metres such as {example}, or with a unit such as 5cm"),
+            Self::MetresPerSecond => write!(f, "a speed in metres per second such as {example}"),
+            Self::Hertz => write!(f, "a frequency in Hz such as {example}"),
+            Self::Degrees => write!(f, "an angle in degrees such as {example}"),
+            Self::Factor => write!(f, "a factor such as {example}"),
+            Self::Fraction => write!(f, "a fraction such as {example}"),
+            Self::Count => write!(f, "a whole number of frames such as {example}"),
+            Self::Flag => f.write_str("true or false"),
+            Self::OneOf(words) => f.write_str(&words.join(" or ")),
+            Self::FrameRange => write!(f, "two frames such as {example}"),
+            Self::TimeRange => write!(
+                f,
+                "a part A..B in seconds such as {example}, or in frames such as 20f..140f"
+            ),
+            Self::Frames => write!(f, "frames such as {example}"),
+            Self::Weights => write!(
+                f,
+                "a weight from 0 to 1 such as {example}, or a curve SECONDS:WEIGHT+... such as 0:0+1.5:1"
+            ),
+            Self::Path => write!(
+                f,
+                "points M/M+... such as {example}, or SECONDS:M/M+... such as 0:0/0+2.5:1/2"
+            ),
+            Self::Moments => write!(f, "pairs of times in seconds such as {example}"),
+            Self::Target => write!(
+                f,
+                "a point M/M/M in metres such as {example}, or the name of a joint, a bone or a node"
+            ),
+            Self::Point => write!(f, "three lengths M/M/M in metres such as {example}"),
+            Self::Name => f.write_str("the name of a joint, a bone or a node"),
+            Self::Names => write!(f, "names of joints or bones such as {example}"),
+            Self::Input => f.write_str("the number of a motion among the inputs, 2 or more"),
+        }
     }
 }
 

@@ -63,7 +63,7 @@ impl ReachTarget {
             Self::Point(at) => return point(*at, body.metres_per_unit).map(Found::Point),
             Self::Node(name) => name,
         };
-        let node = node_named(scene, body, name)?;
+        let node = node_named(scene, name, |bone| body.joint(bone))?;
         match moved
             .iter()
             .find(|moved| node == **moved || body.depends_on(node, **moved))
@@ -91,7 +91,7 @@ fn point(at: [f64; 3], metres_per_unit: f64) -> Result<Vec3> {
 }
 
 /// The node of a name: that of a node, or that of a bone.
-pub(super) fn node_named(scene: &Scene, body: &Body, name: &str) -> Result<NodeId> {
+pub(super) fn node_named(scene: &Scene, name: &str, joint: impl Fn(HumanoidBone) -> Option<NodeId>) -> Result<NodeId> {
     let plain = |name: &str| name.replace(['-', '_', ' '], "").to_lowercase();
     let of_name = scene.nodes.iter().position(|node| node.name == name).map(NodeId::new);
     let bone = || {
@@ -99,7 +99,7 @@ pub(super) fn node_named(scene: &Scene, body: &Body, name: &str) -> Result<NodeI
             .iter()
             .find(|bone| plain(bone.as_str()) == plain(name))
     };
-    if let Some(node) = of_name.or_else(|| body.joint(*bone()?)) {
+    if let Some(node) = of_name.or_else(|| joint(*bone()?)) {
         return Ok(node);
     }
     let unknown = match bone() {
@@ -107,7 +107,8 @@ pub(super) fn node_named(scene: &Scene, body: &Body, name: &str) -> Result<NodeI
         None => format!("no node is called {name:?}, and no bone is"),
     };
     let names = scene.nodes.iter().map(|node| node.name.as_str());
-    let bones = body.bones.keys().map(|bone| bone.as_str());
+    let bones = HumanoidBone::ALL.iter().filter(|bone| joint(**bone).is_some());
+    let bones = bones.map(|bone| bone.as_str());
     let unknown = Diagnostic::new(Code::InvalidValue, unknown);
     Err(match nearest(name, names.chain(bones)) {
         Some(near) => unknown.help(format!("did you mean {near}?")),

@@ -36,7 +36,10 @@ pub(super) fn parse(text: &str) -> Result<EditStep> {
     let mut keys = Map::new();
     for part in rest.split(',').map(str::trim).filter(|part| !part.is_empty()) {
         let Some((key, value)) = part.split_once('=') else {
-            return refuse(format!("{part:?} in the step {text:?} is not key=value"));
+            let message = format!("{part:?} in the step {text:?} is not key=value");
+            return Err(Diagnostic::new(Code::InvalidValue, message)
+                .help(takes(step, step.keys.first()))
+                .into());
         };
         if let (Some(moments), Value::Number(from)) = (moments, scalar(key)) {
             let pair = Value::Array(vec![Value::Number(from), scalar(value)]);
@@ -86,12 +89,32 @@ fn named(name: &str) -> Result<StepInfo> {
         return Ok(*step);
     }
     let names: Vec<&str> = EditStep::ALL.iter().map(|step| step.name).collect();
+    let near = nearest(name, names.iter().copied());
     let unknown = Diagnostic::new(Code::UnknownOption, format!("there is no step {name:?}"));
-    let unknown = match nearest(name, names.iter().copied()) {
-        Some(near) => unknown.help(format!("did you mean {near}?")),
-        None => unknown.help(format!("the steps are {}", names.join(", "))),
-    };
-    Err(unknown.into())
+    let all = format!("the steps are {}; such as smooth:cut-off=8", names.join(", "));
+    Err(unknown.help(after_nearest(near, &all)).into())
+}
+
+/// The nearest name, where one is near, and all that there are.
+fn after_nearest(near: Option<&str>, all: &str) -> String {
+    match near {
+        Some(near) => format!("did you mean {near}? {all}"),
+        None => all.to_owned(),
+    }
+}
+
+/// The options of a step, and one of them with a value.
+fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
+    match key {
+        None => format!("{} takes no options", step.name),
+        Some(key) => format!(
+            "{} takes {}; such as {}:{}",
+            step.name,
+            step.keys_with_values(),
+            step.name,
+            key.example()
+        ),
+    }
 }
 
 /// The key of a name, in which `_` may stand for `-`.
@@ -103,12 +126,10 @@ fn known(step: StepInfo, name: &str) -> Result<&'static StepKey> {
     let names: Vec<String> = step.keys.iter().map(StepKey::name).collect();
     let message = format!("the step {} has no key {name:?}", step.name);
     let unknown = Diagnostic::new(Code::UnknownOption, message);
-    let unknown = match nearest(name, names.iter().map(String::as_str)) {
-        Some(near) => unknown.help(format!("did you mean {near}?")),
-        None if names.is_empty() => unknown.help("it has none"),
-        None => unknown.help(format!("it has {}", names.join(", "))),
-    };
-    Err(unknown.into())
+    let near = nearest(name, names.iter().map(String::as_str));
+    let meant = step.keys.iter().find(|key| near == Some(key.name().as_str()));
+    let all = takes(step, meant.or(step.keys.first()));
+    Err(unknown.help(after_nearest(near, &all)).into())
 }
 
 /// The step with these options, which are those of its table. `stated` is the step as it was given, for a message.
@@ -154,8 +175,18 @@ mod tests {
             "foot-lock:blend=0.2,gap=0.05,height=0.05,largest-change=0.02,release=1.6,shortest=0.08,speed=0.3",
         ),
         ("mirror", "mirror"),
-        ("smooth:filter=gaussian", "smooth:cut-off=6.0,filter=gaussian"),
-        ("smooth:cut_off=8", "smooth:cut-off=8.0,filter=butterworth"),
+        (
+            "smooth:filter=gaussian",
+            "smooth:cut-off=6.0,ease=0.2,filter=gaussian,range=..",
+        ),
+        (
+            "smooth:part=arms,joints=head+LeftHand,range=1..2",
+            "smooth:cut-off=6.0,ease=0.2,filter=butterworth,joints=head+LeftHand,part=arms,range=1..2",
+        ),
+        (
+            "smooth:cut_off=8",
+            "smooth:cut-off=8.0,ease=0.2,filter=butterworth,range=..",
+        ),
         (
             "despike:longest=2",
             "despike:angle=3.0,distance=0.02,longest=2,threshold=8.0",
@@ -278,32 +309,60 @@ mod tests {
     #[test]
     fn names_that_do_not_exist_find_their_neighbour() {
         for (text, message, help) in [
-            ("smoth", "there is no step \"smoth\"", "did you mean smooth?"),
+            (
+                "smoth",
+                "there is no step \"smoth\"",
+                "did you mean smooth? the steps are foot-lock, mirror, smooth, ",
+            ),
             (
                 "smooth:cutoff=8",
                 "the step smooth has no key \"cutoff\"",
-                "did you mean cut-off?",
+                "did you mean cut-off? smooth takes filter=butterworth|gaussian, cut-off=HZ, ",
+            ),
+            (
+                "foot-lock:heigth=5cm",
+                "the step foot-lock has no key \"heigth\"",
+                "did you mean height? foot-lock takes ",
             ),
             (
                 "smooth:with=2",
                 "the step smooth has no key \"with\"",
-                "it has filter, cut-off",
+                "smooth takes filter=butterworth|gaussian, cut-off=HZ, ",
             ),
-            ("mirror:axis=x", "the step mirror has no key \"axis\"", "it has none"),
+            (
+                "mirror:axis=x",
+                "the step mirror has no key \"axis\"",
+                "mirror takes no options",
+            ),
         ] {
             let (code, found, hint) = refused(text.parse());
-            assert_eq!(
-                (code, found.as_str(), hint.as_deref()),
-                (Code::UnknownOption, message, Some(help))
-            );
+            assert_eq!((code, found.as_str()), (Code::UnknownOption, message));
+            let hint = hint.unwrap();
+            assert!(hint.starts_with(help), "{text}: {hint}");
+            // What is said to be an example is one.
+            if let Some((_, example)) = hint.split_once("; such as ") {
+                assert!(example.parse::<EditStep>().is_ok(), "{text}: {hint}");
+            }
         }
         let (_, _, help) = refused("shake".parse());
         assert!(help.unwrap().starts_with("the steps are foot-lock, mirror, smooth"));
         let value = json!({"step": "smooth", "cutoff": 8});
-        assert_eq!(
-            refused(EditStep::from_value(&value)).2.as_deref(),
-            Some("did you mean cut-off?")
-        );
+        let hint = refused(EditStep::from_value(&value)).2.unwrap();
+        assert!(hint.starts_with("did you mean cut-off?"), "{hint}");
+    }
+
+    /// Of the example that a message gives for an option, the value is one that the option takes.
+    #[test]
+    fn every_example_is_taken() {
+        for step in EditStep::ALL {
+            for key in step.keys {
+                let text = format!("{}:{}", step.name, key.example());
+                assert!(text.parse::<EditStep>().is_ok(), "{text}");
+            }
+        }
+        let height = |text: &str| text.parse::<EditStep>().unwrap().to_string();
+        assert_eq!(height("foot-lock:height=7cm"), height("foot-lock:height=0.07"));
+        assert_eq!(height("foot-lock:height=70 mm"), height("foot-lock:height=0.07"));
     }
 
     #[test]

@@ -19,6 +19,11 @@ pub(super) fn parsed(takes: Takes, text: &str) -> Value {
         Takes::Target if text.split('/').count() == 3 => list("/", scalar),
         Takes::Point => list("/", scalar),
         Takes::Name | Takes::Target => Value::from(text),
+        Takes::Names => text.split('+').map(|name| Value::from(name.trim())).collect(),
+        Takes::Metres => {
+            let number = metres(text).and_then(Number::from_f64);
+            number.map_or_else(|| scalar(text), Value::Number)
+        }
         _ => scalar(text),
     }
 }
@@ -34,6 +39,17 @@ fn point(text: &str) -> Value {
         ("seconds".to_owned(), seconds),
         ("at".to_owned(), Value::from(at)),
     ]))
+}
+
+/// The number of a length, in metres or with the unit m, cm, mm or um.
+pub(crate) fn metres(text: &str) -> Option<f64> {
+    let units = [("mm", 1e3), ("cm", 1e2), ("um", 1e6), ("m", 1.0)];
+    let (number, in_a_metre) = units
+        .into_iter()
+        .find_map(|(unit, count)| Some((text.trim().strip_suffix(unit)?, count)))
+        .unwrap_or((text, 1.0));
+    // Divided, so that 7cm is the 0.07 that a person writes.
+    number.trim().parse().ok().map(|number: f64| number / in_a_metre)
 }
 
 /// A number, true, false, or a word.
@@ -58,7 +74,7 @@ pub(super) fn print(takes: Takes, value: &Value) -> Option<String> {
     };
     match takes {
         Takes::FrameRange => joined("..", word),
-        Takes::Frames => joined("+", word),
+        Takes::Frames | Takes::Names => joined("+", word),
         Takes::Weights => joined("+", |pair| joined_pair(pair, ":")),
         Takes::Moments => joined(",", |pair| joined_pair(pair, "=")),
         Takes::Path => joined("+", |point| {

@@ -84,13 +84,8 @@ impl FromStr for Length {
 
     /// A number in metres, or with the unit m, cm, mm or um.
     fn from_str(text: &str) -> Result<Self, String> {
-        let units = [("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("m", 1.0)];
-        let (number, metres) = units
-            .into_iter()
-            .find_map(|(unit, metres)| Some((text.strip_suffix(unit)?, metres)))
-            .unwrap_or((text, 1.0));
-        match number.trim().parse::<f64>() {
-            Ok(number) if number.is_finite() && number >= 0.0 => Ok(Self(number * metres)),
+        match crate::edit::metres(text) {
+            Some(number) if number.is_finite() && number >= 0.0 => Ok(Self(number)),
             _ => Err("not a length, such as 1mm, 0.5cm or 0.001, which is in metres".to_owned()),
         }
     }

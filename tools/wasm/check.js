@@ -195,7 +195,7 @@ check("same", "steps are those of `mocap edit`", () => {
   const both = kept(walk.edit(["concat"], { others: [walk] }));
   assert.equal(both.animations[0].frameCount, 2 * walk.animations[0].frameCount - 1);
   const refused = (code, help, steps, options) =>
-    assert.throws(() => walk.edit(steps, options), (error) => error.code === code && (!help || error.help === help));
+    assert.throws(() => walk.edit(steps, options), (error) => error.code === code && (!help || error.help.startsWith(help)));
   refused("unknown-option", "did you mean cut-off?", [{ step: "smooth", cutoff: 8 }]);
   refused("invalid-value", undefined, ["concat"]);
   refused("invalid-value", undefined, ["mirror"], { bones: { hips: "Tail" } });

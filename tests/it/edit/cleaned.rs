@@ -78,9 +78,73 @@ fn smoothing_keeps_bones_ends_and_what_is_slow() {
         error
             .diagnostic()
             .message
-            .starts_with("cut-off must be below half of the frame rate"),
+            .starts_with("cut-off must be above 0 and below half of the frame rate, 60.0"),
         "{error}"
     );
+}
+
+/// The rotations of every channel, by the name of its node.
+fn rotations(scene: &Scene) -> Vec<(String, Vec<Quat>)> {
+    let animation = &scene.animations[0];
+    let channels = animation.channels.iter();
+    channels
+        .map(|channel| (channel.node_name.clone(), channel.rotation_keys.values.clone()))
+        .collect()
+}
+
+/// In radians.
+fn farthest(a: &[Quat], b: &[Quat]) -> f32 {
+    let angles = a.iter().zip(b).map(|(a, b)| a.angle_between(*b));
+    angles.fold(0.0, f32::max)
+}
+
+#[test]
+fn a_part_alone_is_smoothed_in_a_range_alone() {
+    let before = import(WALK);
+    let whole = {
+        let mut scene = before.clone();
+        Smooth::new().apply(&mut scene, &StepInput::new()).unwrap();
+        rotations(&scene)
+    };
+    let is_arm = |name: &str| {
+        ["Shoulder", "Arm", "Hand", "Thumb", "Finger"]
+            .iter()
+            .any(|part| name.contains(part))
+    };
+    for (step, is_of_part) in [
+        ("smooth:part=arms,range=120f..240f", &is_arm as &dyn Fn(&str) -> bool),
+        ("smooth:joints=head+LeftFoot,range=120f..240f", &|name: &str| {
+            ["Head", "LeftFoot"].contains(&name)
+        }),
+        ("smooth:range=120f..240f", &|_: &str| true),
+    ] {
+        let mut scene = before.clone();
+        let step: mocap::edit::EditStep = step.parse().unwrap();
+        step.apply(&mut scene, &StepInput::new()).unwrap();
+        let mut changed = 0;
+        for (((name, old), (_, new)), (_, all)) in rotations(&before).iter().zip(&rotations(&scene)).zip(&whole) {
+            if !is_of_part(name) || old.len() < 2 {
+                assert!(old == new, "{step}: {name}");
+                continue;
+            }
+            // 0.2 s are 24 frames: the filter comes and goes within them.
+            assert!(farthest(&old[..95], &new[..95]) < 1e-3, "{step}: {name}");
+            assert!(farthest(&old[266..], &new[266..]) < 1e-3, "{step}: {name}");
+            assert!(new[120..=240] == all[120..=240], "{step}: {name}");
+            changed += usize::from(old != new);
+        }
+        assert!(changed > 0, "{step}");
+        assert_bones_keep_their_lengths(&before, &scene);
+    }
+    for (step, message) in [
+        ("smooth:joints=LeftHnad", "no node is called \"LeftHnad\""),
+        ("smooth:range=9..10", "the part to keep begins after the last frame"),
+        ("smooth:ease=-1", "ease must be"),
+    ] {
+        let step: mocap::edit::EditStep = step.parse().unwrap();
+        let error = step.apply(&mut before.clone(), &StepInput::new()).unwrap_err();
+        assert!(error.to_string().contains(message), "{error}");
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Loops, and motions made of two.
 
+use glam::Quat;
 use mocap::edit::{
     Blend, BlendReport, BlendWeight, Concat, ConcatReport, InBetween, KeyInterpolation, Layer, LayerPart, Loop, Mirror,
     Smooth, Step, StepInput, Warp, WarpReport, WarpTimeReport,
@@ -287,6 +288,76 @@ fn a_weight_may_change_over_time() {
         assert_eq!(error.diagnostic().message, message);
         assert!(scene == first);
     }
+}
+
+/// The warning of two motions that do not fit, as text; empty without one.
+fn unfit(scene: &Scene) -> String {
+    let warnings = scene.warnings.iter();
+    let of_fit = warnings.filter(|warning| warning.code == mocap::Code::PosesApart);
+    of_fit.map(ToString::to_string).collect()
+}
+
+#[test]
+fn motions_that_do_not_fit_are_warned_of() {
+    let walk = import(WALK);
+    // A clip that is cut in two fits.
+    let mut whole = part(&walk, 0, 260);
+    concat(&mut whole, &part(&walk, 260, 522)).unwrap();
+    assert_eq!(unfit(&whole), "");
+    let mut both = walk.clone();
+    blend(&mut both, &walk, 0.5).unwrap();
+    assert_eq!(unfit(&both), "");
+
+    // 60 degrees at one joint, and nothing else.
+    let mut bent = walk.clone();
+    let mut channels = bent.animations[0].channels.iter_mut();
+    let forearm = channels.find(|channel| channel.node_name == "LeftForeArm").unwrap();
+    for rotation in &mut forearm.rotation_keys.values {
+        *rotation *= Quat::from_rotation_y(60f32.to_radians());
+    }
+    let mut joined = part(&walk, 0, 260);
+    concat(&mut joined, &part(&bent, 260, 522)).unwrap();
+    let found = unfit(&joined);
+    assert!(
+        found.contains("LeftForeArm by 60.0 degrees at frame 260 (more than 45 degrees)"),
+        "{found}"
+    );
+    assert!(!found.contains("cm"), "{found}");
+    let mut mixed = walk.clone();
+    blend(&mut mixed, &bent, 0.5).unwrap();
+    assert!(unfit(&mixed).contains("degrees"), "{}", unfit(&mixed));
+    // What is not mixed need not fit.
+    let mut first = walk.clone();
+    blend(&mut first, &bent, 0.0).unwrap();
+    assert_eq!(unfit(&first), "");
+
+    // Without alignment the second begins elsewhere: the walk goes 4 m in 4.3 s.
+    let mut apart = part(&walk, 0, 520);
+    let options = Concat::new().align(false);
+    options
+        .apply(&mut apart, &StepInput::new().other(&part(&walk, 0, 260)))
+        .unwrap();
+    assert!(
+        unfit(&apart).contains(" cm at frame 520 (more than 30 cm)"),
+        "{}",
+        unfit(&apart)
+    );
+
+    // The speed alone: the second stands.
+    let mut still = part(&walk, 260, 522);
+    for channel in &mut still.animations[0].channels {
+        let (position, rotation) = (channel.position_keys.values[0], channel.rotation_keys.values[0]);
+        channel.position_keys.values.fill(position);
+        channel.rotation_keys.values.fill(rotation);
+    }
+    let mut stopped = part(&walk, 0, 260);
+    concat(&mut stopped, &still).unwrap();
+    assert!(
+        unfit(&stopped).contains(" m/s at frame 260 (more than 1 m/s)"),
+        "{}",
+        unfit(&stopped)
+    );
+    assert!(!unfit(&stopped).contains("degrees"), "{}", unfit(&stopped));
 }
 
 #[test]

@@ -6,11 +6,12 @@ use mocap::process::{trim, validate};
 use super::*;
 
 /// Steps with parameters that change something. What has no row is tried with its defaults.
-const STEPS: [&str; 29] = [
+const STEPS: [&str; 30] = [
     "foot-lock",
     "mirror",
     "smooth",
     "smooth:filter=gaussian,cut-off=3",
+    "smooth:part=arms,range=0.5..1",
     "despike:threshold=2,angle=0.1",
     "fill",
     "loop",

@@ -142,10 +142,19 @@ def mirror(scene: Scene) -> Edited:
 
 
 def smooth(
-    scene: Scene, *, cut_off: float | None = None, filter: Literal["butterworth", "gaussian"] | None = None
+    scene: Scene,
+    *,
+    cut_off: float | None = None,
+    filter: Literal["butterworth", "gaussian"] | None = None,
+    part: Literal["upper", "legs", "arms", "head"] | None = None,
+    joints: Sequence[str] | None = None,
+    range: str | None = None,
+    ease: float | None = None,
+    bones: Mapping[str, str | None] | None = None,
 ) -> Edited:
-    """Takes changes faster than ``cut_off``, in Hz, out."""
-    return apply(scene, _step("smooth", cut_off=cut_off, filter=filter))
+    """Takes changes faster than ``cut_off``, in Hz, out: of all joints, or of a part of the body, or of ``joints``."""
+    step = _step("smooth", cut_off=cut_off, filter=filter, part=part, joints=joints, range=range, ease=ease)
+    return apply(scene, step, bones=bones)
 
 
 def despike(

@@ -1,0 +1,134 @@
+//! Whether two motions fit where they meet: how far their poses and their speeds are apart.
+
+use glam::Vec3;
+
+use super::carrier::Carrier;
+use super::frames::Frames;
+use crate::error::{Code, Diagnostic};
+use crate::math::quaternion::log;
+use crate::pose::{Pose, Trs};
+use crate::scene::{NodeKind, Scene};
+
+/// Rotations of a joint that are farther apart do not fit, in degrees: what closes them is seen as a movement.
+const FAR_ROTATION: f32 = 45.0;
+
+/// Joints that are farther apart do not fit, in metres.
+const FAR_POSITION: f32 = 0.3;
+
+/// Joints of other speeds do not fit, in metres per second: a walk that stands at once differs by as much.
+const FAR_SPEED: f32 = 1.0;
+
+/// The largest difference of two poses, and the joint that has it.
+#[derive(Clone, Debug, Default)]
+struct Farthest {
+    by: f32,
+    joint: usize,
+    frame: usize,
+}
+
+impl Farthest {
+    fn see(&mut self, by: f32, joint: usize, frame: usize) {
+        if by > self.by {
+            *self = Self { by, joint, frame };
+        }
+    }
+}
+
+/// The largest differences of two motions where they meet.
+pub(super) struct Fit<'a> {
+    scene: &'a Scene,
+    frames: &'a Frames,
+    metres_per_unit: f32,
+    poses: [Pose; 2],
+    rotation: Farthest,
+    position: Farthest,
+    speed: Farthest,
+}
+
+impl<'a> Fit<'a> {
+    /// Of motions with the nodes of `frames`.
+    pub(super) fn new(scene: &'a Scene, frames: &'a Frames, metres_per_unit: f32) -> Self {
+        Self {
+            scene,
+            frames,
+            metres_per_unit,
+            poses: [Pose::rest(scene), Pose::rest(scene)],
+            rotation: Farthest::default(),
+            position: Farthest::default(),
+            speed: Farthest::default(),
+        }
+    }
+
+    /// Looks at the rotations of two rows that are one moment, `frame` of the result.
+    pub(super) fn see_rotations(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
+        for ((node, a), b) in self.frames.nodes().iter().zip(row).zip(other) {
+            let by = log(a.rotation.inverse() * b.rotation).length().to_degrees();
+            self.rotation.see(by, node.index(), frame);
+        }
+    }
+
+    /// Looks at where their joints are.
+    pub(super) fn see_positions(&mut self, row: &[Trs], other: &[Trs], frame: usize) {
+        let [a, b] = [self.positions(row, 0), self.positions(other, 1)];
+        for (joint, (a, b)) in a.into_iter().zip(b).enumerate() {
+            self.position.see(a.distance(b) * self.metres_per_unit, joint, frame);
+        }
+    }
+
+    /// Looks at two rows, wherever over the ground the figures of both stand.
+    pub(super) fn see_poses(&mut self, carrier: &Carrier, row: &[Trs], other: &[Trs], frame: usize) {
+        self.see_rotations(row, other, frame);
+        let mut beside = other.to_vec();
+        carrier.apply(&carrier.placement(other, row), &mut beside);
+        self.see_positions(row, &beside, frame);
+    }
+
+    /// Looks at the speeds with which one motion would go on from a row, and the other goes on from it.
+    pub(super) fn see_speeds(&mut self, pair: [&[Trs]; 2], other: [&[Trs]; 2], frame: usize) {
+        let velocities = |fit: &mut Self, [from, to]: [&[Trs]; 2]| -> Vec<Vec3> {
+            let (from, to) = (fit.positions(from, 0), fit.positions(to, 1));
+            from.into_iter().zip(to).map(|(from, to)| to - from).collect()
+        };
+        let (a, b) = (velocities(self, pair), velocities(self, other));
+        let per_second = self.metres_per_unit * self.frames.rate as f32;
+        for (joint, (a, b)) in a.into_iter().zip(b).enumerate() {
+            self.speed.see(a.distance(b) * per_second, joint, frame);
+        }
+    }
+
+    /// The positions of all nodes of the scene; those of what is no joint count as the origin.
+    fn positions(&mut self, row: &[Trs], pose: usize) -> Vec<Vec3> {
+        let pose = &mut self.poses[pose];
+        for (node, trs) in self.frames.nodes().iter().zip(row) {
+            pose.node_to_parent[node.index()] = trs.matrix();
+        }
+        pose.update_world();
+        let is_joint = |node: usize| self.scene.nodes[node].kind == NodeKind::Joint;
+        let position = |(node, to_world): (usize, &glam::Mat4)| match is_joint(node) {
+            true => to_world.w_axis.truncate(),
+            false => Vec3::ZERO,
+        };
+        pose.node_to_world.iter().enumerate().map(position).collect()
+    }
+
+    /// What does not fit.
+    pub(super) fn warning(&self, step: &str, help: &str) -> Option<Diagnostic> {
+        let found = [
+            (&self.rotation, FAR_ROTATION, "degrees", 1.0),
+            (&self.position, FAR_POSITION, "cm", 100.0),
+            (&self.speed, FAR_SPEED, "m/s", 1.0),
+        ];
+        let far = found.into_iter().filter(|(found, limit, ..)| found.by > *limit);
+        let far: Vec<String> = far
+            .map(|(found, limit, unit, factor)| {
+                let (joint, frame) = (&self.scene.nodes[found.joint].name, found.frame);
+                let (by, limit) = (found.by * factor, (10.0 * limit * factor).round() / 10.0);
+                format!("{joint} by {by:.1} {unit} at frame {frame} (more than {limit} {unit})")
+            })
+            .collect();
+        (!far.is_empty()).then(|| {
+            let message = format!("{step}: the two motions do not fit: {}", far.join(", "));
+            Diagnostic::new(Code::PosesApart, message).help(help)
+        })
+    }
+}
