@@ -85,24 +85,33 @@ impl Written {
         }
     }
 
-    /// Writes the files to `path` and into its folder, all of them or none, where `policy` lets them replace what is
-    /// there. `path` has the name for which they were made.
+    /// Checks what [`save`](Self::save) checks, and writes nothing. Returns the paths of the files, the named one last.
     ///
     /// # Errors
-    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says; [`Code::Io`].
-    pub fn save(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<()> {
+    /// [`Code::OutputIsInput`] and [`Code::OutputExists`] as [`ReplacePolicy`] says.
+    pub fn check(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<Vec<PathBuf>> {
         let path = path.as_ref();
         let Some((main, beside)) = self.files.split_last() else {
-            return Ok(());
+            return Ok(Vec::new());
         };
-        let paths: Vec<PathBuf> = beside.iter().map(|file| path.with_file_name(&file.name)).collect();
+        let mut paths: Vec<PathBuf> = beside.iter().map(|file| path.with_file_name(&file.name)).collect();
         for (path, file) in paths.iter().zip(beside) {
             policy.check_parts_beside(path, &file.parts)?;
         }
         policy.check_parts(path, &main.parts)?;
-        let paths = paths.iter().map(PathBuf::as_path).chain([path]);
-        let files: Vec<(&Path, &[Vec<u8>])> = paths.zip(self.files.iter().map(|file| file.parts.as_slice())).collect();
-        write_whole(&files)
+        paths.push(path.to_owned());
+        Ok(paths)
+    }
+
+    /// Writes the files to `path` and into its folder, all of them or none, where `policy` lets them replace what is
+    /// there. `path` has the name for which they were made.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); [`Code::Io`].
+    pub fn save(&self, path: impl AsRef<Path>, policy: &ReplacePolicy) -> Result<()> {
+        let paths = self.check(path, policy)?;
+        let parts = self.files.iter().map(|file| file.parts.as_slice());
+        write_whole(&paths.iter().map(PathBuf::as_path).zip(parts).collect::<Vec<_>>())
     }
 }
 

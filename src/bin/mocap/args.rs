@@ -37,7 +37,7 @@ pub(crate) use self::own::OwnArgs;
 pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewArgs};
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
-pub(crate) use self::run::{PrintJobArgs, RunArgs};
+pub(crate) use self::run::{InsteadArgs, RunArgs};
 pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
@@ -142,7 +142,7 @@ pub(crate) struct ConvertArgs {
     #[command(flatten)]
     pub(crate) batch: BatchArgs,
     #[command(flatten)]
-    pub(crate) print: PrintJobArgs,
+    pub(crate) instead: InsteadArgs,
 }
 
 #[derive(Debug, clap::Args)]

@@ -8,7 +8,7 @@ use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
 use mocap::job::Job;
 use mocap::{Importer, MemoryFile, Scene, Written};
 
-use crate::args::ForceArgs;
+use crate::args::{ForceArgs, Given};
 use crate::{Failure, report};
 
 /// Whether a path stands for standard input or standard output.
@@ -67,8 +67,12 @@ pub(crate) fn write(output: &Path, bytes: &[u8]) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Writes the files of an output, as `policy` allows, or the one file to standard output.
-pub(crate) fn save(written: &mut Written, output: &Path, policy: &ReplacePolicy) -> Result<(), Failure> {
+/// Writes the files of an output, as `policy` allows, or the one file to standard output. With `--dry-run` says what it
+/// would write, unless `policy` refuses it.
+pub(crate) fn save(written: &mut Written, output: &Path, policy: &ReplacePolicy, given: &Given) -> Result<(), Failure> {
+    if given.is_dry_run() {
+        return would_save(written, output, policy);
+    }
     if is_standard(output) {
         let written = Written::clone(written);
         return write(output, &written.into_bytes()?);
@@ -76,5 +80,26 @@ pub(crate) fn save(written: &mut Written, output: &Path, policy: &ReplacePolicy)
     written.save(output, policy)?;
     // Not before, because a `.gltf` that is left says whose its buffer is.
     remove_unfinished(output);
+    Ok(())
+}
+
+fn would_save(written: &Written, output: &Path, policy: &ReplacePolicy) -> Result<(), Failure> {
+    if is_standard(output) {
+        let bytes = written.clone().into_bytes()?.len();
+        report::say(&format!("dry run: {bytes} bytes would go to standard output"));
+        return Ok(());
+    }
+    for (path, file) in written.check(output, policy)?.iter().zip(&written.files) {
+        let replaces = if path.exists() {
+            ", in place of what is there"
+        } else {
+            ""
+        };
+        let bytes = file.len();
+        report::say(&format!(
+            "dry run: {} would be written, {bytes} bytes{replaces}",
+            path.display()
+        ));
+    }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! `mocap edit`: steps in their order, recorded in the file and understood by `verify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mocap::edit::EditStep;
 
@@ -47,7 +47,10 @@ fn steps_are_recorded_and_verified() {
         steps[0].starts_with("foot-lock:blend=0.2,") && steps[0].contains("speed=0.3"),
         "{steps:?}"
     );
-    assert_eq!(steps[1..], ["smooth:cut-off=20.0,filter=butterworth", "mirror"]);
+    assert_eq!(
+        steps[1..],
+        ["smooth:cut-off=20.0,ease=0.2,filter=butterworth,range=..", "mirror"]
+    );
     assert!(reports[0]["changed"]["slide_after"].as_f64() < reports[0]["changed"]["slide_before"].as_f64());
 
     // The file tells how it was made, in values.
@@ -115,6 +118,7 @@ fn motions_are_joined_in_the_order_of_the_inputs() {
         ("shake", "there is no step \"shake\"; the steps are foot-lock, mirror,"),
         ("smoth", "there is no step \"smoth\"; did you mean smooth?"),
         ("smooth:cutoff=8", "has no key \"cutoff\"; did you mean cut-off?"),
+        ("smooth:cutoff=8", "such as smooth:cut-off=8"),
         (
             "fill:longest=soon",
             "longest takes a time in seconds such as 0.5, got \"soon\"",
@@ -301,4 +305,119 @@ fn bones_of_a_map_are_used_and_recorded() {
         "{}",
         words(&refused)
     );
+}
+
+/// The paths below a folder, and the bytes of the files.
+fn all_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.push((path.clone(), Vec::new()));
+            found.extend(all_below(&path));
+        } else {
+            let bytes = std::fs::read(&path).unwrap();
+            found.push((path, bytes));
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn a_dry_run_says_what_it_would_write_and_writes_nothing() {
+    let (folder, path) = folder();
+    let (walk, character) = (real("cmu_short.bvh"), real("../characters/human_default.glb"));
+    std::fs::create_dir(path("takes")).unwrap();
+    std::fs::copy(&walk, path("takes/walk.bvh")).unwrap();
+    std::fs::write(path("broken.bvh"), "HIERARCHY").unwrap();
+    std::fs::copy(&walk, path("mine.bvh")).unwrap();
+    let before = all_below(folder.path());
+    let (takes, out) = (path("takes"), path("out"));
+    for (args, said) in [
+        (vec!["convert", &walk, &path("walk.glb")], "walk.glb would be written, "),
+        (vec!["convert", &walk, "-"], " bytes would go to standard output"),
+        (vec!["convert", &takes, "-o", &out], "walk.bvh -> "),
+        (
+            vec!["edit", &walk, "-o", &path("walk.fbx"), "--step", "mirror"],
+            "mirror: ",
+        ),
+        (
+            vec!["edit", &takes, "-o", &format!("{out}/"), "--step", "mirror"],
+            "dry run: 1 of 1 files would be written",
+        ),
+        (
+            vec!["clean", &walk, "-o", &path("walk.gltf")],
+            "walk.bin would be written, ",
+        ),
+        (
+            vec!["retarget", &walk, &character, "-o", &path("hero.glb")],
+            "1 clip would be added",
+        ),
+    ] {
+        let found = run(&[args.clone(), vec!["--dry-run"]].concat());
+        assert!(found.status.success(), "{args:?}: {}", words(&found));
+        assert!(words(&found).contains(said), "{args:?}: {}", words(&found));
+        assert!(words(&found).contains("unit: "), "{args:?}: {}", words(&found));
+        assert!(found.stdout.is_empty());
+        assert!(before == all_below(folder.path()), "{args:?}");
+    }
+    // What would fail fails.
+    for (args, code, said) in [
+        (vec!["convert", &path("broken.bvh"), &path("x.glb")], 1, "error["),
+        (
+            vec!["edit", &walk, "-o", &path("mine.bvh"), "--step", "mirror"],
+            1,
+            "output-exists",
+        ),
+        (
+            vec!["edit", &walk, "-o", &path("x.glb"), "--step", "mirror", "--verify"],
+            2,
+            "--verify would do nothing",
+        ),
+        (
+            vec!["convert", &walk, &path("x.glb"), "--print-job"],
+            2,
+            "cannot be used with",
+        ),
+    ] {
+        let found = run(&[args.clone(), vec!["--dry-run"]].concat());
+        assert_eq!(found.status.code(), Some(code), "{args:?}: {}", words(&found));
+        assert!(words(&found).contains(said), "{args:?}: {}", words(&found));
+        assert!(before == all_below(folder.path()), "{args:?}");
+    }
+}
+
+/// Without a browser, for none is in the empty folder that is searched for programs.
+#[test]
+fn the_result_is_viewed_beside_the_source() {
+    let (folder, path) = folder();
+    let empty = path("empty");
+    std::fs::create_dir(&empty).unwrap();
+    let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_mocap"));
+    program.env("PATH", &empty).env("TMPDIR", folder.path());
+    let args = [
+        "edit",
+        &real("cmu_short.bvh"),
+        "-o",
+        &path("walk.glb"),
+        "--step",
+        "mirror",
+        "--view",
+    ];
+    let found = program.args(args).output().unwrap();
+    assert!(found.status.success(), "{}", words(&found));
+    let said = words(&found);
+    let page = said.split_once("no browser was found; open ").unwrap().1;
+    let page = std::fs::read_to_string(page.split_once(" in one").unwrap().0).unwrap();
+    assert!(page.contains("cmu_short (before)") && page.contains("walk (after)"));
+    for args in [
+        vec!["edit", "-", "-o", &path("x.glb")],
+        vec!["edit", &real("cmu_short.bvh"), "-o", "-"],
+        vec!["edit", &real("cmu_short.bvh"), "-o", &format!("{empty}/")],
+    ] {
+        let found = run(&[args, vec!["--step", "mirror", "--view"]].concat());
+        assert_eq!(found.status.code(), Some(2), "{}", words(&found));
+        assert!(words(&found).contains("--view"), "{}", words(&found));
+    }
 }

@@ -6,7 +6,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use mocap::edit::{EditStep, Loop};
 use mocap::job::Job;
 
-use super::OwnArgs;
+use super::{OwnArgs, ViewArgs};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = steps())]
@@ -32,11 +32,24 @@ pub(crate) struct EditArgs {
     /// Print what each step changed as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Open a page with the motion before and after in the browser
+    #[arg(long)]
+    pub(crate) view: bool,
     #[command(flatten)]
     pub(crate) own: OwnArgs,
 }
 
 impl EditArgs {
+    /// The motion as it is read, to be shown.
+    pub(crate) fn before(&self) -> ViewArgs {
+        ViewArgs {
+            source: self.own.source.clone(),
+            map: self.own.map.clone(),
+            read: self.own.read.clone(),
+            ..ViewArgs::of_file(self.inputs[0].clone())
+        }
+    }
+
     /// The job, with an output of the format of `extension`; contacts and curves, which are drawn beside it, are no
     /// part of it.
     pub(crate) fn job(&self, extension: &str) -> Job {

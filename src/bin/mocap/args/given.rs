@@ -26,6 +26,11 @@ impl Given {
         self.names.iter().any(|given| given == name)
     }
 
+    /// Whether nothing is to be written.
+    pub(crate) fn is_dry_run(&self) -> bool {
+        self.has("dry-run")
+    }
+
     /// Refuses the options of these names, which would do nothing, because of `why`.
     pub(crate) fn refuse(&self, names: &[&str], why: &str) -> Result<(), Failure> {
         match names.iter().find(|name| self.has(name)) {

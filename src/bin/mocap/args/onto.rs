@@ -8,7 +8,7 @@ use mocap::job::{BoneMap, Feet, OntoBody, Reading, SourceMap, SourceSpace, Sourc
 use mocap::retarget::Scale;
 
 use super::job::{root_motion, sources};
-use super::{ForceArgs, InputArgs, PrintJobArgs, SpreadArgs, WriteArgs};
+use super::{ForceArgs, InputArgs, InsteadArgs, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OntoArgs {
@@ -51,7 +51,7 @@ pub(crate) struct OntoArgs {
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
     #[command(flatten)]
-    pub(crate) print: PrintJobArgs,
+    pub(crate) instead: InsteadArgs,
 }
 
 impl OntoArgs {

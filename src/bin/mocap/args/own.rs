@@ -8,7 +8,7 @@ use mocap::job::{Job, Reading, SourceMap, SourceSpace};
 
 use super::batch::is_folder;
 use super::job::sources;
-use super::{ForceArgs, InputArgs, OutputFormat, PrintJobArgs, SpreadArgs, WriteArgs};
+use super::{ForceArgs, InputArgs, InsteadArgs, OutputFormat, SpreadArgs, WriteArgs};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct OwnArgs {
@@ -44,7 +44,7 @@ pub(crate) struct OwnArgs {
     #[command(flatten)]
     pub(crate) spread: SpreadArgs,
     #[command(flatten)]
-    pub(crate) print: PrintJobArgs,
+    pub(crate) instead: InsteadArgs,
 }
 
 impl OwnArgs {

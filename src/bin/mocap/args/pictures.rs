@@ -46,6 +46,24 @@ pub(crate) struct ViewArgs {
 }
 
 impl ViewArgs {
+    /// A file as it is.
+    pub(crate) fn of_file(file: PathBuf) -> Self {
+        Self {
+            files: vec![file],
+            output: None,
+            to: None,
+            force: ForceArgs { force: false },
+            character: None,
+            robot: None,
+            trim: None,
+            fps: None,
+            inputs: InputArgs { allow_empty: false },
+            source: SourceSpace::default(),
+            map: SourceMap::default(),
+            read: Reading::default(),
+        }
+    }
+
     /// The frames to show. The numbers of the file stay as they are: the page has its unit and its up axis.
     pub(crate) fn conversion(&self) -> Conversion {
         let mut conversion = Conversion::new().keep_units(true).bones(self.map.bones_here());

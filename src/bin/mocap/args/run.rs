@@ -1,4 +1,4 @@
-//! The options of `mocap run`, and `--print-job`.
+//! The options of `mocap run`, and what other commands do instead of writing: `--print-job`, `--dry-run`.
 
 use std::path::PathBuf;
 
@@ -31,10 +31,13 @@ pub(crate) struct RunArgs {
     pub(crate) spread: SpreadArgs,
 }
 
-/// `--print-job`, for commands that do a job.
+/// What a command that does a job does instead of writing.
 #[derive(Debug, clap::Args)]
-pub(crate) struct PrintJobArgs {
+pub(crate) struct InsteadArgs {
     /// Print the job that the arguments mean, for `mocap run` and for programs, and do nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with = "dry_run")]
     pub(crate) print_job: bool,
+    /// Do everything but write: say what is assumed, what changes, and which files would be written, with their sizes
+    #[arg(long)]
+    pub(crate) dry_run: bool,
 }

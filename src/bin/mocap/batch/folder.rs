@@ -75,6 +75,8 @@ pub(crate) struct Many<'a> {
     pub(crate) spread: &'a SpreadArgs,
     pub(crate) resume: bool,
     pub(crate) force: bool,
+    /// Whether nothing is to be written.
+    pub(crate) is_dry_run: bool,
     /// Everything except the input that an output depends on, as text, for the manifest.
     pub(crate) options: String,
 }
@@ -112,10 +114,16 @@ impl Many<'_> {
         let policy = ReplacePolicy::new(all).force(self.force);
         work.check(&policy)?;
         inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
-        fs::create_dir_all(folder).map_err(in_folder)?;
         let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
         let is_input = |input: &str| names.contains(input);
-        let mut manifest = Manifest::open(folder, spread.shard, Some(&is_input)).map_err(in_folder)?;
+        let mut manifest = match self.is_dry_run {
+            true => Manifest::unwritten(folder, spread.shard, Some(&is_input)),
+            false => {
+                fs::create_dir_all(folder).map_err(in_folder)?;
+                Manifest::open(folder, spread.shard, Some(&is_input))
+            }
+        }
+        .map_err(in_folder)?;
         let run = Run {
             many: self,
             outputs,
@@ -130,7 +138,10 @@ impl Many<'_> {
         let finished = manifest.finish(is_input);
         finished.map_err(|error| self.stopped(&counts, error))?;
         let records: Vec<&Record> = records.values().filter(|record| is_input(&record.input)).collect();
-        report::say(&summary(&counts));
+        match self.is_dry_run {
+            true => self.tell_dry_run(&records),
+            false => report::say(&summary(&counts)),
+        }
         work.summary(&records).iter().for_each(|line| report::say(line));
         tell_failures(&records);
         work.finish(&records, &counts)
@@ -154,10 +165,33 @@ impl Many<'_> {
             ));
             run.round(&waiting, &*work, manifest, progress)?;
         }
+        if self.is_dry_run {
+            return Ok(());
+        }
         let own = inputs.iter().filter_map(|input| run.outputs.get(&input.relative));
         let own = own.map(|output| self.folder.join(output));
         // Not before, because a `.gltf` that is left says whose its buffer is.
         remove_unfinished(self.folder, own.chain([Manifest::path(self.folder, self.spread.shard)]))
+    }
+
+    /// What a run would have written, with what is assumed of each file.
+    fn tell_dry_run(&self, records: &[&Record]) {
+        for record in records {
+            let Some(output) = &record.output else { continue };
+            let output = self.folder.join(output);
+            let replaces = if output.exists() {
+                ", in place of what is there"
+            } else {
+                ""
+            };
+            report::say(&format!("{} -> {}{replaces}", record.input, output.display()));
+            let guesses = record.guesses.iter().map(ToString::to_string);
+            guesses
+                .chain(record.warnings.iter().cloned())
+                .for_each(|line| report::say(&format!("  {line}")));
+        }
+        let done = records.iter().filter(|record| record.output.is_some()).count();
+        report::say(&format!("dry run: {done} of {} files would be written", records.len()));
     }
 
     /// The failure of a run that cannot go on, such as on a full disk: of some of many, where others are done.
@@ -252,7 +286,7 @@ impl Run<'_> {
         }
         let folder = output.path.parent().unwrap_or(self.many.folder);
         // Only asking does not lock the folder above, where another thread may be at work.
-        if !folder.is_dir() {
+        if !folder.is_dir() && !self.many.is_dry_run {
             fs::create_dir_all(folder).map_err(|error| in_file(folder, error))?;
         }
         match work.make(file, &output, record)? {

@@ -94,7 +94,8 @@ const EXTENSION: &str = "jsonl";
 /// The manifest of a run into a folder.
 pub(crate) struct Manifest {
     path: PathBuf,
-    file: File,
+    /// Absent where nothing is to be written.
+    file: Option<File>,
     /// Length of the file.
     bytes: u64,
     records: BTreeMap<String, Record>,
@@ -116,6 +117,21 @@ impl Manifest {
         shard: Option<Shard>,
         is_kept: Option<&dyn Fn(&str) -> bool>,
     ) -> io::Result<Self> {
+        let mut manifest = Self::unwritten(folder, shard, is_kept)?;
+        // A partial line of a killed run must not become the start of the next line.
+        write(&manifest.path, &manifest.records)?;
+        let file = OpenOptions::new().append(true).open(&manifest.path)?;
+        manifest.bytes = file.metadata()?.len();
+        manifest.file = Some(file);
+        Ok(manifest)
+    }
+
+    /// As [`open`](Self::open), of a run that writes nothing.
+    pub(crate) fn unwritten(
+        folder: &Path,
+        shard: Option<Shard>,
+        is_kept: Option<&dyn Fn(&str) -> bool>,
+    ) -> io::Result<Self> {
         let (whole, path) = (Self::path(folder, None), Self::path(folder, shard));
         let mut records = BTreeMap::new();
         if let Some(is_kept) = is_kept {
@@ -126,14 +142,10 @@ impl Manifest {
             }
             records.retain(|input, _| is_kept(input));
         }
-        // A partial line of a killed run must not become the start of the next line.
-        write(&path, &records)?;
-        let file = OpenOptions::new().append(true).open(&path)?;
-        let bytes = file.metadata()?.len();
         Ok(Self {
             path,
-            file,
-            bytes,
+            file: None,
+            bytes: 0,
             records,
         })
     }
@@ -146,9 +158,11 @@ impl Manifest {
     /// Appends the result of a file.
     pub(crate) fn add(&mut self, record: Record) -> io::Result<()> {
         let line = line(&record)?;
-        if let Err(error) = self.file.write_all(line.as_bytes()) {
+        if let Some(file) = &mut self.file
+            && let Err(error) = file.write_all(line.as_bytes())
+        {
             // Remove the part of a line.
-            let _ = self.file.set_len(self.bytes);
+            let _ = file.set_len(self.bytes);
             return Err(error);
         }
         self.bytes += line.len() as u64;
@@ -159,7 +173,10 @@ impl Manifest {
     /// Sorts the lines, and drops those that a later run has replaced and those for which `is_input` is false.
     pub(crate) fn finish(mut self, is_input: impl Fn(&str) -> bool) -> io::Result<()> {
         self.records.retain(|input, _| is_input(input));
-        write(&self.path, &self.records)
+        match self.file {
+            Some(_) => write(&self.path, &self.records),
+            None => Ok(()),
+        }
     }
 }
 

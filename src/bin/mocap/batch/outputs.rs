@@ -33,9 +33,19 @@ impl Output<'_> {
 
     /// Writes the files, unless one would replace an input or a file that may be a source.
     pub(crate) fn save(&self, written: &Written) -> mocap::Result<()> {
+        written.save(&self.path, &self.policy())
+    }
+
+    /// Refuses what [`save`](Self::save) refuses, and writes nothing.
+    pub(crate) fn check(&self, written: &Written) -> mocap::Result<()> {
+        written.check(&self.path, &self.policy()).map(drop)
+    }
+
+    fn policy(&self) -> ReplacePolicy {
+        let policy = self.policy.clone();
         match self.is_known() {
-            true => written.save(&self.path, &self.policy.clone().force(true)),
-            false => written.save(&self.path, self.policy),
+            true => policy.force(true),
+            false => policy,
         }
     }
 }

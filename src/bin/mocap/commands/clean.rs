@@ -27,7 +27,7 @@ pub(crate) fn run(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     if let Some(file) = &args.report {
         policy.check_inputs(file)?;
     }
-    streams::save(&mut made.written, &args.own.output, &policy)?;
+    streams::save(&mut made.written, &args.own.output, &policy, given)?;
     if let (Some(file), Some(report)) = (&args.report, reports.last()) {
         let mut bytes = serde_json::to_vec_pretty(report).unwrap_or_default();
         bytes.push(b'\n');

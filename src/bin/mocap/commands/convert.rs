@@ -18,14 +18,14 @@ pub(crate) fn run(args: &ConvertArgs, given: &Given) -> Result<(), Failure> {
     options_are_sound.map_err(|error| Failure::Usage(error.diagnostic().message.clone()))?;
     if let Some(folder) = &args.batch.out_dir {
         let job = wanted(args, given, &args.paths, &folder.join(""), args.batch.to)?;
-        return match args.print.print_job {
+        return match args.instead.print_job {
             true => job::print(&job),
             false => many::run(&job, given, &args.batch.inputs, &args.batch.spread, args.batch.resume),
         };
     }
     let (input, output, format) = paths(args, given)?;
     let job = wanted(args, given, std::slice::from_ref(input), &output, format)?;
-    if args.print.print_job {
+    if args.instead.print_job {
         return job::print(&job);
     }
     verify::refuse_streams(&job)?;
@@ -122,7 +122,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
     let (input, output) = (&job.source.inputs[0], job.write.output.as_path());
     let to_stream = streams::is_standard(output);
     if !to_stream {
-        streams::save(&mut made.written, output, &policy)?;
+        streams::save(&mut made.written, output, &policy, given)?;
     }
     let bytes = made.written.len();
     // The bytes of a long take are better gone before what follows.
@@ -138,7 +138,7 @@ fn one(args: &ConvertArgs, given: &Given, job: &Job, format: OutputFormat) -> Re
         tell(args, input, output, &made, bytes)?;
     }
     if to_stream {
-        return streams::save(&mut made.written, output, &policy);
+        return streams::save(&mut made.written, output, &policy, given);
     }
     match args.verify {
         true => {

@@ -11,9 +11,10 @@ use mocap::scene::Scene;
 
 use super::plot::joints_named;
 use super::{
-    check_json, extension, made, own, print_json, short_name, unknown_extension, verify, write_drawing, write_output,
+    check_json, extension, made, own, print_json, short_name, unknown_extension, verify, view, write_drawing,
+    write_output,
 };
-use crate::args::{EditArgs, Given};
+use crate::args::{EditArgs, Given, ViewArgs};
 use crate::report::Voice;
 use crate::{Failure, streams};
 
@@ -42,10 +43,19 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }
     let of_one = (
-        ["contacts", "curves", "json"].as_slice(),
+        ["contacts", "curves", "json", "view"].as_slice(),
         "it is of one motion; name a file, not a folder",
     );
-    own::refuse_beside(&args.own, given, of_one, &["contacts", "curves"])
+    if args.view
+        && [&args.inputs[0], &args.own.output]
+            .into_iter()
+            .any(|file| streams::is_standard(file))
+    {
+        return Err(Failure::Usage(
+            "--view reads the input and the output again: name files, not -".to_owned(),
+        ));
+    }
+    own::refuse_beside(&args.own, given, of_one, &["contacts", "curves", "view"])
 }
 
 fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
@@ -75,7 +85,7 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
         policy.check_inputs(file)?;
         joints_named(&scene, &args.joint)?;
     }
-    streams::save(&mut made.written, &args.own.output, &policy)?;
+    streams::save(&mut made.written, &args.own.output, &policy, given)?;
     if let Some((file, bytes)) = found {
         write_output(&policy, file, &bytes)?;
     }
@@ -85,8 +95,11 @@ fn one(args: &EditArgs, given: &Given, job: &Job) -> Result<(), Failure> {
     if args.json {
         print_json(&reports)?;
     }
-    match args.own.verify {
-        true => verify::output(job, Some(scene)),
+    if args.own.verify {
+        verify::output(job, Some(scene))?;
+    }
+    match args.view {
+        true => view::before_and_after(&args.before(), &ViewArgs::of_file(args.own.output.clone())),
         false => Ok(()),
     }
 }

@@ -16,8 +16,14 @@ use crate::{Failure, streams};
 /// Who hears what is said of a job.
 pub(super) type Hear<'a> = &'a mut dyn FnMut(Said<'_>);
 
+/// What is done with an output that is written, and what is written beside it.
+const BESIDE: [&str; 6] = ["verify", "view", "contacts", "curves", "report", "resume"];
+
 /// A job that is ready, for an output or for many.
 pub(super) fn maker(job: &Job, given: &Given, hear: Hear<'_>) -> Result<Maker<'static>, Failure> {
+    if given.is_dry_run() {
+        given.refuse(&BESIDE, "--dry-run writes nothing")?;
+    }
     let maker = Maker::new(job, streams::given(job)?, hear).map_err(refused)?;
     refuse_options(given, |option| maker.refusal(option))?;
     Ok(maker)
@@ -54,7 +60,7 @@ pub(super) fn save(job: &Job, given: &Given) -> Result<(Maker<'static>, Made), F
     let voice = &mut Voice::Aloud;
     let (maker, mut made) = make(job, given, None, &policy, &mut |said| voice.hear(said))?;
     tell(&made.written, output, voice);
-    streams::save(&mut made.written, output, &policy)?;
+    streams::save(&mut made.written, output, &policy, given)?;
     Ok((maker, made))
 }
 

@@ -63,11 +63,13 @@ impl Many<'_> {
             spread: self.spread,
             resume: self.resume,
             force: job.write.force,
+            is_dry_run: self.given.is_dry_run(),
             options: options(job)?,
         };
         many.run(&mut OfJob {
             job,
             extension: extension(job),
+            is_dry_run: self.given.is_dry_run(),
             maker,
             axes: None,
             report: self.report,
@@ -121,6 +123,7 @@ fn options(job: &Job) -> Result<String, Failure> {
 struct OfJob<'a> {
     job: &'a Job,
     extension: String,
+    is_dry_run: bool,
     maker: Maker<'static>,
     /// The up axes of skeletons, once the clips that stand have told them.
     axes: Option<BTreeMap<String, UpAxis>>,
@@ -247,7 +250,11 @@ impl OfJob<'_> {
         record: &mut Record,
         keeps_notes: bool,
     ) -> Result<Made, String> {
-        output.save(&made.written).map_err(|error| error.to_string())?;
+        let saved = match self.is_dry_run {
+            true => output.check(&made.written),
+            false => output.save(&made.written),
+        };
+        saved.map_err(|error| error.to_string())?;
         let written = &mut made.written;
         let says_nothing = self.maker.format().is_some_and(|row| !row.states_origin);
         let last = written.files.last().filter(|_| says_nothing);

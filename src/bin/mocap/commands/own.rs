@@ -20,7 +20,7 @@ pub(super) fn begin(args: &OwnArgs, given: &Given, job: impl FnOnce(&str) -> Job
     if let Some(format) = OutputFormat::of(&Path::new("scene").with_extension(&format)) {
         refuse_options(given, |option| format.row().refusal(option, format.extension))?;
     }
-    if args.print.print_job {
+    if args.instead.print_job {
         return run::print(&job).map(|()| None);
     }
     if args.is_many() {
@@ -37,7 +37,7 @@ pub(super) fn refuse_beside(
     (of_one, why): (&'static [&'static str], &str),
     beside: &'static [&'static str],
 ) -> Result<(), Failure> {
-    match (args.is_many(), args.print.print_job) {
+    match (args.is_many(), args.instead.print_job) {
         (true, _) => given.refuse(of_one, why),
         (false, true) => given.refuse(beside, "it is no part of a job; leave it out"),
         (false, false) => given.refuse(MANY, ONE_OUTPUT),

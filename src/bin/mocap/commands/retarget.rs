@@ -24,7 +24,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
         }
         let format = to.map_or_else(|| default_format(args, &file), ToOwned::to_owned);
         let job = args.job(&motions, &file, &format);
-        return match args.onto.print.print_job {
+        return match args.onto.instead.print_job {
             true => job::print(&job),
             false => many::run(&job, given, &args.onto.inputs, &args.onto.spread, args.onto.resume),
         };
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     check_json(args.onto.json, &args.output)?;
     let format = output_format(&args.output, to, &default_format(args, &file))?;
     let job = args.job(&motions, &file, &format);
-    if args.onto.print.print_job {
+    if args.onto.instead.print_job {
         return job::print(&job);
     }
     let (maker, made) = made::save(&job, given)?;
@@ -45,7 +45,11 @@ pub(crate) fn run(args: &RetargetArgs, given: &Given) -> Result<(), Failure> {
     }
     let count = reports.len();
     let plural = if count == 1 { "" } else { "s" };
-    report::say(&format!("{}: {count} clip{plural} added", args.output.display()));
+    let would_be = if given.is_dry_run() { "would be " } else { "" };
+    report::say(&format!(
+        "{}: {count} clip{plural} {would_be}added",
+        args.output.display()
+    ));
     super::require(&maker, &made.clips)?;
     let failed = made.left_out.len();
     for (file, why) in &made.left_out {

@@ -32,7 +32,7 @@ fn run_many(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{}: {message}", folder.display())));
     }
     let job = args.job(args.to.as_deref().unwrap_or("npz"));
-    if args.onto.print.print_job {
+    if args.onto.instead.print_job {
         return job::print(&job);
     }
     let many = many::Many {
@@ -51,7 +51,7 @@ fn one(args: &RobotArgs, given: &Given) -> Result<(), Failure> {
     given.refuse(MANY, ONE_OUTPUT)?;
     check_json(args.onto.json, &args.output)?;
     let job = args.job(&format(args)?);
-    if args.onto.print.print_job {
+    if args.onto.instead.print_job {
         return job::print(&job);
     }
     let (maker, made) = made::save(&job, given)?;

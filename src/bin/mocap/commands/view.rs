@@ -49,10 +49,31 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
         files => view_files(args, files, &output),
     };
     let is_written = matches!(viewed, Ok(()) | Err(Failure::Some));
-    if is_written && args.output.is_none() && open::that(&output).is_err() {
-        report::say(&format!("no browser was found; open {} in one", output.display()));
+    if is_written && args.output.is_none() {
+        open_page(&output);
     }
     viewed
+}
+
+fn open_page(page: &Path) {
+    if open::that(page).is_err() {
+        report::say(&format!("no browser was found; open {} in one", page.display()));
+    }
+}
+
+/// Opens a page with a motion before and after it was changed, each read with options of its own.
+pub(super) fn before_and_after(before: &ViewArgs, after: &ViewArgs) -> Result<(), Failure> {
+    let mut clips = Vec::new();
+    for (args, name) in [(before, "before"), (after, "after")] {
+        let mut read = read(args, &args.files[0])?;
+        read.name = format!("{} ({name})", read.name);
+        clips.push(read);
+    }
+    let page = temporary_folder()?.join(format!("{}.html", short_name(&after.files[0])));
+    let pages: Vec<_> = clips.iter().map(Read::page_clip).collect();
+    streams::write(&page, Page::new(&pages).html.as_bytes())?;
+    open_page(&page);
+    Ok(())
 }
 
 /// A folder that is not removed, because the browser reads from it after this program has ended.
