@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
 
-pub(crate) use self::array_mark::ARRAY_MARK;
+pub(crate) use self::array_mark::{ARRAY_MARK, DATABASE_MARK};
 pub(crate) use self::existing::percent_decoded;
 pub use self::existing::{ReplacePolicy, has_provenance};
 pub(crate) use self::fbx_header::{FBX_HEAD, PROVENANCE, fbx_provenance};

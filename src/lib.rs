@@ -28,6 +28,7 @@
 //! | have positions and rotations as arrays or tables | [`arrays`] |
 //! | prove that a written file has the motion of its source | [`verify`] |
 //! | know what is wrong with many motions, which are alike, which to choose | [`survey`] |
+//! | find in many motions what is like another | [`matching`] |
 //! | know unit, up axis, and which joint is which bone | [`figure`] |
 //! | have the scene and the print-outs of Assimp | [`process`], [`dump`] |
 //!
@@ -73,6 +74,7 @@ pub mod ik;
 mod import;
 pub mod job;
 mod limits;
+pub mod matching;
 mod math;
 mod options;
 mod player;

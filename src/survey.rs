@@ -38,43 +38,60 @@ use self::activity::Activity;
 pub use self::corpus::{Corpus, Examined};
 use self::defects::Findings;
 pub use self::filter::Condition;
-use self::fingerprint::Fingerprint;
-use self::motion::{Body, Motion};
+pub(crate) use self::fingerprint::{Fingerprint, LIMBS, WIDTH};
+pub(crate) use self::motion::{Body, Motion};
 pub use self::row::{ClipRow, Defect, Quality};
 pub use self::thresholds::{DefectKind, Thresholds};
+pub(crate) use self::twins::mirrored_row;
 
 /// Examines every clip of a file; a file without motion is one row without frames. `file` is its name in the rows.
 ///
 /// The [module](crate::survey) has an example.
 pub fn examine(scene: &Scene, file: &str, thresholds: &Thresholds) -> Vec<Examined> {
-    let figure = Figure::new(scene);
+    let mut clips = Vec::new();
+    examine_each(scene, &Figure::new(scene), file, thresholds, |row, motion| {
+        let fingerprint = motion.as_ref().map(Fingerprint::new).unwrap_or_default();
+        clips.push(Examined { row, fingerprint });
+    });
+    clips
+}
+
+/// Hands over the row of every clip of a file, with the motion where it has one that can be read.
+pub(crate) fn examine_each(
+    scene: &Scene,
+    figure: &Figure,
+    file: &str,
+    thresholds: &Thresholds,
+    mut each: impl FnMut(ClipRow, Option<Motion>),
+) {
     let still = Animation::default();
     let clips = match scene.animations.as_slice() {
         [] => std::slice::from_ref(&still),
         clips => clips,
     };
-    let examine = |(index, clip): (usize, &Animation)| {
-        let mut row = of_scene(scene, &figure, file);
+    for (index, clip) in clips.iter().enumerate() {
+        let mut row = of_scene(scene, figure, file);
         row.clip = match clip.name.is_empty() {
             true => index.to_string(),
             false => clip.name.clone(),
         };
         if scene.animations.is_empty() {
             row.judge(thresholds);
-            return Examined::from(row);
+            each(row, None);
+            continue;
         }
-        match of_clip(scene, index, &figure, thresholds, &mut row) {
-            Ok(fingerprint) => {
+        match of_clip(scene, index, figure, thresholds, &mut row) {
+            Ok(motion) => {
                 row.round();
-                Examined { row, fingerprint }
+                each(row, Some(motion));
             }
-            Err(error) => Examined::from(ClipRow {
-                clip: row.clip,
-                ..ClipRow::unreadable(file, &error.to_string())
-            }),
+            Err(error) => {
+                let clip = row.clip;
+                let row = ClipRow::unreadable(file, &error.to_string());
+                each(ClipRow { clip, ..row }, None);
+            }
         }
-    };
-    clips.iter().enumerate().map(examine).collect()
+    }
 }
 
 /// What all clips of a file have in common.
@@ -98,13 +115,7 @@ fn of_scene(scene: &Scene, figure: &Figure, file: &str) -> ClipRow {
     }
 }
 
-fn of_clip(
-    scene: &Scene,
-    index: usize,
-    figure: &Figure,
-    thresholds: &Thresholds,
-    row: &mut ClipRow,
-) -> Result<Fingerprint> {
+fn of_clip(scene: &Scene, index: usize, figure: &Figure, thresholds: &Thresholds, row: &mut ClipRow) -> Result<Motion> {
     let motion = Motion::new(scene, &scene.animations[index], figure)?;
     let errors = MotionErrors::find(scene, index, figure)?;
     row.rate = Some(motion.rate);
@@ -119,7 +130,7 @@ fn of_clip(
     }
     (row.amounts, row.defects) = (findings.amounts, findings.list);
     row.judge(thresholds);
-    Ok(Fingerprint::new(&motion))
+    Ok(motion)
 }
 
 /// What the reader says of values that are no numbers.

@@ -20,12 +20,12 @@ const TELLING_EXTENSIONS: &[&str] = &["glb", "gltf", "vrm", "vrma", "fbx"];
 ///
 /// An input is never replaced, also not through a link. A file with one of the
 /// [`SOURCE_EXTENSIONS`](Self::SOURCE_EXTENSIONS) may be somebody's source, and is replaced only with
-/// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file with
-/// the same bytes as the output, an `.npz` or `.pkl` with this crate's mark, and a glTF or FBX file that this crate
-/// wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too, that must also name
-/// an input as the source of the file: if a shell expands `*.glb` to two files, the second is not an output. The file
-/// of a character to which this crate added animations says so in their `extras.mocap`; one of them must name two
-/// inputs, its motion and the character.
+/// [`force`](Self::force). There are four exceptions, so that a command can be run again: an empty file, a file
+/// with the same bytes as the output, an `.npz`, `.pkl` or `.mdb` with this crate's mark, and a glTF or FBX file
+/// that this crate wrote, according to its [`Provenance`](crate::gltf::Provenance). If an input is glTF or FBX too,
+/// that must also name an input as the source of the file: if a shell expands `*.glb` to two files, the second is
+/// not an output. The file of a character to which this crate added animations says so in their `extras.mocap`; one
+/// of them must name two inputs, its motion and the character.
 ///
 /// ```
 /// use mocap::files::ReplacePolicy;
@@ -53,7 +53,7 @@ impl ReplacePolicy {
     /// VRM.
     pub const SOURCE_EXTENSIONS: &[&str] = &[
         "bvh", "glb", "gltf", "vrm", "vrma", "asf", "amc", "c3d", "trc", "fbx", "bip", "urdf", "mjcf", "mclip", "npz",
-        "npy", "pt", "pth", "pkl", "pickle",
+        "npy", "pt", "pth", "pkl", "pickle", "mdb",
     ];
 
     /// A policy for outputs that are made from `inputs`. The buffers of a `.gltf` are inputs too; `-` is the file that

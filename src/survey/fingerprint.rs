@@ -11,13 +11,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::motion::{Body, Motion};
 use crate::scene::HumanoidBone as Bone;
 
-/// Samples per second.
-pub(super) const RATE: f64 = 10.0;
+/// Samples per second of a clip that is compared with others.
+pub(crate) const RATE: f64 = 10.0;
 /// Limbs, each a direction.
-pub(super) const LIMBS: usize = 10;
+pub(crate) const LIMBS: usize = 10;
 /// Numbers of a sample: three for each limb, the height of the hips in half legs, their speed sideways and forward in
 /// legs per second / 4, and the speed of turning in turns per second.
-pub(super) const WIDTH: usize = 3 * LIMBS + 4;
+pub(crate) const WIDTH: usize = 3 * LIMBS + 4;
 /// The longest part of a clip that is kept, in samples: an hour.
 const MOST_SAMPLES: usize = 36_000;
 
@@ -37,42 +37,50 @@ const BONES: [(Bone, Bone); LIMBS] = [
 
 /// The samples of one clip.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Fingerprint {
+pub(crate) struct Fingerprint {
     /// Samples x [`WIDTH`].
-    pub(super) values: Vec<i8>,
+    pub(crate) values: Vec<i8>,
     /// Whether limbs are those of a humanoid; else they go from the root to joints of the skeleton.
-    pub(super) is_body: bool,
+    pub(crate) is_body: bool,
 }
 
 impl Fingerprint {
-    pub(super) fn new(motion: &Motion) -> Self {
-        let mut values = Vec::new();
+    pub(crate) fn new(motion: &Motion) -> Self {
         if motion.rate <= 0.0 || motion.nodes() == 0 {
             return Self::default();
         }
-        let is_body = motion.body.is_some();
         let samples = ((motion.frames - motion.first) as f64 / motion.rate * RATE).ceil() as usize;
-        let mut before: Option<Sample> = None;
-        for sample in 0..samples.min(MOST_SAMPLES) {
-            let frame = motion.first as f64 + sample as f64 / RATE * motion.rate;
-            let sample = Sample::new(motion, frame);
-            sample.write(before.as_ref(), &mut values);
-            before = Some(sample);
-        }
-        Self { values, is_body }
+        Self::sampled(motion, RATE, motion.first as f64, samples.min(MOST_SAMPLES))
     }
 
-    pub(super) fn samples(&self) -> usize {
+    /// So many samples at another rate, from a frame on. Speeds are those since the sample before, which may stand
+    /// before that frame.
+    pub(crate) fn sampled(motion: &Motion, rate: f64, from: f64, samples: usize) -> Self {
+        let mut values = Vec::new();
+        let step = motion.rate / rate;
+        let mut before = (from - step >= motion.first as f64).then(|| Sample::new(motion, from - step));
+        for sample in 0..samples {
+            let sample = Sample::new(motion, from + sample as f64 * step);
+            sample.write(before.as_ref(), 1.0 / rate as f32, &mut values);
+            before = Some(sample);
+        }
+        Self {
+            values,
+            is_body: motion.body.is_some(),
+        }
+    }
+
+    pub(crate) fn samples(&self) -> usize {
         self.values.len() / WIDTH
     }
 
     /// The directions of a sample.
-    pub(super) fn limbs(&self, sample: usize) -> &[i8] {
+    pub(crate) fn limbs(&self, sample: usize) -> &[i8] {
         &self.values[sample * WIDTH..sample * WIDTH + 3 * LIMBS]
     }
 
     /// All numbers of a sample.
-    pub(super) fn row(&self, sample: usize) -> &[i8] {
+    pub(crate) fn row(&self, sample: usize) -> &[i8] {
         &self.values[sample * WIDTH..(sample + 1) * WIDTH]
     }
 }
@@ -133,10 +141,10 @@ impl Sample {
         }
     }
 
-    fn write(&self, before: Option<&Self>, values: &mut Vec<i8>) {
+    /// Adds its numbers; `before` is the sample so many seconds before it.
+    fn write(&self, before: Option<&Self>, seconds: f32, values: &mut Vec<i8>) {
         let byte = |value: f32| (value * 127.0).round().clamp(-127.0, 127.0) as i8;
         values.extend(self.limbs.iter().flat_map(Vec3::to_array).map(byte));
-        let seconds = 1.0 / RATE as f32;
         let (step, turn) = before.map_or((Vec3::ZERO, 0.0), |before| {
             let turn = before
                 .forward

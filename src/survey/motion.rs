@@ -18,30 +18,30 @@ const SLOW: f32 = 0.2;
 const ANOTHER_FLOOR: f32 = 0.03;
 
 /// The motion of one clip.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// Frames per second.
-    pub(super) rate: f64,
-    pub(super) frames: usize,
+    pub(crate) rate: f64,
+    pub(crate) frames: usize,
     /// The first frame of the motion: 1 where frame 0 is a rest pose from which the motion jumps away.
-    pub(super) first: usize,
-    pub(super) names: Vec<String>,
-    pub(super) parents: Vec<Option<usize>>,
+    pub(crate) first: usize,
+    pub(crate) names: Vec<String>,
+    pub(crate) parents: Vec<Option<usize>>,
     /// Whether the file can animate the node.
-    pub(super) is_joint: Vec<bool>,
+    pub(crate) is_joint: Vec<bool>,
     /// Frames x nodes.
     positions: Vec<Vec3>,
     /// Frames x nodes: node to parent.
     rotations: Vec<Quat>,
     /// The body, where it is a humanoid.
-    pub(super) body: Option<Body>,
+    pub(crate) body: Option<Body>,
 }
 
 /// What of the nodes is a body.
-pub(super) struct Body {
-    pub(super) bones: BTreeMap<Bone, usize>,
-    pub(super) contacts: DetectedContacts,
+pub(crate) struct Body {
+    pub(crate) bones: BTreeMap<Bone, usize>,
+    pub(crate) contacts: DetectedContacts,
     /// From a hip through the knee to the ankle, in metres.
-    pub(super) leg: f32,
+    pub(crate) leg: f32,
 }
 
 impl Motion {
@@ -49,7 +49,7 @@ impl Motion {
     ///
     /// # Errors
     /// [`Code::LimitExceeded`] where it has more values than the limits allow.
-    pub(super) fn new(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
+    pub(crate) fn new(scene: &Scene, animation: &Animation, figure: &Figure) -> Result<Self> {
         let (frames, nodes) = (animation.frame_count(), scene.nodes.len());
         let stated: usize = animation
             .channels
@@ -105,26 +105,26 @@ impl Motion {
         Ok(motion)
     }
 
-    pub(super) fn nodes(&self) -> usize {
+    pub(crate) fn nodes(&self) -> usize {
         self.names.len()
     }
 
-    pub(super) fn at(&self, frame: usize, node: usize) -> Vec3 {
+    pub(crate) fn at(&self, frame: usize, node: usize) -> Vec3 {
         self.positions[frame * self.nodes() + node]
     }
 
     /// All positions of a frame.
-    pub(super) fn row(&self, frame: usize) -> &[Vec3] {
+    pub(crate) fn row(&self, frame: usize) -> &[Vec3] {
         &self.positions[frame * self.nodes()..(frame + 1) * self.nodes()]
     }
 
     /// All rotations of a frame, node to parent.
-    pub(super) fn rotations(&self, frame: usize) -> &[Quat] {
+    pub(crate) fn rotations(&self, frame: usize) -> &[Quat] {
         &self.rotations[frame * self.nodes()..(frame + 1) * self.nodes()]
     }
 
     /// The time of all frames.
-    pub(super) fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         match self.rate > 0.0 {
             true => self.frames as f64 / self.rate,
             false => 0.0,
@@ -132,17 +132,17 @@ impl Motion {
     }
 
     /// The number of frames in a time, at least 1.
-    pub(super) fn frames_in(&self, seconds: f64) -> usize {
+    pub(crate) fn frames_in(&self, seconds: f64) -> usize {
         ((seconds * self.rate).round() as usize).max(1)
     }
 
     /// The position of a bone.
-    pub(super) fn bone(&self, body: &Body, frame: usize, bone: Bone) -> Option<Vec3> {
+    pub(crate) fn bone(&self, body: &Body, frame: usize, bone: Bone) -> Option<Vec3> {
         Some(self.at(frame, *body.bones.get(&bone)?))
     }
 
     /// The size of the skeleton: the lengths of all its bones at the first frame.
-    pub(super) fn size(&self) -> f32 {
+    pub(crate) fn size(&self) -> f32 {
         let length = |node: usize| self.parents[node].map(|parent| self.at(0, node).distance(self.at(0, parent)));
         match self.frames {
             0 => 0.0,
@@ -151,7 +151,7 @@ impl Motion {
     }
 
     /// The velocity of a node, in metres per second, by central differences over `half` frames on each side.
-    pub(super) fn velocity(&self, frame: usize, node: usize, half: usize) -> Vec3 {
+    pub(crate) fn velocity(&self, frame: usize, node: usize, half: usize) -> Vec3 {
         let (before, after) = (frame.saturating_sub(half), (frame + half).min(self.frames - 1));
         let seconds = (after - before).max(1) as f32 / self.rate as f32;
         (self.at(after, node) - self.at(before, node)) / seconds
@@ -212,26 +212,26 @@ impl Body {
         }
     }
 
-    pub(super) fn hips(&self) -> usize {
+    pub(crate) fn hips(&self) -> usize {
         self.bones[&Bone::Hips]
     }
 
     /// The heights of the points of the feet above where they rest, in metres; the least of a frame.
-    pub(super) fn lowest_foot(&self, frame: usize) -> f32 {
+    pub(crate) fn lowest_foot(&self, frame: usize) -> f32 {
         let points = self.contacts.points.iter();
         let heights = points.filter_map(|point| point.above_rest.get(frame).copied());
         heights.fold(f32::INFINITY, f32::min)
     }
 
     /// Where the body looks: horizontal, of length 1; zero where the hips are upright in no sense.
-    pub(super) fn forward(&self, motion: &Motion, frame: usize) -> Vec3 {
+    pub(crate) fn forward(&self, motion: &Motion, frame: usize) -> Vec3 {
         let pair = |left, right| Some(motion.bone(self, frame, left)? - motion.bone(self, frame, right)?);
         let left = pair(Bone::LeftUpperLeg, Bone::RightUpperLeg).unwrap_or_default();
         left.cross(Vec3::Y).normalize_or_zero()
     }
 
     /// From the hips to the neck, or the head: of length 1.
-    pub(super) fn trunk(&self, motion: &Motion, frame: usize) -> Vec3 {
+    pub(crate) fn trunk(&self, motion: &Motion, frame: usize) -> Vec3 {
         let top = motion
             .bone(self, frame, Bone::Neck)
             .or_else(|| motion.bone(self, frame, Bone::Head));

@@ -10,7 +10,7 @@
 
 use std::collections::HashMap;
 
-use super::fingerprint::{Fingerprint, LIMBS, RATE};
+use super::fingerprint::{Fingerprint, LIMBS, RATE, WIDTH};
 
 /// How a clip repeats another, the strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -251,6 +251,17 @@ fn projections() -> Vec<Vec<f32>> {
     };
     let mut number = || (0..4).map(|_| uniform()).sum::<f32>();
     (0..BITS).map(|_| (0..9 * LIMBS).map(|_| number()).collect()).collect()
+}
+
+/// The numbers of a sample with left and right exchanged.
+pub(crate) fn mirrored_row(row: &[i8]) -> [i8; WIDTH] {
+    std::array::from_fn(|place| match (place / 3, place % 3) {
+        (limb @ 0..LIMBS, 0) => -row[3 * OTHER_SIDE[limb]],
+        (limb @ 0..LIMBS, axis) => row[3 * OTHER_SIDE[limb] + axis],
+        // Steps to the side, and turning.
+        _ if place == 3 * LIMBS + 1 || place == 3 * LIMBS + 3 => -row[place],
+        _ => row[place],
+    })
 }
 
 /// A coordinate of where a limb points; mirrored, that of the limb on the other side, seen in a mirror.

@@ -86,6 +86,12 @@ const MAY_USE: &[(&str, &[&str])] = &[
         &["error", "limits", "scene", "math", "pose", "figure", "edit", "arrays"],
     ),
     (
+        "matching",
+        &[
+            "error", "limits", "options", "files", "scene", "math", "pose", "figure", "ik", "edit", "convert", "survey",
+        ],
+    ),
+    (
         "job",
         &[
             "error",

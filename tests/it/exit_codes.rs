@@ -69,6 +69,8 @@ const CASES: &[Case] = &[
     prints("pose IN --tick 0", ""),
     prints("check IN", "check w.bvh bad.bvh"),
     prints("survey IN", "survey w.bvh bad.bvh"),
+    moves("index IN -o OUT", "mdb", "index w.bvh bad.bvh -o many.mdb"),
+    moves("find moves.mdb --pose IN@0", "", ""),
     prints("verify IN w.glb --max-error 1m", ""),
 ];
 
@@ -81,7 +83,7 @@ impl Case {
     }
 
     fn is_batch(&self) -> bool {
-        ["pack", "check", "survey"].contains(&self.name())
+        ["pack", "check", "survey", "index"].contains(&self.name())
     }
 
     /// The arguments for an input and an output; a job is a file.
@@ -120,6 +122,7 @@ fn folder() -> Folder {
     );
     folder.write("robot.urdf", &fs::read("fixtures/robots/h1.urdf").unwrap());
     folder.succeeds("convert w.bvh w.glb");
+    folder.succeeds("index w.bvh -o moves.mdb");
     folder.write(
         "many.json",
         br#"{"source": {"inputs": ["w.bvh", "bad.bvh"]}, "write": {"output": "many/", "to": "glb"}}"#,

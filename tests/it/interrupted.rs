@@ -15,7 +15,7 @@ use crate::program::{command_in, words};
 use crate::sample::Sample;
 
 /// Commands that write no file unless the shell is told to.
-const WRITE_NOTHING: &[&str] = &["verify", "info", "skeleton", "check", "dump", "pose", "formats"];
+const WRITE_NOTHING: &[&str] = &["verify", "info", "skeleton", "check", "dump", "pose", "formats", "find"];
 
 struct Case {
     arguments: &'static str,
@@ -53,6 +53,7 @@ const CASES: &[Case] = &[
     many("edit clips -o out/ --step mirror", &[]),
     one("clean walk.bvh -o out.glb --report out.json --force"),
     one("survey walk.bvh -o out.json --html out.html"),
+    one("index walk.bvh -o out.mdb"),
     one("run job.json"),
     one("retarget walk.bvh character.bvh -o out.glb --force"),
     many("retarget clips --character character.bvh -o out/", &[]),

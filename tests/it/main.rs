@@ -92,6 +92,7 @@ mod robots;
 mod roll;
 mod sample;
 mod schema;
+mod search;
 mod solve;
 #[cfg(feature = "cli")]
 mod streams;

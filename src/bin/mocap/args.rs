@@ -15,6 +15,7 @@ mod pictures;
 mod retarget;
 mod robot;
 mod run;
+mod search;
 mod survey;
 mod write;
 
@@ -38,6 +39,7 @@ pub(crate) use self::pictures::{GifArgs, PictureArgs, PlotArgs, SheetArgs, ViewA
 pub(crate) use self::retarget::RetargetArgs;
 pub(crate) use self::robot::RobotArgs;
 pub(crate) use self::run::{InsteadArgs, RunArgs};
+pub(crate) use self::search::{FindArgs, IndexArgs};
 pub(crate) use self::survey::SurveyArgs;
 pub(crate) use self::write::{OutputFormat, WriteArgs, refuse_options};
 
@@ -98,6 +100,10 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Say of many motions what is wrong with them, which repeat others, and which to choose
     Survey(SurveyArgs),
+    /// Make a database of what every frame of many motions does, to search in
+    Index(IndexArgs),
+    /// Find in a database the moments that are most like a part of a motion, or a pose, on any skeleton
+    Find(FindArgs),
     /// Print a scene in the layout of the graphics course
     Dump(DumpArgs),
     /// Compare a written file with its source: the position of every joint in every frame

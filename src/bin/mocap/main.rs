@@ -97,6 +97,8 @@ fn main() -> ExitCode {
         Command::Skeleton(args) => commands::skeleton::run(args),
         Command::Check(args) => commands::check::run(args),
         Command::Survey(args) => commands::survey::run(args),
+        Command::Index(args) => commands::index::run(args),
+        Command::Find(args) => commands::find::run(args),
         Command::Dump(args) => commands::dump::run(args),
         Command::Verify(args) => commands::verify::run(args),
         Command::Run(args) => commands::run::run(args, &given),

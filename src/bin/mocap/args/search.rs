@@ -1,0 +1,115 @@
+//! The options of `mocap index` and `mocap find`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use mocap::convert::{Moment, TimeRange};
+use mocap::job::Reading;
+use mocap::survey::Condition;
+
+use super::{ForceArgs, InputArgs, SpreadArgs};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct IndexArgs {
+    /// The motion files, folders and wildcards; an .mdb file is what an earlier run, or a shard, wrote
+    #[arg(required = true, value_name = "PATH")]
+    pub(crate) paths: Vec<PathBuf>,
+    /// The database to write, an .mdb file; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Format of standard output
+    #[arg(long, value_name = "FORMAT", value_parser = ["mdb"])]
+    pub(crate) to: Option<String>,
+    /// Add every motion with left and right exchanged too, for motion matching; `mocap find` needs no such copies
+    #[arg(long)]
+    pub(crate) mirror: bool,
+    /// Take the clips of files that the output of an earlier run has and whose bytes are the same
+    #[arg(long)]
+    pub(crate) resume: bool,
+    #[command(flatten)]
+    pub(crate) force: ForceArgs,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+    #[command(flatten)]
+    pub(crate) inputs: InputArgs,
+    #[command(flatten)]
+    pub(crate) spread: SpreadArgs,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("query").required(true).args(["like", "pose"])))]
+pub(crate) struct FindArgs {
+    /// The database, an .mdb file that `mocap index` wrote
+    pub(crate) database: PathBuf,
+    /// A part of a motion: walk.bvh@2.0s..3.5s, walk.bvh@120f..210f, or walk.bvh for all of it
+    #[arg(long, value_name = "FILE@A..B")]
+    pub(crate) like: Option<PartArg>,
+    /// A pose: walk.bvh@2.5s, or walk.bvh@150f
+    #[arg(long, value_name = "FILE@T")]
+    pub(crate) pose: Option<PoseArg>,
+    /// How many are found at most
+    #[arg(short = 'n', long, value_name = "N", default_value = "10")]
+    pub(crate) count: usize,
+    /// Leave out what is like the mirror image
+    #[arg(long)]
+    pub(crate) no_mirror: bool,
+    /// Look at the clips for which this holds, with the columns of `mocap survey`, as "walking > 0.5 and skate < 3"
+    #[arg(long = "where", value_name = "EXPR")]
+    pub(crate) condition: Option<Condition>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) read: Reading,
+}
+
+/// A file, and the part of its motion.
+#[derive(Clone, Debug)]
+pub(crate) struct PartArg {
+    pub(crate) file: PathBuf,
+    pub(crate) part: TimeRange,
+}
+
+/// A file, and a time of its motion.
+#[derive(Clone, Debug)]
+pub(crate) struct PoseArg {
+    pub(crate) file: PathBuf,
+    pub(crate) at: Moment,
+}
+
+impl FromStr for PartArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some((file, part)) = text.rsplit_once('@') else {
+            return Ok(Self {
+                file: text.into(),
+                part: TimeRange::default(),
+            });
+        };
+        let ends: Vec<&str> = part.split("..").map(without_unit).collect();
+        Ok(Self {
+            file: file.into(),
+            part: ends.join("..").parse()?,
+        })
+    }
+}
+
+impl FromStr for PoseArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "not FILE@T, as in walk.bvh@2.5s (seconds) or walk.bvh@150f (a frame)".to_owned();
+        let (file, at) = text.rsplit_once('@').ok_or_else(wrong)?;
+        let part: TimeRange = format!("{}..", without_unit(at)).parse().map_err(|_| wrong())?;
+        Ok(Self {
+            file: file.into(),
+            at: part.first.ok_or_else(wrong)?,
+        })
+    }
+}
+
+/// Seconds are meant where nothing is said.
+fn without_unit(time: &str) -> &str {
+    time.strip_suffix('s').unwrap_or(time)
+}

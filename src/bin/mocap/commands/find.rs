@@ -1,0 +1,83 @@
+//! `mocap find`: what in a database is most like a part of a motion, or a pose.
+
+use std::io::Write;
+
+use mocap::matching::{FindOptions, Found, Query};
+
+use super::{import_motion, index, print_json};
+use crate::args::FindArgs;
+use crate::{Failure, report};
+
+pub(crate) fn run(args: &FindArgs) -> Result<(), Failure> {
+    let database = index::read(&args.database)?;
+    let query = query(args)?;
+    let options = FindOptions::new()
+        .count(args.count)
+        .mirror(!args.no_mirror)
+        .condition(args.condition.clone());
+    let found = database.find(&query, &options);
+    match args.json {
+        true => print_json(&found)?,
+        false => print(&found, query.seconds() > 0.0)?,
+    }
+    Ok(())
+}
+
+fn query(args: &FindArgs) -> Result<Query, Failure> {
+    let (file, scene) = match (&args.like, &args.pose) {
+        (Some(like), _) => (&like.file, import_motion(&args.read, &like.file)?),
+        (None, Some(pose)) => (&pose.file, import_motion(&args.read, &pose.file)?),
+        (None, None) => {
+            return Err(Failure::Usage(
+                "name what to look for, with --like or --pose".to_owned(),
+            ));
+        }
+    };
+    let query = match (&args.like, &args.pose) {
+        (None, Some(pose)) => Query::pose(&scene, 0, pose.at),
+        (like, _) => Query::part(&scene, 0, like.as_ref().map_or_else(Default::default, |like| like.part)),
+    };
+    Ok(query.map_err(|error| error.with_path(file))?)
+}
+
+/// A line of each, the best first.
+fn print(found: &[Found], are_parts: bool) -> std::io::Result<()> {
+    let mut out = report::stdout();
+    let width = found
+        .iter()
+        .map(|found| found.file.chars().count())
+        .max()
+        .unwrap_or(4)
+        .max(4);
+    let (when, pace) = match are_parts {
+        true => ("seconds", "  pace"),
+        false => ("second", ""),
+    };
+    writeln!(out, "distance  {when:<16}{pace}  mirrored  {:width$}  clip", "file")?;
+    for Found {
+        file,
+        clip,
+        first,
+        last,
+        distance,
+        mirrored,
+        pace,
+        ..
+    } in found
+    {
+        let when = match are_parts {
+            true => format!("{first:.2}..{last:.2}"),
+            false => format!("{first:.2}"),
+        };
+        let pace = match are_parts {
+            true => format!("  {pace:.2}"),
+            false => String::new(),
+        };
+        let mirrored = if *mirrored { "yes" } else { "no" };
+        writeln!(
+            out,
+            "{distance:<8.3}  {when:<16}{pace}  {mirrored:<8}  {file:width$}  {clip}"
+        )?;
+    }
+    out.flush()
+}

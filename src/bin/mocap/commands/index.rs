@@ -1,0 +1,130 @@
+//! `mocap index`: a database of what every frame of many motions does.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use mocap::files::ReplacePolicy;
+use mocap::matching::{Database, IndexedClip, index};
+use mocap::{Code, Diagnostic, Error, SkeletonMesh};
+
+use crate::args::IndexArgs;
+use crate::batch::hash::sha256;
+use crate::batch::inputs::{self, Input};
+use crate::batch::progress::{Counts, Outcome, Progress};
+use crate::batch::{self, thread_count};
+use crate::{Failure, report, streams};
+
+type Former = HashMap<String, Vec<IndexedClip>>;
+
+pub(crate) fn run(args: &IndexArgs) -> Result<(), Failure> {
+    if super::output_format(&args.output, args.to.as_deref(), "mdb")? != "mdb" {
+        return Err(super::unknown_extension(&args.output, ".mdb"));
+    }
+    let mut inputs = inputs::find(&args.paths, &args.inputs)?;
+    inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
+    let output = of_shard(args);
+    let sources: Vec<&Path> = inputs.iter().map(|input| input.path.as_path()).collect();
+    streams::check_output(&sources, &output, args.force)?;
+    let former = match args.resume && output.is_file() {
+        true => former(&output)?,
+        false => Former::new(),
+    };
+    let (clips, counts) = index_all(args, &inputs, &former)?;
+    if clips.is_empty() && !(inputs.is_empty() && args.inputs.allow_empty) {
+        report::complain("no motion of a humanoid was found: no database is written");
+        return Err(Failure::Told);
+    }
+    let database = Database::new(clips);
+    let bytes = database.to_bytes();
+    // Another program may have written the file meanwhile.
+    if !streams::is_standard(&output) {
+        ReplacePolicy::new(&sources).force(args.force.force).check(&output)?;
+    }
+    streams::write(&output, &bytes)?;
+    let (clips, frames) = (database.clips().len(), database.frames());
+    report::say(&format!("{}: {clips} clips, {frames} frames", output.display()));
+    counts.verdict()
+}
+
+/// The database at `path`.
+pub(super) fn read(path: &Path) -> mocap::Result<Database> {
+    let file = File::open(path).map_err(|error| Error::from(Diagnostic::new(Code::Io, error.to_string())));
+    let read = file.and_then(|file| Database::read(BufReader::with_capacity(1 << 16, file)));
+    read.map_err(|error| error.with_path(path))
+}
+
+/// The name of the output of a shard: `moves.2-of-8.mdb`.
+fn of_shard(args: &IndexArgs) -> PathBuf {
+    match args.spread.shard {
+        Some(shard) if !streams::is_standard(&args.output) => {
+            args.output.with_extension(format!("{}.mdb", shard.name()))
+        }
+        _ => args.output.clone(),
+    }
+}
+
+/// The clips of an earlier run by their files.
+fn former(output: &Path) -> Result<Former, Failure> {
+    let mut files = Former::new();
+    for clip in read(output)?.into_clips() {
+        files.entry(clip.row.file.clone()).or_default().push(clip);
+    }
+    Ok(files)
+}
+
+fn index_all(args: &IndexArgs, inputs: &[Input], former: &Former) -> Result<(Vec<IndexedClip>, Counts), Failure> {
+    let mut progress = Progress::new(args.spread.progress(), inputs);
+    let mut clips = Vec::new();
+    let work = |input: &Input| match unchanged(args, former, input) {
+        Some(clips) => Ok(clips),
+        None => of_file(args, input).map_err(|error| error.to_string()),
+    };
+    let panicked = |_: &Input| Err(batch::PANICKED.to_owned());
+    let threads = thread_count(args.spread.threads);
+    batch::for_each(inputs, threads, work, panicked, |at, found| {
+        let outcome = match found {
+            Ok(found) => {
+                clips.extend(found);
+                Outcome::Done
+            }
+            Err(error) => {
+                report::complain(&error);
+                Outcome::Failed
+            }
+        };
+        progress.add(&inputs[at], outcome);
+        Ok::<_, Failure>(())
+    })?;
+    Ok((clips, progress.finish()))
+}
+
+/// The clips of a file that an earlier run had, if its bytes are the same and as many are wanted.
+fn unchanged(args: &IndexArgs, former: &Former, input: &Input) -> Option<Vec<IndexedClip>> {
+    let clips = former.get(&*input.path.to_string_lossy())?;
+    let sha256 = sha256(&input.path).ok()?;
+    let is_same = clips.iter().all(|clip| clip.row.sha256 == sha256);
+    let is_wanted = clips.iter().any(|clip| clip.mirrored) == args.mirror;
+    (is_same && is_wanted).then(|| clips.clone())
+}
+
+/// The clips of a file, or of the database that it is.
+fn of_file(args: &IndexArgs, input: &Input) -> mocap::Result<Vec<IndexedClip>> {
+    let path = input.path()?;
+    if super::extension(path) == "mdb" {
+        return Ok(read(path)?.into_clips());
+    }
+    let importer = args.read.importer().threads(1).skeleton_mesh(SkeletonMesh::None);
+    let scene = streams::import(&importer, path)?;
+    let clips = index(&scene, &path.to_string_lossy(), args.mirror);
+    if clips.is_empty() {
+        let code = match scene.animations.is_empty() {
+            true => Code::NoMotion,
+            false => Code::NotHumanoid,
+        };
+        let error = Error::from(Diagnostic::new(code, "it has no motion of a humanoid with two feet"));
+        return Err(error.with_path(path));
+    }
+    Ok(clips)
+}

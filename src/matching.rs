@@ -1,0 +1,28 @@
+//! Search in many motions: a database of what every frame of every clip does, on one body, and the frames and parts of
+//! it that are most like another. `docs/search.md` has the features, the file and the sources.
+//!
+//! ```
+//! use mocap::matching::{Database, FindOptions, Query, index};
+//! # fn main() -> mocap::Result<()> {
+//! let walk = mocap::import("fixtures/real/cmu_12_01_walk.bvh")?;
+//! let database = Database::new(index(&walk, "walk.bvh", false));
+//! // A second of the same walk, on another skeleton or not.
+//! let second = Query::part(&walk, 0, "1..2".parse().unwrap())?;
+//! let found = database.find(&second, &FindOptions::new());
+//! assert!(found[0].distance < 0.01 && (found[0].first - 1.0).abs() < 0.1);
+//! # Ok(())
+//! # }
+//! ```
+
+mod clip;
+mod database;
+mod features;
+mod file;
+mod like;
+mod query;
+
+pub use self::clip::{IndexedClip, index};
+pub use self::database::Database;
+pub use self::features::{FEATURE_RATE, FEATURES};
+pub use self::like::{FindOptions, Found};
+pub use self::query::Query;
