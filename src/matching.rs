@@ -20,9 +20,11 @@ mod features;
 mod file;
 mod like;
 mod query;
+mod tree;
 
 pub use self::clip::{IndexedClip, index};
 pub use self::database::Database;
 pub use self::features::{FEATURE_RATE, FEATURES};
 pub use self::like::{FindOptions, Found};
 pub use self::query::Query;
+pub use self::tree::FeatureTree;
