@@ -31,6 +31,7 @@ mod report;
 mod retargeter;
 mod sole;
 mod solver;
+mod source_turns;
 mod speed;
 mod terms;
 mod twin;

@@ -2,7 +2,8 @@
 //!
 //! A bone is a group of joints: three hinges of a hip make a thigh. Chains of joints without a branch are limbs; two of
 //! them that begin at one link and mirror each other are a pair; the pair that reaches lowest is the legs, the pair
-//! that begins highest the arms. In a limb the knee or elbow is the joint of that name, else the fourth.
+//! that begins highest the arms. In a limb the knee or elbow are the joints of that name, from the first whose axis is
+//! across the limb, else the fourth joint.
 
 use std::collections::BTreeMap;
 
@@ -36,6 +37,9 @@ pub struct RobotBone {
 
 /// How far the ends of a pair may differ in height, as a fraction of the height of the robot.
 const LEVEL: f64 = 0.03;
+
+/// The cosine of the angle between an axis and a limb from which on the joint rolls the limb and does not bend it.
+const ALONG: f64 = 0.8;
 
 /// The joints of a limb at least.
 const LIMB: usize = 3;
@@ -290,9 +294,9 @@ impl<'a> Tree<'a> {
         }
         let mut bones = BTreeMap::from([(Bone::Hips, legs[0].from)]);
         for (side, limb) in Side::ALL.into_iter().zip(legs) {
-            let knee = self.middle(limb, "knee");
+            let [first, knee] = self.middle(limb, "knee");
             let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
-            add(Bone::LeftUpperLeg, knee - 1);
+            add(Bone::LeftUpperLeg, first - 1);
             add(Bone::LeftLowerLeg, knee);
             if knee + 1 < limb.links.len() {
                 // Three joints at most: what follows are toes.
@@ -301,9 +305,9 @@ impl<'a> Tree<'a> {
         }
         let Some(arms) = arms else { return Ok(bones) };
         for (side, limb) in Side::ALL.into_iter().zip(arms) {
-            let elbow = self.middle(limb, "elbow");
+            let [first, elbow] = self.middle(limb, "elbow");
             let mut add = |bone: Bone, place: usize| bones.insert(bone.on(side), limb.links[place]);
-            add(Bone::LeftUpperArm, elbow - 1);
+            add(Bone::LeftUpperArm, first - 1);
             add(Bone::LeftLowerArm, elbow);
             if elbow + 1 < limb.links.len() {
                 add(Bone::LeftHand, (elbow + 3).min(limb.links.len() - 1));
@@ -328,9 +332,14 @@ impl<'a> Tree<'a> {
         Ok(bones)
     }
 
-    /// The index of the knee or elbow in a limb: the last joint of that name, else the fourth, or the middle of few.
-    fn middle(&self, limb: &Limb, word: &str) -> usize {
-        let named = limb.links.iter().rposition(|link| self.has_word(*link, word));
+    /// The first and the last joint of the knee or elbow in a limb: of several of that name, the first that bends the
+    /// limb begins it, for one before that rolls the limb above; without the name it is the fourth, or the middle of
+    /// few.
+    fn middle(&self, limb: &Limb, word: &str) -> [usize; 2] {
+        let mut named = (1..limb.links.len()).filter(|place| self.has_word(limb.links[*place], word));
+        if let Some(last) = named.clone().next_back() {
+            return [named.find(|place| self.bends(limb, *place)).unwrap_or(last), last];
+        }
         let usual = match limb.links.len() {
             0..=3 => limb
                 .links
@@ -339,7 +348,17 @@ impl<'a> Tree<'a> {
                 .min(if word == "knee" { 1 } else { 2 }),
             _ => 3,
         };
-        named.unwrap_or(usual).max(1)
+        [usual.max(1); 2]
+    }
+
+    /// Whether the axis of a joint is across the limb above it and below it.
+    fn bends(&self, limb: &Limb, place: usize) -> bool {
+        let link = limb.links[place];
+        let axis = self.places[link].rotation * self.robot.links[link].joint.axis;
+        let at = self.anchor(link);
+        let segments = [at - self.start(limb), self.end(limb) - at];
+        let along = segments.map(|segment| segment.normalize_or_zero().dot(axis).abs());
+        along.into_iter().all(|cosine| cosine < ALONG)
     }
 
     /// The joints between a link and the nearest bone above it, from above.

@@ -18,8 +18,8 @@
 //! from its class, else from the class of the body around it, else from the outermost `<default>`. Angles are degrees
 //! unless the compiler says `radian`. Quaternions are `w x y z`.
 //!
-//! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main one,
-//! stand there instead. What stands in a `<frame>` is placed by it.
+//! `<include file>` may stand anywhere: the elements of that file, whose name is relative to the folder of the main
+//! one, stand there instead. What stands in a `<frame>` is placed by it.
 
 mod attributes;
 mod body;

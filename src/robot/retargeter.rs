@@ -9,6 +9,7 @@ use super::measure::Measured;
 use super::motion::RobotMotion;
 use super::report::{self, RobotReport, Seen};
 use super::solver::{Bounds, Solver};
+use super::source_turns::SourceTurns;
 use super::speed::Steps;
 use super::terms::{Goals, Terms};
 use super::twin::Twin;
@@ -100,6 +101,7 @@ pub struct RobotRetargeter {
     robot: Robot,
     twin: Twin,
     options: RobotOptions,
+    source_bones: Humanoid,
     retargeter: Retargeter,
     kinematics: Kinematics,
     collisions: Collisions,
@@ -117,7 +119,7 @@ impl RobotRetargeter {
         let bones = robot.bones(Some(&options.map))?;
         let twin = Twin::new(robot, &bones)?;
         let bones = options.source.clone().unwrap_or_else(|| humanoid(source));
-        let figure = Figure::with_bones(source, bones);
+        let figure = Figure::with_bones(source, bones.clone());
         let retargeter = Retargeter::with_figures((source, figure), (&twin.scene, twin.figure.clone()), options.scale)?;
         let kinematics = Kinematics::new(robot);
         let following = Following::new(robot, &kinematics, &twin);
@@ -128,6 +130,7 @@ impl RobotRetargeter {
             collisions: Collisions::new(robot, &kinematics),
             robot: robot.clone(),
             options: options.clone(),
+            source_bones: bones,
             twin,
             retargeter,
             kinematics,
@@ -155,7 +158,8 @@ impl RobotRetargeter {
         let contacts = self.contacts_of(source, animation);
         let mut goals = Vec::new();
         let mut motion = self.follow(&held, animation, contacts, &mut goals);
-        let steps = Steps::new(&self.kinematics, &self.twin, &goals, motion.fps);
+        let turns = SourceTurns::new(source, animation, &self.source_bones);
+        let steps = Steps::new(&self.kinematics, &self.twin, &goals, turns, motion.fps);
         let first = self.judged(source, animation, motion.clone(), &goals, &steps);
         if self.options.passes < 2 {
             return Ok(first);

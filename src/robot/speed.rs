@@ -2,10 +2,10 @@
 
 use super::kinematics::Kinematics;
 use super::motion::RobotMotion;
+use super::source_turns::{LIMBS, SourceTurns, limb};
 use super::terms::{Goals, rotation_vector};
 use super::twin::Twin;
 use crate::scene::robot::JointKind;
-use crate::scene::{HumanoidBone as Bone, Side};
 
 /// A joint that moves farther than this in [`WINDOW`] seconds jumps, unless the limb of the source turns by at least
 /// [`EXPLAINED`] times as much.
@@ -16,9 +16,6 @@ const EXPLAINED: f64 = 0.5;
 /// The part of what would be a jump that is used.
 const WITHIN: f64 = 0.9;
 
-/// The trunk, and the arms and legs of both sides.
-const LIMBS: usize = 5;
-
 /// The largest steps of the joints.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
@@ -28,12 +25,13 @@ pub(super) struct Steps {
     by_file: Vec<f64>,
     /// For each frame and each limb how far it turns in the source since the frame before, in radians.
     turned: Vec<[f64; LIMBS]>,
+    source: SourceTurns,
     /// How far a joint may go in a frame whatever the source does.
     free: f64,
 }
 
 impl Steps {
-    pub(super) fn new(kinematics: &Kinematics, twin: &Twin, goals: &[Goals], fps: f64) -> Self {
+    pub(super) fn new(kinematics: &Kinematics, twin: &Twin, goals: &[Goals], source: SourceTurns, fps: f64) -> Self {
         let mut limb_of = vec![0; kinematics.bodies.len() - 1];
         for bone in &twin.bones {
             for &joint in &bone.joints {
@@ -55,10 +53,15 @@ impl Steps {
             let own = by_file[follower.position] / follower.multiplier.abs();
             by_file[follower.leader] = by_file[follower.leader].min(own);
         }
+        let mut turned = turned(twin, goals);
+        for (frame, turned) in turned.iter_mut().enumerate().skip(1) {
+            *turned = least(*turned, source.between(frame - 1, frame));
+        }
         Self {
             limb_of,
             by_file,
-            turned: turned(twin, goals),
+            turned,
+            source,
             free: WITHIN * JUMP / (WINDOW * fps),
         }
     }
@@ -68,9 +71,11 @@ impl Steps {
         let window = (WINDOW * motion.fps).round().max(1.0) as usize;
         let (frames, count) = (motion.frames().saturating_sub(window), motion.dof_names.len());
         let jumps = |frame: usize| {
+            let by_file = self.source.between(frame, frame + window);
             let turned = |limb: usize| -> f64 {
                 let passed = self.turned[frame + 1..=frame + window].iter();
-                passed.map(|turned| turned[limb].max(turned[0])).sum()
+                let passed: f64 = passed.map(|turned| turned[limb].max(turned[0])).sum();
+                passed.min(by_file[limb].max(by_file[0]))
             };
             (0..count).any(|position| {
                 let at = |frame: usize| motion.dof_pos[frame * count + position];
@@ -125,16 +130,8 @@ impl Steps {
     }
 }
 
-fn limb(bone: Bone) -> usize {
-    let side = match bone.side() {
-        None => return 0,
-        Some(Side::Left) => 1,
-        Some(Side::Right) => 2,
-    };
-    match bone.on(Side::Left) {
-        Bone::LeftUpperLeg | Bone::LeftLowerLeg | Bone::LeftFoot | Bone::LeftToes => 2 + side,
-        _ => side,
-    }
+fn least(a: [f64; LIMBS], b: [f64; LIMBS]) -> [f64; LIMBS] {
+    std::array::from_fn(|limb| a[limb].min(b[limb]))
 }
 
 /// How far the bones of each limb turn against the bone above from frame to frame, the farthest of each limb; of the

@@ -87,6 +87,7 @@ mod retarget_many;
 mod retargeting;
 #[cfg(feature = "cli")]
 mod robot_command;
+mod robot_elbows;
 mod robot_passes;
 mod robots;
 mod roll;

@@ -58,3 +58,58 @@ fn the_second_pass_is_smoother_as_near_to_the_source_and_within_velocities() {
         }
     }
 }
+
+/// The fraction of frames after which a joint moves by more than 0.5 rad, while no joint of the arms or legs of the
+/// file, or of its trunk, turns by half of that: the rule of `tools/robot/measure.py`, at 30 frames a second.
+fn jumps_by_the_file(source: &mocap::Scene, motion: &RobotMotion) -> f64 {
+    let turned = |names: &[&str], frame: usize| -> f64 {
+        let channels = source.animations[0].channels.iter();
+        let of_limb = channels.filter(|channel| {
+            let name = channel.node_name.trim_start_matches("Left").trim_start_matches("Right");
+            names.contains(&name) && channel.rotation_keys.values.len() > 1
+        });
+        let angles = of_limb.map(|channel| {
+            let keys = &channel.rotation_keys.values;
+            f64::from(keys[frame].angle_between(keys[frame + 1]))
+        });
+        angles.fold(0.0, f64::max)
+    };
+    let is_leg = |name: &str| ["hip", "knee", "ankle"].iter().any(|part| name.contains(part));
+    let jumps = |frame: &usize| {
+        let trunk = turned(&["Hips", "Spine", "Spine1", "Spine3", "Neck", "Head"], *frame);
+        let arms = turned(&["Shoulder", "Arm", "ForeArm", "Hand"], *frame).max(trunk);
+        let legs = turned(&["UpLeg", "Leg", "Foot"], *frame).max(trunk);
+        motion.dof_names.iter().enumerate().any(|(dof, name)| {
+            let moved = (motion.dof_of(frame + 1)[dof] - motion.dof_of(*frame)[dof]).abs();
+            let explained = match name {
+                name if name.starts_with("waist") => trunk,
+                name if is_leg(name) => legs,
+                _ => arms,
+            };
+            moved > 0.5 && explained < 0.5 * moved
+        })
+    };
+    let frames = motion.frames() - 1;
+    (0..frames).filter(jumps).count() as f64 / frames as f64
+}
+
+#[test]
+fn the_verdict_sees_every_jump_that_the_file_does_not_explain() {
+    let robot = Importer::new()
+        .import_robot("fixtures/robots/g1_29dof_rev_1_0.urdf")
+        .unwrap();
+    let mut source = mocap::import("fixtures/real/z_up_dab.bvh").unwrap();
+    // Where the right arm swings up.
+    mocap::process::trim(&mut source, 118.0, 136.0);
+    mocap::Conversion::new().apply(&mut source).unwrap();
+    let of_passes = |passes: u8| {
+        let options = RobotOptions::new().passes(passes);
+        let mut retargeter = RobotRetargeter::new(&source, &robot, &options).unwrap();
+        let (motion, report) = retargeter.clip(&source, 0).unwrap();
+        (jumps_by_the_file(&source, &motion), report.share_of_jumps)
+    };
+    let (jumps, seen) = of_passes(1);
+    assert!(jumps > 0.0 && seen >= jumps - 1e-9, "{seen} {jumps}");
+    let (jumps, seen) = of_passes(2);
+    assert!(seen >= jumps - 1e-9, "{seen} {jumps}");
+}

@@ -4,12 +4,13 @@ acceleration of joints, velocities beyond the limits, and what `check.py` has to
     MOCAP=target/release/mocap tools/robot/.venv/bin/python tools/robot/measure.py [--json FILE] [--against FILE] [-- OPTION...]
 
 Options after `--` go to `mocap robot`. `--against` names the JSON of another program; the ratio of accelerations and the
-difference of angles are then printed too."""
+difference of angles are then printed too. A motion that is called good and has jumps, or soles below the floor, is a failure."""
 
 import argparse
 import json
 import os
 import pathlib
+import sys
 import tempfile
 import xml.etree.ElementTree as ET
 
@@ -173,6 +174,10 @@ def main():
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
     total(rows, before)
+    wrong = [row for row in rows if row["verdict"] == "good" and (row["jumps"] > 0 or row["below"] > 0.01)]
+    for row in wrong:
+        print(f"FAIL {row['robot']} {row['clip']}: called good with {100 * row['jumps']:.2f} % jumps")
+    sys.exit(bool(wrong))
 
 
 def total(rows, before):
