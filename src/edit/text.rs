@@ -103,17 +103,14 @@ fn after_nearest(near: Option<&str>, all: &str) -> String {
     }
 }
 
-/// The options of a step, and one of them with a value.
+/// The options of a step, and an example: with `key`, where the step can have that alone.
 fn takes(step: StepInfo, key: Option<&StepKey>) -> String {
-    match key {
+    let all = step.keys_with_values();
+    let with = |key: &StepKey| format!("{}:{}", step.name, key.example());
+    let mut examples = key.into_iter().chain(step.keys).map(with);
+    match examples.find(|example| parse(example).is_ok()) {
+        Some(example) => format!("{} takes {all}; such as {example}", step.name),
         None => format!("{} takes no options", step.name),
-        Some(key) => format!(
-            "{} takes {}; such as {}:{}",
-            step.name,
-            step.keys_with_values(),
-            step.name,
-            key.example()
-        ),
     }
 }
 
@@ -356,8 +353,17 @@ mod tests {
     fn every_example_is_taken() {
         for step in EditStep::ALL {
             for key in step.keys {
-                let text = format!("{}:{}", step.name, key.example());
-                assert!(text.parse::<EditStep>().is_ok(), "{text}");
+                // Some options need another.
+                let others = step.keys.iter().map(|other| format!(",{}", other.example()));
+                let mut texts = std::iter::once(String::new())
+                    .chain(others)
+                    .map(|other| format!("{}:{}{other}", step.name, key.example()));
+                assert!(
+                    texts.any(|text| text.parse::<EditStep>().is_ok()),
+                    "{} {}",
+                    step.name,
+                    key.field
+                );
             }
         }
         let height = |text: &str| text.parse::<EditStep>().unwrap().to_string();
@@ -375,7 +381,7 @@ mod tests {
             ),
             (
                 "foot-lock:floor=nan",
-                "floor takes a length in metres such as 0.05, got \"nan\"",
+                "floor takes a length in metres such as 0.05, or with a unit such as 5cm, got \"nan\"",
             ),
             (
                 "smooth:filter=mean",
