@@ -4,6 +4,7 @@ use super::drawing::{Anchor, Color, Drawing, Point};
 use super::euler;
 use super::figure::{Clip, short};
 use super::theme;
+use crate::figure::Unit;
 use crate::options::setters;
 use crate::pose::{Binding, Pose};
 use crate::scene::NodeId;
@@ -48,9 +49,9 @@ struct Curve {
 }
 
 impl Drawing {
-    /// Draws two panels for each joint: its position in the world, in the file's unit, and its rotation relative to its
-    /// parent, in degrees about the axes of its channels, in their order. The time axis is in seconds, to the last
-    /// frame.
+    /// Draws two panels for each joint: its position in the world, in the unit of the scene where it is known, and its
+    /// rotation relative to its parent, in degrees about the axes of its channels, in their order. The time axis is in
+    /// seconds, to the last frame.
     ///
     /// ```
     /// use mocap::render::{Drawing, Clip, PlotOptions};
@@ -75,15 +76,18 @@ impl Drawing {
             .collect();
         let title = format!("Position and rotation of {} in {}", names.join(", "), clip.name);
         let mut drawing = Self::new(width, height, theme::PAPER, title);
+        let unit = clip.scene.metadata.metres_per_unit.and_then(unit);
+        let in_units = unit.map_or("file units", Unit::as_str);
+        let length = unit.map_or(String::new(), |unit| format!(" {}", unit.as_str()));
         for (index, &&joint) in joints.iter().enumerate() {
             let node = &clip.scene.nodes[joint.index()];
             let (position, rotation) = curves(clip, joint);
             let top = 2.0 * panel * index as f32;
-            let heading = format!("{}, {}: position in the world [file units]", node.name, clip.name);
+            let heading = format!("{}, {}: position in the world [{in_units}]", node.name, clip.name);
             paint_panel(
                 &mut drawing,
                 clip,
-                &heading,
+                [&heading, &length],
                 &position,
                 [top, panel],
                 &options.marked_frames,
@@ -92,7 +96,7 @@ impl Drawing {
             paint_panel(
                 &mut drawing,
                 clip,
-                &heading,
+                [&heading, "°"],
                 &rotation,
                 [top + panel, panel],
                 &options.marked_frames,
@@ -140,11 +144,17 @@ const TOP: f32 = 34.0;
 const BOTTOM: f32 = 34.0;
 const LABEL: f32 = 11.0;
 
-/// One pair of axes with its grid, its curves and its legend, and the marked frames.
+/// The unit of this length, in which six digits count.
+fn unit(metres: f64) -> Option<Unit> {
+    let is_it = |unit: &Unit| (metres / unit.metres() - 1.0).abs() < 1e-6;
+    Unit::ALL.into_iter().find(is_it)
+}
+
+/// One pair of axes with its grid, its curves and its legend, and the marked frames; numbers at the axis have a unit.
 fn paint_panel(
     drawing: &mut Drawing,
     clip: &Clip<'_>,
-    heading: &str,
+    [heading, unit]: [&str; 2],
     curves: &[Curve],
     [top, height]: [f32; 2],
     marked: &[usize],
@@ -168,7 +178,7 @@ fn paint_panel(
         );
         drawing.text(
             [left - 8.0, y + 4.0],
-            values.label(value),
+            format!("{}{unit}", values.label(value)),
             LABEL,
             Anchor::End,
             theme::FADED,
@@ -321,6 +331,31 @@ mod tests {
         assert!(kept.contains(&(33_333, 9.0)) && kept.contains(&(77_777, -9.0)));
     }
 
+    #[test]
+    fn every_number_at_an_axis_has_its_unit() {
+        let mut scene = crate::import::import("fixtures/real/cmu_short.bvh").unwrap();
+        let texts = |scene: &crate::scene::Scene| {
+            let drawing = Drawing::plot(&Clip { name: "walk", scene }, &[NodeId(1)], &PlotOptions::default());
+            drawing
+                .texts()
+                .into_iter()
+                .map(|(text, _)| text.to_string())
+                .collect::<Vec<_>>()
+        };
+        // BVH does not state its unit.
+        assert!(texts(&scene).iter().any(|text| text.ends_with("[file units]")));
+        crate::Conversion::new().apply(&mut scene).unwrap();
+        let texts = texts(&scene);
+        assert!(texts.iter().any(|text| text.ends_with("[m]")));
+        let numbers = texts
+            .iter()
+            .filter(|text| text.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
+        let numbers: Vec<&String> = numbers.collect();
+        assert!(numbers.len() > 10);
+        let has_unit = |text: &&&String| [" m", " s", "°"].iter().any(|unit| text.ends_with(unit));
+        assert_eq!(numbers.iter().find(|text| !has_unit(text)), None);
+    }
+
     /// The curves, read back with the numbers at the axes, are the columns of the file.
     #[test]
     fn a_plot_shows_the_angles_of_the_file() {
@@ -336,7 +371,7 @@ mod tests {
             .texts()
             .into_iter()
             .filter(|(_, [x, y])| *x < 64.0 && *y > 260.0)
-            .filter_map(|(text, [_, y])| Some((text.parse().ok()?, y - 4.0)))
+            .filter_map(|(text, [_, y])| Some((text.strip_suffix("°")?.parse().ok()?, y - 4.0)))
             .collect();
         let (&(low, low_y), &(high, high_y)) = (labels.first().unwrap(), labels.last().unwrap());
         let curve = drawing

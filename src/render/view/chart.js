@@ -16,9 +16,9 @@ export class Chart {
     canvas.addEventListener("pointermove", (event) => { if (event.buttons) toTime(event); });
   }
 
-  // Draws rows, of which the first `filled` numbers are known.
-  show(rows, filled, colors) {
-    Object.assign(this, { rows, filled, colors });
+  // Draws rows, of which the first `filled` numbers are known; `unit` stands behind the numbers.
+  show(rows, filled, colors, unit) {
+    Object.assign(this, { rows, filled, colors, unit });
     this.drawCurves();
   }
 
@@ -65,8 +65,8 @@ export class Chart {
     });
     pen.fillStyle = style.getPropertyValue("--faded");
     pen.font = `${10 * ratio}px system-ui, sans-serif`;
-    pen.fillText(short(high), 3 * ratio, top + 10 * ratio);
-    pen.fillText(short(low), 3 * ratio, bottom - 3 * ratio);
+    pen.fillText(`${short(high)}${this.unit}`, 3 * ratio, top + 10 * ratio);
+    pen.fillText(`${short(low)}${this.unit}`, 3 * ratio, bottom - 3 * ratio);
   }
 
   // The cursor, at a share of the clip's length.

@@ -29,5 +29,12 @@ export function short(value) {
   return value.toFixed(digits).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "").replace("-", "−");
 }
 
+// The unit of so many metres, to stand behind a number.
+export function lengthUnit(metres) {
+  const known = { m: 1, dm: 0.1, cmu: 0.0254 / 0.45, inch: 0.0254, cm: 0.01, mm: 0.001 };
+  const name = Object.keys(known).find((unit) => Math.abs(metres / known[unit] - 1) < 1e-6);
+  return name ? ` ${name}` : " file units";
+}
+
 export const css = (color, opacity = 1) =>
   `rgba(${Array.from(color, (part) => Math.round(255 * part)).join(",")},${clamp(opacity, 0, 1)})`;

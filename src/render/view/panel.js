@@ -1,7 +1,7 @@
 // The side panel: the files, the tree of joints, and what is known about the chosen one.
 
 import { clamp, scale } from "./math.js";
-import { byId, css, make, short } from "./dom.js";
+import { byId, css, lengthUnit, make, short } from "./dom.js";
 import { BONE_SIDES } from "./colors.js";
 import { Chart } from "./chart.js";
 
@@ -185,7 +185,8 @@ export class Panel {
     if (this.state.joint < 0 || !this.curves) return;
     const { rows, filled } = this.curves;
     const shown = [rows[byId("position-space").value], rows.euler, rows.quaternion];
-    this.charts.forEach((chart, i) => chart.show(shown[i], filled, this.letters[i].map(color)));
+    const units = [lengthUnit(this.clip.metresPerUnit), "°", ""];
+    this.charts.forEach((chart, i) => chart.show(shown[i], filled, this.letters[i].map(color), units[i]));
     this.drawnFrames = filled;
     this.showTick();
   }
