@@ -9,6 +9,7 @@ mod bip;
 pub mod bvh;
 mod c3d;
 pub mod fbx;
+mod frames;
 pub mod gltf;
 mod mclip;
 mod mesh_bounds;

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
 
+use super::frames::add_animation;
 use super::warnings::Warnings;
 use crate::error::{Code, Diagnostic};
-use crate::scene::{Animation, Channel, Keys, Node, NodeId, NodeKind, Scene};
+use crate::scene::{Channel, Keys, Node, NodeId, NodeKind, Scene};
 
 /// The positions of one point, in the frames in which it was seen.
 #[derive(Clone, Debug, Default)]
@@ -16,17 +17,44 @@ pub(crate) struct Track {
     pub(crate) positions: Vec<Vec3>,
 }
 
-/// Adds one group with one node for each point, and the motion, with warnings of names that occur twice and of gaps.
-pub(crate) fn add(scene: &mut Scene, tracks: Vec<Track>, frames: usize, rate: f64, warnings: &mut Warnings) {
-    report_duplicates(&tracks, warnings);
+/// What the points of a format are called.
+#[derive(Clone, Copy)]
+pub(crate) struct Kind {
+    /// The name of the group.
+    group: &'static str,
+    one: &'static str,
+}
+
+impl Kind {
+    pub(crate) const MARKERS: Self = Self {
+        group: "Markers",
+        one: "marker",
+    };
+    pub(crate) const POINTS: Self = Self {
+        group: "Points",
+        one: "point",
+    };
+}
+
+/// Adds one group with one node for each point, and the motion of all `frames` at `rate` frames a second, with warnings
+/// of names that occur twice and of gaps.
+pub(crate) fn add(
+    scene: &mut Scene,
+    kind: Kind,
+    tracks: Vec<Track>,
+    (frames, rate): (usize, f64),
+    warnings: &mut Warnings,
+) {
+    report_duplicates(kind, &tracks, warnings);
     scene.nodes.push(Node {
-        name: "Markers".to_owned(),
+        name: kind.group.to_owned(),
         kind: NodeKind::Group,
         ..Node::default()
     });
     let mut channels = Vec::with_capacity(tracks.len());
     for track in tracks {
-        report_gap(&track, frames, warnings);
+        report_gap(kind, &track, frames, warnings);
+        let id = NodeId::new(scene.nodes.len());
         scene.nodes.push(Node {
             name: track.name.clone(),
             parent: Some(NodeId(0)),
@@ -35,27 +63,13 @@ pub(crate) fn add(scene: &mut Scene, tracks: Vec<Track>, frames: usize, rate: f6
         });
         channels.push(Channel {
             node_name: track.name,
-            node: None,
+            node: Some(id),
             position_keys: Keys::at_ticks(track.positions, track.ticks),
             rotation_keys: Keys::constant(Quat::IDENTITY),
             scaling_keys: Keys::constant(Vec3::ONE),
         });
     }
-    if frames == 0 {
-        warnings.push(Code::NoMotion, || {
-            Diagnostic::new(
-                Code::NoMotion,
-                "the file has no frames: the scene has markers and no animation",
-            )
-        });
-    } else {
-        scene.animations.push(Animation {
-            name: "Motion".to_owned(),
-            ticks_per_second: rate,
-            duration: (frames - 1) as f64,
-            channels,
-        });
-    }
+    add_animation(scene, (frames, rate), channels, &kind.group.to_lowercase(), warnings);
 }
 
 /// The metres of a unit as capture files state it.
@@ -69,7 +83,7 @@ pub(crate) fn metres(unit: &str) -> Option<f64> {
     }
 }
 
-fn report_duplicates(tracks: &[Track], warnings: &mut Warnings) {
+fn report_duplicates(kind: Kind, tracks: &[Track], warnings: &mut Warnings) {
     let mut points_of_name = HashMap::<&str, usize>::new();
     for track in tracks {
         *points_of_name.entry(&track.name).or_default() += 1;
@@ -80,19 +94,23 @@ fn report_duplicates(tracks: &[Track], warnings: &mut Warnings) {
         let count = points_of_name.remove(name).unwrap_or_default();
         if count > 1 {
             warnings.push(Code::DuplicateName, || {
-                Diagnostic::new(Code::DuplicateName, format!("{count} markers are called \"{name}\"")).in_joint(name)
+                Diagnostic::new(
+                    Code::DuplicateName,
+                    format!("{count} {} are called \"{name}\"", kind.group.to_lowercase()),
+                )
+                .in_joint(name)
             });
         }
     }
 }
 
-fn report_gap(track: &Track, frames: usize, warnings: &mut Warnings) {
+fn report_gap(kind: Kind, track: &Track, frames: usize, warnings: &mut Warnings) {
     let missing = frames - track.ticks.len();
     if missing > 0 {
         warnings.push(Code::Gap, || {
             Diagnostic::new(
                 Code::Gap,
-                format!("the marker was not seen in {missing} of {frames} frames"),
+                format!("the {} was not seen in {missing} of {frames} frames", kind.one),
             )
             .in_joint(&track.name)
         });

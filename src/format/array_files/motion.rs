@@ -3,9 +3,11 @@
 use glam::{DQuat, DVec3, Mat4, Quat, Vec3};
 
 use crate::error::{Code, Diagnostic};
+use crate::format::frames::add_animation;
 use crate::format::warnings::Warnings;
+use crate::math::quaternion::in_hemisphere_of;
 use crate::math::up_axis::{to_y_up, turn_to_y_up};
-use crate::scene::{Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, Scene, Topic, UpAxis};
+use crate::scene::{Assumption, Channel, Confidence, Format, Keys, Node, NodeId, Scene, Topic, UpAxis};
 use crate::solve::skeletons::Joint;
 
 /// A motion on a skeleton that has no rotation in its T-pose.
@@ -100,21 +102,8 @@ impl Motion {
             });
             channels.push(self.channel(index, id, offset));
         }
-        if self.frames() == 0 {
-            warnings.push(Code::NoMotion, || {
-                Diagnostic::new(
-                    Code::NoMotion,
-                    "the arrays have no frames: the scene has a skeleton and no animation",
-                )
-            });
-        } else {
-            scene.animations.push(Animation {
-                name: "Motion".to_owned(),
-                ticks_per_second: self.frame_rate,
-                duration: (self.frames() - 1) as f64,
-                channels,
-            });
-        }
+        let frames = (self.frames(), self.frame_rate);
+        add_animation(&mut scene, frames, channels, "a skeleton", warnings);
         scene
     }
 
@@ -137,11 +126,7 @@ impl Motion {
         let rotations = self.rotations[index].iter().map(|rotation| {
             let rotation = (turn * *rotation).normalize().as_quat();
             // The sign that makes a smooth curve.
-            before = if rotation.dot(before) < 0.0 {
-                -rotation
-            } else {
-                rotation
-            };
+            before = in_hemisphere_of(before, rotation);
             before
         });
         Channel {

@@ -47,7 +47,8 @@ pub(super) fn build(parameters: &Parameters, header: &Header, points: Points, wa
             .map(|&position| to_y_up(position.as_vec3(), up))
             .collect(),
     });
-    points::add(&mut scene, tracks.collect(), points.frames, header.frame_rate, warnings);
+    let frames = (points.frames, header.frame_rate);
+    points::add(&mut scene, points::Kind::MARKERS, tracks.collect(), frames, warnings);
     scene
 }
 

@@ -81,7 +81,13 @@ fn read_text(bytes: &[u8], options: &ReadOptions, warnings: &mut Warnings) -> Re
     let mut scene = Scene::default();
     scene.metadata.format = Some(Format::Trc);
     scene.metadata.metres_per_unit = points::metres(&header.unit);
-    points::add(&mut scene, motion.tracks, motion.frames, rate, warnings);
+    points::add(
+        &mut scene,
+        points::Kind::MARKERS,
+        motion.tracks,
+        (motion.frames, rate),
+        warnings,
+    );
     Ok(scene)
 }
 

@@ -7,9 +7,10 @@ use super::Reader;
 use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::ndarray::{Entries, NdArray};
+use crate::format::frames::add_animation;
 use crate::format::warnings::Warnings;
 use crate::math::rotation::euler_rot;
-use crate::scene::{Animation, Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
+use crate::scene::{Channel, Format, Keys, Node, NodeId, NodeKind, RotationOrder, Scene, UpAxis};
 
 /// Whether the arrays are those of this program.
 pub(super) fn is_own(entries: &Entries<'_>) -> bool {
@@ -137,21 +138,7 @@ fn of_numbers(
     // The number itself, where the text of it may be rounded.
     let stated = reader.entries.get("frame_rate").and_then(NdArray::scalar);
     let rate = reader.options.frame_rate_or(stated.unwrap_or(header.frame_rate));
-    if frames == 0 {
-        warnings.push(Code::NoMotion, || {
-            Diagnostic::new(
-                Code::NoMotion,
-                "the arrays have no frames: the scene has a skeleton and no animation",
-            )
-        });
-    } else {
-        scene.animations.push(Animation {
-            name: "Motion".to_owned(),
-            ticks_per_second: rate?,
-            duration: (frames - 1) as f64,
-            channels,
-        });
-    }
+    add_animation(&mut scene, (frames, rate?), channels, "a skeleton", warnings);
     Ok(scene)
 }
 

@@ -1,15 +1,15 @@
 //! One array of positions, (frames, joints, 3): points without a skeleton, as the markers of C3D.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::DVec3;
 
 use super::{KNOWN, Reader, refused};
-use crate::error::{Code, Diagnostic};
 use crate::format::Failure;
 use crate::format::array_files::motion::Motion;
 use crate::format::array_files::ndarray::{Entries, NdArray};
+use crate::format::points::{self, Kind, Track};
 use crate::format::warnings::Warnings;
 use crate::limits::{is_plausible, limit_exceeded};
-use crate::scene::{Animation, Assumption, Channel, Confidence, Format, Keys, Node, NodeId, NodeKind, Scene, Topic};
+use crate::scene::{Assumption, Confidence, Format, Scene, Topic};
 use crate::solve::{humanml3d, skeletons};
 
 /// Frames per second of arrays that do not say, but for those of HumanML3D, which has 22 joints.
@@ -93,59 +93,25 @@ fn of_numbers(
     let mut scene = Scene::default();
     scene.metadata.format = Some(format);
     scene.metadata.assumptions = motion.assumptions;
-    scene.nodes.push(Node {
-        name: "Points".to_owned(),
-        kind: NodeKind::Group,
-        ..Node::default()
-    });
     let names = names(reader.entries, count, &mut scene.metadata.assumptions);
-    let mut channels = Vec::with_capacity(count);
-    for (index, name) in names.into_iter().enumerate() {
+    let tracks = names.into_iter().enumerate().map(|(index, name)| {
         let (mut ticks, mut positions) = (Vec::new(), Vec::new());
         for frame in 0..frames {
-            let place = &numbers[3 * (frame * count + index)..][..3];
-            if place.iter().all(|number| is_plausible(*number)) {
+            let position = &numbers[3 * (frame * count + index)..][..3];
+            if position.iter().all(|number| is_plausible(*number)) {
                 ticks.push(frame as f64);
-                positions.push(Vec3::new(place[0] as f32, place[1] as f32, place[2] as f32));
+                positions.push(DVec3::from_slice(position).as_vec3());
             }
         }
-        let missing = frames - ticks.len();
-        if missing > 0 {
-            warnings.push(Code::Gap, || {
-                let message = format!("the point is not finite in {missing} of {frames} frames");
-                Diagnostic::new(Code::Gap, message).in_joint(&name)
-            });
-        }
-        let id = NodeId::new(scene.nodes.len());
-        scene.nodes.push(Node {
-            name: name.clone(),
-            parent: Some(NodeId(0)),
-            transform: Mat4::from_translation(positions.first().copied().unwrap_or_default()),
-            ..Node::default()
-        });
-        channels.push(Channel {
-            node_name: name,
-            node: Some(id),
-            position_keys: Keys::at_ticks(positions, ticks),
-            rotation_keys: Keys::constant(Quat::IDENTITY),
-            scaling_keys: Keys::constant(Vec3::ONE),
-        });
-    }
-    if frames == 0 {
-        warnings.push(Code::NoMotion, || {
-            Diagnostic::new(
-                Code::NoMotion,
-                "the array has no frames: the scene has points and no animation",
-            )
-        });
-    } else {
-        scene.animations.push(Animation {
-            name: "Motion".to_owned(),
-            ticks_per_second: motion.frame_rate,
-            duration: (frames - 1) as f64,
-            channels,
-        });
-    }
+        Track { name, ticks, positions }
+    });
+    points::add(
+        &mut scene,
+        Kind::POINTS,
+        tracks.collect(),
+        (frames, motion.frame_rate),
+        warnings,
+    );
     Ok(scene)
 }
 
