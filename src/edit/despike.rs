@@ -11,6 +11,7 @@ use super::step::step;
 use super::{Step, StepInput, StepKey, Takes};
 use crate::error::{Code, Result};
 use crate::limits::{not_negative, positive};
+use crate::math::median::median;
 use crate::math::quaternion::log;
 use crate::pose::Trs;
 use crate::scene::{NodeId, Scene};
@@ -176,14 +177,13 @@ fn spikes(
         for frame in (span..track.len() - span).filter(|frame| offs[*frame] > least) {
             let from = frame.saturating_sub(AROUND);
             let mut around = offs[from..(frame + AROUND + 1).min(offs.len())].to_vec();
-            let middle = around.len() / 2;
-            let median = *around.select_nth_unstable_by(middle, f32::total_cmp).1;
+            let usual = median(&mut around).unwrap_or(0.0);
             // A frame beside a spike is half as far off its own neighbours.
             let highest = offs[frame - span..=frame + span].iter().copied().fold(0.0, f32::max);
             let is_peak = offs[frame] >= 0.75 * highest;
             // A spike comes back: what is before it and after it are nearer to each other than to it.
             let comes_back = distance(&track[frame - span], &track[frame + span]) < offs[frame];
-            found[frame] |= f64::from(offs[frame]) > options.threshold * f64::from(median) && is_peak && comes_back;
+            found[frame] |= f64::from(offs[frame]) > options.threshold * f64::from(usual) && is_peak && comes_back;
         }
     }
     found

@@ -7,6 +7,7 @@
 
 use glam::{Quat, Vec3};
 
+use crate::math::median::median;
 use crate::math::quaternion::{in_hemisphere_of, log};
 use crate::scene::{NodeId, Scene};
 
@@ -95,12 +96,11 @@ fn jumps(track: &[Quat]) -> Vec<usize> {
         }
         let from = step.saturating_sub(AROUND);
         let mut around = steps[from..(step + AROUND + 1).min(steps.len())].to_vec();
-        let middle = around.len() / 2;
-        let median = *around.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let usual = median(&mut around).unwrap_or(0.0);
         // A run of one frame has a jump on one side.
         let beside = |other: Option<usize>| other.and_then(|other| steps.get(other)).copied().unwrap_or(0.0);
         let smaller = beside(step.checked_sub(1)).min(beside(Some(step + 1)));
-        here > JUMP * median && smaller < BESIDE * here
+        here > JUMP * usual && smaller < BESIDE * here
     };
     (0..steps.len()).filter(is_jump).map(|step| step + 1).collect()
 }

@@ -6,6 +6,7 @@ use super::names::Name;
 use super::names::words::Part;
 use super::poses::poses;
 use super::{Confidence, Guess, Unit};
+use crate::math::median::median;
 use crate::pose::Pose;
 use crate::scene::{NodeId, Scene, UpAxis};
 
@@ -42,14 +43,13 @@ impl Extent {
     pub(super) fn new(scene: &Scene) -> Self {
         let poses = poses(scene);
         let mut sizes: Vec<_> = poses.iter().map(|pose| extent(scene, pose)).collect();
-        sizes.sort_by(f32::total_cmp);
         let (feet, heads) = (nodes_called(scene, &LOWER), nodes_called(scene, &UPPER));
         let from_feet = |pose: &Pose| Some(middle(pose, &heads)? - middle(pose, &feet)?);
         let lowest = |pose: &Pose| feet.iter().map(|foot| pose.position(*foot)).reduce(Vec3::min);
         let floors = || poses.iter().filter_map(lowest);
         let spread = floors().reduce(Vec3::max).zip(floors().reduce(Vec3::min));
         Self {
-            size: sizes.get(sizes.len() / 2).map_or(0.0, |size| f64::from(*size)),
+            size: median(&mut sizes).map_or(0.0, f64::from),
             size_at_rest: f64::from(extent(scene, &Pose::rest(scene))),
             feet_to_head: (poses.iter().map(from_feet).sum::<Option<Vec3>>()).map(|sum| sum / poses.len() as f32),
             feet_to_head_at_rest: from_feet(&Pose::rest(scene)),

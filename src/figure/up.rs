@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::axis::Axis;
 use super::measure::Measures;
 use super::{Confidence, Guess};
+use crate::math::median::median;
 use crate::scene::{HumanoidBone as Bone, NodeId};
 
 /// Heights of a body that lies on a floor at height 0, as fractions of the figure: that of its lowest joint, and that
@@ -164,9 +165,6 @@ impl Motion {
                 Axis::NegZ => -high.z,
             })
             .collect();
-        heights.sort_by(f32::total_cmp);
-        heights
-            .get(heights.len() / 2)
-            .map_or(0.0, |height| height / self.length)
+        median(&mut heights).map_or(0.0, |height| height / self.length)
     }
 }

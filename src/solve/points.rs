@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::{JointSet, refused, turned};
 use crate::error::{Code, Diagnostic, Result};
+use crate::math::median::median;
 use crate::scene::{Confidence, HumanoidBone as Bone, NodeId, NodeKind, Scene, Topic, UpAxis};
 
 /// Where joints and points are: joint or point, then frame.
@@ -119,8 +120,7 @@ impl Points {
             .map(number)
             .filter(|number| number.is_finite())
             .collect();
-        numbers.sort_by(f32::total_cmp);
-        numbers.get(numbers.len() / 2).copied().unwrap_or(0.0)
+        median(&mut numbers).unwrap_or(0.0)
     }
 }
 

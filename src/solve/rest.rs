@@ -3,6 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::points::Points;
+use crate::math::median::median;
 use crate::scene::{HumanoidBone as Bone, Side};
 
 /// The offsets of the joints from their parents in the T-pose.
@@ -65,7 +66,6 @@ pub(super) fn foot_direction(points: &Points, ankle: usize, toes: usize) -> Vec3
         .filter(on_ground)
         .map(|frame| vector(points, ankle, toes, frame).normalize_or_zero().y)
         .collect();
-    sines.sort_by(f32::total_cmp);
-    let sine = sines.get(sines.len() / 2).copied().unwrap_or(0.0).clamp(-0.9, 0.0);
+    let sine = median(&mut sines).unwrap_or(0.0).clamp(-0.9, 0.0);
     Vec3::new(0.0, sine, (1.0 - sine * sine).sqrt())
 }

@@ -22,8 +22,7 @@ pub(super) fn hold(work: &mut Work<'_>) -> usize {
         let mut track = work.frames.track(column);
         let middle = Vec3::from_array([0, 1, 2].map(|axis| {
             let mut values: Vec<f32> = track.iter().map(|trs| trs.translation[axis]).collect();
-            let half = values.len() / 2;
-            *values.select_nth_unstable_by(half, f32::total_cmp).1
+            median(&mut values).unwrap_or(0.0)
         }));
         let steps = track
             .windows(2)
@@ -46,3 +45,4 @@ fn is_root(work: &Work<'_>, column: usize) -> bool {
     let hips = work.figure.humanoid.joint(crate::scene::HumanoidBone::Hips);
     hips.is_none_or(|hips| work.frames.nodes()[column] <= hips)
 }
+use crate::math::median::median;

@@ -9,7 +9,9 @@ use crate::survey::thresholds::DefectKind::{Doubled, Dropped, Flip, Noise};
 pub(super) fn find(motion: &Motion, errors: &MotionErrors, findings: &mut Findings<'_>) {
     findings.look_for(&[Doubled, Dropped, Flip, Noise]);
     for (kind, frames) in [(Doubled, &errors.doubled), (Dropped, &errors.dropped)] {
-        for [from, to] in spans(motion.frames, |frame| frame >= motion.first && frames.contains(&frame)) {
+        for [from, to] in spans(motion.frames, |frame| {
+            frame >= motion.first && frames.binary_search(&frame).is_ok()
+        }) {
             findings.add(kind, [from, to], None, (to + 1 - from) as f32, 0.8);
         }
     }

@@ -1,6 +1,7 @@
 //! Bones that change their lengths.
 
 use super::{Findings, confidence};
+use crate::math::median::median;
 use crate::survey::motion::Motion;
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::Breathing;
@@ -20,7 +21,7 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
         let lengths: Vec<f32> = (motion.first..motion.frames)
             .map(|frame| motion.at(frame, node).distance(motion.at(frame, parent)))
             .collect();
-        let usual = median(&lengths);
+        let usual = median(&mut lengths.clone()).unwrap_or(0.0);
         // Positions far from the origin are rounded to some micrometres.
         let least = lengths.iter().copied().fold(f32::INFINITY, f32::min);
         let most = lengths.iter().copied().fold(0.0, f32::max);
@@ -40,14 +41,4 @@ pub(super) fn find(motion: &Motion, findings: &mut Findings<'_>) {
             );
         }
     }
-}
-
-/// The middle value; 0 for none.
-fn median(values: &[f32]) -> f32 {
-    let mut sorted = values.to_vec();
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    let middle = sorted.len() / 2;
-    *sorted.select_nth_unstable_by(middle, f32::total_cmp).1
 }

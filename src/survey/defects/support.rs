@@ -1,6 +1,7 @@
 //! Bodies that hover, bodies that nothing in the file carries, and clips that begin or end in the air.
 
 use super::{Findings, confidence};
+use crate::math::median::median;
 use crate::survey::motion::{Body, Motion};
 use crate::survey::spans;
 use crate::survey::thresholds::DefectKind::{ClippedEnd, Floating, NoSupport};
@@ -23,9 +24,7 @@ pub(super) fn find(motion: &Motion, body: &Body, findings: &mut Findings<'_>) {
         if seconds < SHORTEST || is_in_flight(motion, body, [from, to]) {
             continue;
         }
-        let mut sorted = heights[from..=to].to_vec();
-        sorted.sort_by(f32::total_cmp);
-        let usual = sorted[sorted.len() / 2];
+        let usual = median(&mut heights[from..=to].to_vec()).unwrap_or(0.0);
         if usual > carried {
             findings.add(NoSupport, [from, to], None, seconds as f32, 0.7);
         } else {

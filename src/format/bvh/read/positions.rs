@@ -6,6 +6,7 @@
 use glam::Vec3;
 
 use super::hierarchy::Hierarchy;
+use crate::math::median::median;
 use crate::scene::{Assumption, Confidence, RootOffset, RootOffsetUsed, Topic};
 
 /// Frames examined of a long take, spread evenly over it.
@@ -38,11 +39,7 @@ impl Positions<'_> {
 
     fn median(&self, measure: impl Fn(Vec3) -> f32) -> f32 {
         let mut values: Vec<f32> = self.samples().map(measure).collect();
-        let middle = values.len() / 2;
-        match values.is_empty() {
-            true => 0.0,
-            false => *values.select_nth_unstable_by(middle, f32::total_cmp).1,
-        }
+        median(&mut values).unwrap_or(0.0)
     }
 }
 
