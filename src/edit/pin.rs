@@ -81,10 +81,9 @@ impl Step for Pin {
         let mut frames = Frames::new(scene, input.animation, &chain.joints())?;
         chain.see_hinge(scene, &frames);
         let metres = body.metres_per_unit as f32;
-        let all = 0..frames.len();
-        let touching = Touching::new(scene, &frames, &chain, target, all, metres);
         let mut report = PinReport::default();
-        for window in self.windows(scene, input.animation, &frames, &touching)? {
+        let touching = || Touching::new(scene, &frames, &chain, target, 0..frames.len(), metres);
+        for window in self.windows(scene, input.animation, &frames, touching)? {
             let inside = window.first..window.last + 1;
             let was = Touching::new(scene, &frames, &chain, target, inside.clone(), metres);
             let changed = window.frames(frames.len()).map(|(frame, _)| frame);
@@ -124,7 +123,13 @@ impl Pin {
     }
 
     /// The parts in which the limb touches.
-    fn windows(&self, scene: &Scene, animation: usize, frames: &Frames, touching: &Touching) -> Result<Vec<Window>> {
+    fn windows(
+        &self,
+        scene: &Scene,
+        animation: usize,
+        frames: &Frames,
+        touching: impl FnOnce() -> Touching,
+    ) -> Result<Vec<Window>> {
         if let Some(range) = self.range {
             let window = Window::new(&scene.animations[animation], frames, range, [self.blend; 2])?;
             return Ok(vec![window]);
@@ -134,7 +139,7 @@ impl Pin {
             speed: self.speed,
             ..ContactRule::default()
         };
-        let touches = rule.at_rest(touching.samples(frames.rate), frames.rate);
+        let touches = rule.at_rest(touching().samples(frames.rate), frames.rate);
         Ok(Window::of_runs(&touches, self.blend * frames.rate))
     }
 }

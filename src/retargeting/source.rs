@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::figure::{Figure, Humanoid};
 use crate::retarget::{CreatureRetargeter, Retargeter};
 use crate::robot::RobotRetargeter;
-use crate::scene::{Assumption, Scene};
+use crate::scene::{Assumption, Node, Scene};
 
 /// A scene in metres with +Y up whose motions go onto a target.
 ///
@@ -73,10 +73,8 @@ impl SourceMotion {
 
     /// The scene in which the T-pose is looked for. Where a step has changed the skeleton, it is the changed one.
     pub(super) fn shows_t_pose(&self) -> &Scene {
-        let is_at_rest_alike = |whole: &&Scene| {
-            let rest = |scene: &Scene| Vec::from_iter(scene.nodes.iter().map(|node| node.transform));
-            rest(whole) == rest(&self.scene)
-        };
+        let rest = |node: &Node| node.transform;
+        let is_at_rest_alike = |whole: &&Scene| whole.nodes.iter().map(rest).eq(self.scene.nodes.iter().map(rest));
         self.whole.as_deref().filter(is_at_rest_alike).unwrap_or(&self.scene)
     }
 

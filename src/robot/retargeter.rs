@@ -157,15 +157,16 @@ impl RobotRetargeter {
         }
         let contacts = self.contacts_of(source, animation);
         let mut goals = Vec::new();
-        let mut motion = self.follow(&held, animation, contacts, &mut goals);
+        let motion = self.follow(&held, animation, contacts, &mut goals);
         let turns = SourceTurns::new(source, animation, &self.source_bones);
         let steps = Steps::new(&self.kinematics, &self.twin, &goals, turns, motion.fps);
-        let first = self.judged(source, animation, motion.clone(), &goals, &steps);
         if self.options.passes < 2 {
-            return Ok(first);
+            return Ok(self.judged(source, animation, motion, &goals, &steps));
         }
-        self.second_pass(&mut goals, &steps, &mut motion);
-        let mut second = self.judged(source, animation, motion, &goals, &steps);
+        let mut refined = motion.clone();
+        let first = self.judged(source, animation, motion, &goals, &steps);
+        self.second_pass(&mut goals, &steps, &mut refined);
+        let mut second = self.judged(source, animation, refined, &goals, &steps);
         second.1.passes = 2;
         Ok(if second.1.is_worse_than(&first.1) {
             first
