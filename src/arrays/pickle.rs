@@ -58,7 +58,7 @@ impl Pickle {
         self.numbers("<f8", bytes, shape);
     }
 
-    /// The same as float32.
+    /// An array of these values, rounded to float32.
     pub(super) fn floats(&mut self, values: &[f64], shape: &[usize]) {
         let bytes = values.iter().flat_map(|value| (*value as f32).to_le_bytes()).collect();
         self.numbers("<f4", bytes, shape);

@@ -23,7 +23,7 @@ pub(super) fn figure_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Figur
     Ok(Figure::with_bones(scene, humanoid))
 }
 
-/// Likewise, with the frames of its T-pose.
+/// The body of a scene, which has to be a humanoid: its figure, and the frames of its bones in the T-pose.
 pub(super) fn body_of(scene: &Scene, known: Option<&Humanoid>) -> Result<Body> {
     Body::of_figure(scene, figure_of(scene, known)?, "figure")
 }

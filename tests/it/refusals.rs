@@ -27,6 +27,35 @@ fn more_threads_than_a_system_has_are_fewer() {
     folder.succeeds("convert a.bvh a.glb --threads 99999999999");
 }
 
+#[test]
+fn two_outputs_of_one_name_are_refused_before_the_first_is_written() {
+    let folder = Folder::with(&["w.bvh"]);
+    for arguments in [
+        "survey w.bvh -o s.csv --html s.csv",
+        "survey w.bvh -o s.csv --sarif ./s.csv",
+        "survey w.bvh --sarif s.csv --html s.csv",
+        "clean w.bvh -o out.glb --report ./out.glb",
+        "clean w.bvh -o out.bvh --report out.bvh.json",
+        "edit w.bvh -o out.npz --step mirror --contacts out.npz",
+        "edit w.bvh -o out.bvh --step mirror --contacts out.bvh.json",
+    ] {
+        folder.ends_with(2, arguments);
+        assert_eq!(folder.contents().len(), 1, "{arguments}");
+    }
+}
+
+#[test]
+fn a_file_where_a_folder_is_needed_is_said_to_be_one() {
+    let folder = Folder::with(&["w.bvh", "a.bvh"]);
+    for arguments in [
+        "convert w.bvh a.bvh -o w.bvh",
+        "edit w.bvh a.bvh --step mirror -o w.bvh/",
+    ] {
+        let said = folder.ends_with(2, arguments);
+        assert!(said.contains("w.bvh: this is a file"), "{arguments}: {said}");
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn help_for_a_full_disk_is_a_failure() {

@@ -1,7 +1,7 @@
 //! `-` as a file: standard input, and standard output.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use mocap::files::{ReplacePolicy, remove_unfinished, write_file};
@@ -53,6 +53,46 @@ pub(crate) fn check_output<P: AsRef<Path>>(inputs: &[P], output: &Path, force: F
         return Ok(());
     }
     ReplacePolicy::new(inputs).force(force.force).check(output)
+}
+
+/// Refuses two outputs of a command that are one file, of which the second would replace the first. That may also be
+/// the file of provenance beside the first, which has its name and `.json`.
+pub(crate) fn refuse_one_file<'a>(outputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+    let mut taken: Vec<(PathBuf, &Path)> = Vec::new();
+    for output in outputs {
+        let place = absolute(output);
+        if let Some((_, first)) = taken.iter().find(|(former, _)| *former == place) {
+            let second = output.display();
+            let message = match *first == output {
+                true => format!("two outputs are called {second}; give each its own name"),
+                false => format!(
+                    "{second} is written beside {} already; name another file",
+                    first.display()
+                ),
+            };
+            return Err(Failure::Usage(message));
+        }
+        if taken.is_empty() {
+            let mut provenance = place.clone().into_os_string();
+            provenance.push(".json");
+            taken.push((provenance.into(), output));
+        }
+        taken.push((place, output));
+    }
+    Ok(())
+}
+
+/// A path from the root of the system, with the links of its folder followed.
+fn absolute(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match (
+        is_standard(path),
+        path.file_name(),
+        folder.unwrap_or(Path::new(".")).canonicalize(),
+    ) {
+        (false, Some(name), Ok(folder)) => folder.join(name),
+        _ => path.to_owned(),
+    }
 }
 
 /// Writes a file, of which a killed process may have left a part, or to standard output.

@@ -3,7 +3,7 @@
 //! | scene | FBX |
 //! |---|---|
 //! | a joint, an end site | a model `LimbNode` with its attribute |
-//! | a group | a model `Null`, or `LimbNode` where it is between bones or a mesh is bound to it; that of an FBX file's root is the root that every file has |
+//! | a group | a model `Null`; `LimbNode` between bones and where a mesh is bound to it; the root of an FBX file is none |
 //! | a root joint | stands below a `Null`, as [`FbxRoot`] says |
 //! | the name of a node | the same, made unique; the original in the property `mocap_source_name` where it differs |
 //! | the rotation of the rest pose | `Lcl Rotation`, or `PreRotation`, as [`FbxRest`] says |

@@ -114,12 +114,13 @@ impl Many<'_> {
         let policy = ReplacePolicy::new(all).force(self.force);
         work.check(&policy)?;
         inputs.retain(|input| spread.shard.is_none_or(|shard| shard.has(input)));
+        refuse_file(folder)?;
         let names: HashSet<&str> = inputs.iter().map(|input| input.relative.as_str()).collect();
         let is_input = |input: &str| names.contains(input);
         let mut manifest = match self.is_dry_run {
             true => Manifest::unwritten(folder, spread.shard, Some(&is_input)),
             false => {
-                fs::create_dir_all(folder).map_err(in_folder)?;
+                make_folder(folder)?;
                 Manifest::open(folder, spread.shard, Some(&is_input))
             }
         }
@@ -203,6 +204,26 @@ impl Many<'_> {
         report::complain(&failure.into_words());
         Failure::Some
     }
+}
+
+/// Refuses a file where the outputs need a folder.
+fn refuse_file(folder: &Path) -> Result<(), Failure> {
+    // Without a separator at its end, which a file cannot have.
+    let name: PathBuf = folder.components().collect();
+    if name.is_file() {
+        let message = format!(
+            "{}: this is a file, and the outputs need a folder; name another",
+            name.display()
+        );
+        return Err(Failure::Usage(message));
+    }
+    Ok(())
+}
+
+/// Makes the folder of outputs, and those above it, where they are not there.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    refuse_file(folder)?;
+    fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
 }
 
 /// Whether two paths lead to one file.

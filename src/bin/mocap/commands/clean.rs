@@ -1,5 +1,7 @@
 //! `mocap clean`: cleans motions that cameras and generators made.
 
+use std::path::PathBuf;
+
 use mocap::edit::EditReport;
 use mocap::job::Said;
 
@@ -46,6 +48,12 @@ fn check(args: &CleanArgs, given: &Given) -> Result<(), Failure> {
     {
         return Err(unknown_extension(file, ".json"));
     }
+    streams::refuse_one_file(
+        [Some(&args.own.output), args.report.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path),
+    )?;
     if !args.own.is_many() && args.inputs.len() > 1 {
         let message = format!("{} motions cannot go into one file; name a folder", args.inputs.len());
         return Err(Failure::Usage(message));

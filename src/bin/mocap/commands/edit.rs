@@ -1,6 +1,6 @@
 //! `mocap edit`: changes a motion.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mocap::edit::{ContactOptions, EditReport, StepReport, contacts};
 use mocap::figure::Humanoid;
@@ -39,6 +39,9 @@ fn check_beside(args: &EditArgs, given: &Given) -> Result<(), Failure> {
     {
         return Err(unknown_extension(file, ".png or .svg"));
     }
+    let beside = [&args.contacts, &args.curves].into_iter().flatten();
+    let outputs = std::iter::once(&args.own.output).chain(beside);
+    streams::refuse_one_file(outputs.map(PathBuf::as_path))?;
     if args.steps.0.is_empty() && args.contacts.is_none() {
         return Err(Failure::Usage("name a step: --step NAME; --help lists them".to_owned()));
     }

@@ -12,6 +12,7 @@ use mocap::files::{unfinished_target, write_file};
 use mocap::{Code, Diagnostic, Error, Importer, Scene, SkeletonMesh};
 
 use crate::args::{ArraysArgs, Given, PackArgs, TableArg};
+use crate::batch::folder::make_folder;
 use crate::batch::hash::sha256;
 use crate::batch::inputs::{self, Input};
 use crate::batch::manifest::{Manifest, Record};
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &PackArgs, given: &Given) -> Result<(), Failure> {
     let in_folder = |error: io::Error| Failure::Folder(folder.to_owned(), error);
     let mut inputs = inputs::find(&args.paths, &args.inputs)?;
     inputs.retain(|input| args.spread.shard.is_none_or(|shard| shard.has(input)));
-    fs::create_dir_all(folder).map_err(in_folder)?;
+    make_folder(folder)?;
     let prefix = match args.spread.shard {
         Some(shard) => format!("part-{}-", shard.name()),
         None => "part-".to_owned(),

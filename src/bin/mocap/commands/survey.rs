@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mocap::files::ReplacePolicy;
 use mocap::survey::{ClipRow, Corpus, Examined, Quality, Thresholds, examine};
@@ -33,6 +33,8 @@ pub(crate) fn run(args: &SurveyArgs) -> Result<(), Failure> {
     if let Some(output) = output.as_deref().filter(|output| !streams::is_standard(output)) {
         policy.check_inputs(output)?;
     }
+    let beside = [&args.sarif, &args.html].into_iter().flatten();
+    streams::refuse_one_file(output.iter().chain(beside).map(PathBuf::as_path))?;
     for beside in [&args.sarif, &args.html].into_iter().flatten() {
         policy.check_inputs(beside)?;
     }
@@ -94,7 +96,7 @@ fn format_of(args: &SurveyArgs, output: &Path) -> Result<String, Failure> {
 }
 
 /// The name of an output of a shard: `survey.2-of-8.jsonl`.
-fn of_shard(args: &SurveyArgs, output: &Path) -> std::path::PathBuf {
+fn of_shard(args: &SurveyArgs, output: &Path) -> PathBuf {
     match args.spread.shard {
         Some(shard) if !streams::is_standard(output) => {
             output.with_extension(format!("{}.{}", shard.name(), super::extension(output)))

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::env;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -16,6 +15,7 @@ use mocap::{Code, Conversion, Diagnostic, Importer, Scene, SkeletonMesh, gltf};
 
 use super::{output_format, retarget, short_name, unknown_extension};
 use crate::args::ViewArgs;
+use crate::batch::folder::make_folder;
 use crate::batch::inputs::{self, Input};
 use crate::{Failure, batch, report, streams};
 
@@ -201,7 +201,7 @@ fn title_of(folder: &Path) -> String {
 
 fn create_folder_of(file: &Path) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(|error| Failure::Folder(folder.to_owned(), error))
+    make_folder(folder)
 }
 
 /// The keys of a page's GLB have at most this many bytes; a page of a longer take has none.
